@@ -10,15 +10,12 @@ from typing import Any
 import meshio
 import numpy as np
 
-from tauten.model import Simulator, load_robot
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot, Simulator, load_robot
 from tauten.model.numerics import Array
-from tauten.model.tetra import TetRobot
 
 FILES = Path(__file__).resolve().parent / "coming_from" / "sofa"
 MM = 1e-3
 PLATE = ((-150.0, 40.0, -40.0), (50.0, 60.0, 60.0))  # corners [mm]
-Robot = TetRobot | ConstrainedRobot
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +62,7 @@ def port(data: Path, folder: Path, name: str) -> Robot:
         shutil.copy(data / source.file, folder / source.mesh)
     if name == "finger":
         write_plate(folder / "plate.vtu")
-    robot = load_robot(path)
-    assert isinstance(robot, Robot)
-    return robot
+    return load_robot(path)
 
 
 def write_meshes(model: Any, folder: Path, source: Source) -> None:

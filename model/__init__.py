@@ -1,25 +1,6 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
-from tauten.model.compliance import Compliance, row_compliance
-from tauten.model.condensed_step import (
-    CondensedStep,
-    Forces,
-    condense_step,
-    condensed,
-    no_forces,
-    recondensed,
-)
-from tauten.model.contact_space import ContactSpace, EmptySpace, ReducedContacts
 from tauten.model.contacts import Contacts
-from tauten.model.enrichment import (
-    Enrichment,
-    EnrichmentLoop,
-    PredictedStep,
-    contact_model,
-    default_enrichment,
-    worst_rows,
-)
-from tauten.model.forward_step import ForwardStep, eliminate_rows, forward_step
 from tauten.model.interface import (
     ROWS,
     UNIT_LENGTH,
@@ -39,21 +20,43 @@ from tauten.model.interface import (
 from tauten.model.layout import Layout, row_layout
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
-from tauten.model.robot import Assembled, Robot, RobotRows, State
-from tauten.model.rows import ChainedRows, ContactRows, EffectorRows, PairSlots, Rows
-from tauten.model.schema.section import RobotFileError
-from tauten.model.simulation import Ending, Report, Simulator, Travel, travel
-from tauten.model.skin import (
+from tauten.model.robot import (
     NO_CONTACTS,
     Floats,
     Geometry,
     PushingContacts,
+    Robot,
     SkinMesh,
     skin_of,
 )
-from tauten.model.sorted_rows import sorted_rows
+from tauten.model.rows import ChainedRows, ContactRows, EffectorRows, PairSlots, Rows
+from tauten.model.schema.section import RobotFileError
+from tauten.model.simulation import Ending, Report, Simulator, Travel, travel
+from tauten.model.state import Assembled, RobotRows, State
+from tauten.model.step import (
+    Compliance,
+    CondensedStep,
+    ContactSpace,
+    EmptySpace,
+    Enrichment,
+    EnrichmentLoop,
+    Forces,
+    ForwardStep,
+    PredictedStep,
+    ReducedContacts,
+    condense_step,
+    condensed,
+    contact_model,
+    default_enrichment,
+    eliminate_rows,
+    forward_step,
+    no_forces,
+    recondensed,
+    row_compliance,
+    sorted_rows,
+    worst_rows,
+)
 from tauten.model.system import Integration, System, make_pattern
-from tauten.model.tetra.robot import TetRobot
 from tauten.model.threads import one_blas_thread
 
 __all__ = [
@@ -100,7 +103,6 @@ __all__ = [
     "State",
     "System",
     "Target",
-    "TetRobot",
     "Travel",
     "UNIT_LENGTH",
     "VALUES",

@@ -50,18 +50,18 @@ def scheme_of(integration: Integration) -> Scheme:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DenseAssembled(Assembled):
-    """What all reduced robots know of a state; attributes beside those of `Assembled`.
+    """What all reduced bodies know of a state; attributes beside those of `Assembled`.
 
     Attributes:
         mass: (r, r); without entries where steps are static.
         force: (r,) without actuators and contacts.
-        inertia: (r,) forces of inertia at constant velocities.
+        inertia: (r,) centrifugal forces; None: there are none.
         resisting: (r,) D v: what damping is proportional to.
     """
 
     mass: Array
     force: Array
-    inertia: Array
+    inertia: Array | None
     resisting: Array
 
 
@@ -126,7 +126,8 @@ def implicit_system(
         FactorisationError: neither matrix is positive definite (a state that has blown up).
     """
     v = np.zeros_like(at.force) if scheme.static else at.state.v
-    forces, v_free = (at.force - at.inertia, at.resisting), np.empty_like(v)
+    force = at.force if at.inertia is None else at.force + at.inertia
+    forces, v_free = (force, at.resisting), np.empty_like(v)
     for exact in (True, False):  # buckling makes the exact tangent indefinite
         S = stiffness(exact)
         if implicit_step(scheme, at.mass, forces, S, v, L, v_free):

@@ -6,7 +6,7 @@ import hashlib
 import logging
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from tauten.model.schema import Changes, read_toml, validated
 from tauten.reduction import ContactBasis
 from tauten.reduction.contact import SUFFIX as BASIS
 from tauten.reduction.state import SUFFIX as STATES
-from tauten.reduction.state import ReducedRobot, StateBasis, reduced_robot
+from tauten.reduction.state import ReducedBody, StateBasis, reduced_robot
 from tauten.service.check import mesh_error_text
 from tauten.service.settings import (
     ModelSettings,
@@ -61,7 +61,7 @@ class Setup:
     model: ModelSettings
     service: ServiceSettings
     states: StateBasis | None = None
-    reduced: ReducedRobot[Any] | None = None
+    reduced: Robot[ReducedBody] | None = None
     start: Start = "settled"
 
     def basis_digest(self) -> str:

@@ -21,7 +21,7 @@ from support.processes import write_robot
 from support.robots.thumb import coarse_finger
 
 from tauten.model import Robot, load_robot
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 # The same examples every time, so that what fails here fails there; see CONTRIBUTING for others.
 # Without deadlines: how long an example takes depends on what else the machine does.
@@ -71,16 +71,16 @@ def reference() -> Path:
 
 
 @pytest.fixture(scope="session")
-def finger() -> TetRobot:
+def finger() -> Robot[NodalBody]:
     """A finger that is quick to compute: the shipped one on a coarse mesh."""
     return coarse_finger()
 
 
 @pytest.fixture(scope="session")
-def shipped_finger() -> TetRobot:
+def shipped_finger() -> Robot[NodalBody]:
     """The shipped finger, with thousands of nodes."""
     robot = load_robot("finger")
-    assert isinstance(robot, TetRobot)
+    assert isinstance(robot.body, NodalBody)
     return robot
 
 

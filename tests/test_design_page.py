@@ -92,8 +92,8 @@ STEP_MODULES = {
     "tauten.controller.controller",
     "tauten.controller.step",
     "tauten.controller.inverse",
-    "tauten.model.enrichment",
-    "tauten.model.condensed_step",
+    "tauten.model.step.enrichment",
+    "tauten.model.step.condensed_step",
 }
 # Conversions and look-ups that change nothing.
 SMALL = {
@@ -102,12 +102,12 @@ SMALL = {
     "controller.controller.Controller.actuation",
     "controller.controller.Controller.effector",
     "controller.inverse.position_names",
-    "model.condensed_step.CondensedStep.n_contacts",
-    "model.condensed_step.CondensedStep.pushing",
-    "model.condensed_step.CondensedStep.split",
-    "model.condensed_step.Forces.pushing",
-    "model.condensed_step.unit_rows",
-    "model.enrichment.PredictedStep.delta",
+    "model.step.condensed_step.CondensedStep.n_contacts",
+    "model.step.condensed_step.CondensedStep.pushing",
+    "model.step.condensed_step.CondensedStep.split",
+    "model.step.condensed_step.Forces.pushing",
+    "model.step.condensed_step.unit_rows",
+    "model.step.enrichment.PredictedStep.delta",
 }
 
 

@@ -7,7 +7,7 @@ from time import perf_counter
 
 import numpy as np
 
-from tauten.model import Simulator, TetRobot
+from tauten.model import Robot, Simulator
 from tauten.model.load import robot_path
 from tauten.model.materials import SILICONES
 from tauten.model.numerics import Array
@@ -19,6 +19,7 @@ from tauten.model.schema import (
     read_toml,
     validated,
 )
+from tauten.model.tetra import TetBody
 from tauten.service.check import Variant, variant_robot
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
@@ -173,7 +174,9 @@ def bench_elements(settings: ElementBenchSettings, progress: Progress) -> Elemen
                 robot = load_variant(settings.robot, variant)
                 cases.append(compared(measure_elements(robot, settings, variant), reference))
     machine = host_info()
-    return ElementBench(machine, robot.name, robot.linear_solver, tuple(references), tuple(cases))
+    return ElementBench(
+        machine, robot.name, robot.body.linear_solver, tuple(references), tuple(cases)
+    )
 
 
 def parse_material(name: str) -> str:
@@ -188,7 +191,7 @@ def parse_material(name: str) -> str:
     return name
 
 
-def load_variant(name: str, variant: ElementVariant) -> TetRobot:
+def load_variant(name: str, variant: ElementVariant) -> Robot[TetBody]:
     """A robot file with another element and another material outside of `materials`.
 
     Young's modulus and density are those of the file; a silicone has its own Poisson's ratio.
@@ -210,14 +213,11 @@ def load_variant(name: str, variant: ElementVariant) -> TetRobot:
             }
         )
     mesh = Variant(variant.element, variant.refinements)
-    robot = variant_robot(config.model_copy(update={"material": material}), path, mesh)
-    if not isinstance(robot, TetRobot):
-        raise ValueError(f"{path}: robots with drives or attachments are not compared")
-    return robot
+    return variant_robot(config.model_copy(update={"material": material}), path, mesh)
 
 
 def measure_elements(
-    robot: TetRobot, settings: ElementBenchSettings, variant: ElementVariant
+    robot: Robot[TetBody], settings: ElementBenchSettings, variant: ElementVariant
 ) -> ElementCase:
     """Equilibria along the pulls, then times at the last one.
 
@@ -246,14 +246,14 @@ def measure_elements(
         material=variant.material,
         refinements=variant.refinements,
         nodes=robot.n_nodes,
-        nonzeros=len(robot.pattern.indices),
+        nonzeros=len(robot.body.pattern.indices),
         assembly_ms=assembly,
         step_ms=step,
         equilibria=tuple(equilibria),
     )
 
 
-def time_step(robot: TetRobot, position: Array) -> tuple[Spread, Spread]:
+def time_step(robot: Robot[TetBody], position: Array) -> tuple[Spread, Spread]:
     """Times of assembly and of a step while the cables are pulled to `position` (n_a,) [ms]."""
     simulator, assembly, step = Simulator(robot, contact="none"), [], []
     for share in np.linspace(0.0, 1.0, TIMED_STEPS + 3):

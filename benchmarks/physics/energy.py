@@ -14,8 +14,7 @@ from benchmarks.physics.step_length import (
     settled_simulator,
     step_length_errors,
 )
-from tauten.model import Robot, Simulator, State, TetRobot, load_robot
-from tauten.model.beams import BeamRobot
+from tauten.model import Robot, Simulator, State, load_robot
 from tauten.model.numerics import Array
 from tauten.service.plant import PathSettings, make_path, own_steps
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
@@ -129,7 +128,6 @@ def bench_energy(settings: EnergySettings, progress: Progress) -> EnergyBench:
     with one_blas_thread():
         for name in settings.robots:
             robot = load_robot(name)
-            assert isinstance(robot, TetRobot | BeamRobot)
             for converged in (False, True):
                 progress(share, f"{robot.name}, free swing")
                 courses.append(free_swing(robot, settings.seconds, converged))
@@ -150,13 +148,13 @@ def load_of(robot: Robot) -> CableLoad:
     return CableLoad(effort=TENSION * robot.limits.effort_max * (np.arange(robot.n_a) == 0))
 
 
-def undamped(robot: TetRobot | BeamRobot) -> TetRobot | BeamRobot:
+def undamped(robot: Robot) -> Robot:
     """The robot without Rayleigh damping."""
     plain = replace(robot.integration, rayleigh_mass=0.0, rayleigh_stiffness=0.0)
-    return replace(robot, integration=plain)
+    return robot.with_integration(plain)
 
 
-def free_swing(robot: TetRobot | BeamRobot, seconds: float, converged: bool) -> EnergyCourse:
+def free_swing(robot: Robot, seconds: float, converged: bool) -> EnergyCourse:
     """Released from its load, without gravity, cables and contacts.
 
     Args:
@@ -173,7 +171,7 @@ def free_swing(robot: TetRobot | BeamRobot, seconds: float, converged: bool) -> 
     )
 
 
-def held(robot: TetRobot | BeamRobot, seconds: float, converged: bool) -> EnergyCourse:
+def held(robot: Robot, seconds: float, converged: bool) -> EnergyCourse:
     """Held at the pulled lengths of its load, under gravity, with contact, released from a force aside.
 
     Args:
@@ -185,7 +183,7 @@ def held(robot: TetRobot | BeamRobot, seconds: float, converged: bool) -> Energy
     simulator = Simulator(still)
     load_of(robot).settle(simulator)
     position, rest = simulator.position, simulator.state
-    weight = GRAVITY * float(still.mass.sum()) / 3.0
+    weight = GRAVITY * still.body.moving_mass
     aside = np.zeros(3 * len(robot.effector_names))
     aside[:3] = weight * np.array(ASIDE)
     simulator.load(robot.gravity, aside)
@@ -213,7 +211,6 @@ def course(
         rest: the equilibrium; None: at rest.
     """
     robot = simulator.robot
-    assert isinstance(robot, TetRobot | BeamRobot)
     least = 0.0 if rest is None else robot.energy(State(rest.q, 0.0 * rest.v))
     energies = [robot.energy(simulator.state) - least]
     for _ in range(round(seconds * robot.integration.rate)):

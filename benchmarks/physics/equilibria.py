@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.physics.loads import CableLoad
 from benchmarks.physics.sofa_robots import TRUNK_CABLES, diamond, trunk
 from tauten.model import Integration, Robot, Simulator, State, load_robot
-from tauten.model.body import SparseRobot
+from tauten.model.body import SparseBody
 from tauten.model.numerics import Array, Factorisation
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 
@@ -181,12 +181,13 @@ def settled(
         searches: starts and loads.
         contact: whether it touches itself.
     """
-    assert isinstance(robot, SparseRobot)
-    counting = replace(robot, factorisation=CountedFactorisation(robot.factorisation))
-    simulator = Simulator(counting, contact="full" if contact else "none")
+    body = robot.body
+    assert isinstance(body, SparseBody)
+    counted = replace(body, factorisation=CountedFactorisation(body.factorisation))
+    simulator = Simulator(replace(robot, body=counted), contact="full" if contact else "none")
     reports, factorised = [], []
-    assert isinstance(simulator.robot, SparseRobot)
-    counter = simulator.robot.factorisation
+    assert isinstance(simulator.robot.body, SparseBody)
+    counter = simulator.robot.body.factorisation
     assert isinstance(counter, CountedFactorisation)
     for state, load in searches:
         simulator.reset()

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from tauten.model import Robot
 from tauten.model.load import build_robot
 from tauten.model.mesh import checked, read_mesh
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import TetBody
 
 TRUNK_CABLES = ("L0", "L1", "L2", "L3", "S0", "S1", "S2", "S3")
 FINGER_ROUTE = (
@@ -28,7 +29,7 @@ MM = 1e-3
 
 def trunk(
     data: Path, cables: tuple[str, ...] = TRUNK_CABLES, gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
-) -> TetRobot:
+) -> Robot[TetBody]:
     """The trunk: 709 nodes, up to 8 cables, fixed in its lowest 20 mm.
 
     Args:
@@ -45,7 +46,7 @@ def trunk(
     return _built("trunk", model, rows, tip, (450e3, 0.042), gravity)
 
 
-def diamond(data: Path, gravity: tuple[float, ...] = (0.0, 0.0, -9.81)) -> TetRobot:
+def diamond(data: Path, gravity: tuple[float, ...] = (0.0, 0.0, -9.81)) -> Robot[TetBody]:
     """The diamond: 1,628 nodes, one cable to each of its four legs."""
     model = np.load(data / "diamond_model.npz")
     rows = [
@@ -60,7 +61,7 @@ def diamond(data: Path, gravity: tuple[float, ...] = (0.0, 0.0, -9.81)) -> TetRo
     return _built("diamond", model, rows, MM * model["pts"][0], (180e3, 0.5), gravity)
 
 
-def finger(data: Path, refinements: int = 0) -> TetRobot:
+def finger(data: Path, refinements: int = 0) -> Robot[TetBody]:
     """The finger: 158 nodes, 857 after one refinement, one cable, without gravity.
 
     Args:
@@ -88,15 +89,13 @@ def finger(data: Path, refinements: int = 0) -> TetRobot:
             "controller": {"rate": 100.0},
         }
     )
-    robot = build_robot(config, mesh, "softrobots_finger")
-    assert isinstance(robot, TetRobot)  # it has no drives and no rigid parts
-    return robot
+    return build_robot(config, mesh, "softrobots_finger")
 
 
 def _built(
     name: str, model: Any, cables: list[dict[str, Any]], tip: Array,
     stiffness_and_mass: tuple[float, float], gravity: tuple[float, ...],
-) -> TetRobot:  # fmt: skip
+) -> Robot[TetBody]:  # fmt: skip
     """A robot in metres with the same mass on every node, as SOFA has it."""
     young_modulus, mass = stiffness_and_mass
     for cable in cables:
@@ -119,6 +118,4 @@ def _built(
         }
     )  # fmt: skip
     mesh = checked(MM * model["nodes"], model["tets"].astype(np.int64), name)
-    robot = build_robot(config, mesh, name)
-    assert isinstance(robot, TetRobot)  # it has no drives and no rigid parts
-    return robot
+    return build_robot(config, mesh, name)

@@ -92,7 +92,7 @@ def bench_control(
         machine=host_info(),
         robot=robot.name,
         rate_hz=1.0 / robot.h,
-        factorisation=robot.linear_solver,
+        factorisation=robot.body.linear_solver,
         sizes=sizes_of(robot, basis.k),
         control=tuple(control),
         tip_error=tuple(errors),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from benchmarks.steps.load_comparison import LoadKind, load_errors
-from tauten.reduction.state import ReducedRobot
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.setup import load_setup
 
@@ -89,7 +88,7 @@ def _loads(name: str, progress: Progress) -> RobotLoads:
 
     setup = load_setup(name, model="reduced", accept_error=True)
     full = load_setup(name, model="full").robot
-    assert isinstance(setup.robot, ReducedRobot) and setup.states is not None
+    assert setup.reduced is not None and setup.states is not None
     return RobotLoads(
         robot=full.name,
         size_mm=1e3 * full.size,
@@ -104,6 +103,6 @@ def _loads(name: str, progress: Progress) -> RobotLoads:
                 1e3 * found.largest if found.cases else None,
                 found.at,
             )
-            for found in load_errors(full, setup.robot, setup.contact, say)
+            for found in load_errors(full, setup.reduced, setup.contact, say)
         ),
     )

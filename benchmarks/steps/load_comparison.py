@@ -10,15 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
-from tauten.model import Command, ContactSpace, Robot, Simulator, TetRobot, default_enrichment
-from tauten.model.beams import BeamRobot
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Command, ContactSpace, Robot, Simulator, default_enrichment
 from tauten.model.numerics import Array, FactorisationError
 from tauten.reduction.campaign import (
     MAX_ITERATIONS,
@@ -28,7 +26,7 @@ from tauten.reduction.campaign import (
     latin_hypercube_levels,
     payload,
 )
-from tauten.reduction.state import ReducedRobot
+from tauten.reduction.state import ReducedBody
 
 TILT = np.radians(20.0)  # of gravity
 POSTURES = 3  # beside rest
@@ -80,7 +78,7 @@ class ForeignLoad:
 
 def load_errors(
     full: Robot,
-    reduced: ReducedRobot[Any],
+    reduced: Robot[ReducedBody],
     contact: Literal["none", "full"] | ContactSpace,
     progress: Callable[[str], None] = lambda _: None,
 ) -> tuple[ForeignLoadError, ...]:
@@ -156,9 +154,7 @@ def loads(robot: Robot) -> list[ForeignLoad]:
 
 def at_rate(robot: Robot, rate: float) -> Robot:
     """The robot with another time step, 1 / rate."""
-    if not isinstance(robot, (TetRobot, ConstrainedRobot, BeamRobot, ReducedRobot)):
-        raise TypeError(f"robot {robot.name} is a {type(robot).__name__}: its time step is fixed")
-    return replace(robot, integration=replace(robot.integration, rate=rate))
+    return robot.with_integration(replace(robot.integration, rate=rate))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

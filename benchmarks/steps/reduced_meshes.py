@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.steps.stages import StepTimes, time_steps
+from tauten.model import load_robot
 from tauten.reduction import ContactBasis
 from tauten.reduction.contact import ReduceSettings, make_basis
 from tauten.reduction.state import StateSettings, reduce_states, reduced_robot
@@ -16,7 +17,6 @@ from tauten.service.bench import (
     ramp_snapshots,
     reach_targets,
     sizes_of,
-    tet_robot,
     unseen,
 )
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
@@ -83,7 +83,7 @@ def bench_reduced_meshes(
             progress(0.0, f"mesh refined {count} times")
             meshes.append(run_mesh(robot_file, basis, folder, count, seconds))
             progress(1.0 / (refinements + 1))
-    return ReducedMeshes(host_info(), tet_robot(robot_file).name, tuple(meshes))
+    return ReducedMeshes(host_info(), load_robot(robot_file).name, tuple(meshes))
 
 
 def run_mesh(
@@ -98,7 +98,7 @@ def run_mesh(
         refinements: of the mesh.
         seconds: duration of the path to follow.
     """
-    robot = tet_robot(robot_file, None, refinements)
+    robot = load_robot(robot_file, None, refinements)
     steps = FINE_STEPS if refinements else RAMP_STEPS
     training = ramp_snapshots(
         robot, folder / (f"ramp{refinements}" if refinements else "ramp"), steps
@@ -108,7 +108,7 @@ def run_mesh(
     states = reduce_states(robot, training, basis, StateSettings())
     reduced, name = reduced_robot(robot, states), f"reduced, k = {basis.k}"
     targets = reach_targets(robot, seconds)
-    quick = reduced_robot(tet_robot(robot_file, FAST, refinements), states)
+    quick = reduced_robot(load_robot(robot_file, FAST, refinements), states)
     return MeshCase(
         sizes=sizes_of(robot, basis.k),
         modes=states.r,

@@ -1,6 +1,7 @@
-"""Robots made of beams."""
+"""Bodies made of beams."""
 
-from tauten.model.beams.body import BeamBody, BeamError, make_body
+from tauten.model.beams.beams import BeamError, Beams, make_beams
+from tauten.model.beams.body import BeamBody
 from tauten.model.beams.elements import (
     BeamArrays,
     assemble_beams,
@@ -17,7 +18,6 @@ from tauten.model.beams.helix import (
 )
 from tauten.model.beams.motion import follow, unit_vector
 from tauten.model.beams.profile import Profile, bar, natural_stiffness, section, tube
-from tauten.model.beams.robot import BeamRobot
 from tauten.model.beams.surfaces import BeamSurfaces, build_beam_surfaces, outline
 from tauten.model.beams.tree import BeamLoopError, BeamTree, make_tree
 
@@ -26,9 +26,9 @@ __all__ = [
     "BeamBody",
     "BeamError",
     "BeamLoopError",
-    "BeamRobot",
     "BeamSurfaces",
     "BeamTree",
+    "Beams",
     "Profile",
     "along_helix",
     "assemble_beams",
@@ -39,7 +39,7 @@ __all__ = [
     "first_derivatives",
     "follow",
     "helix_functions",
-    "make_body",
+    "make_beams",
     "make_tree",
     "natural_stiffness",
     "outline",

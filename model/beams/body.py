@@ -1,123 +1,250 @@
-"""The body of a robot made of beams: nodes, elements between them, masses on them."""
+"""The body made of beams, with surfaces, cables and effectors attached to them."""
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial.transform import Rotation
 
-from tauten.model.beams.elements import BeamArrays
-from tauten.model.beams.profile import Profile, natural_stiffness
-from tauten.model.body import Material
-from tauten.model.numerics import Array, Ints
+from tauten.model.beams.arcs import forces_at_end, moved_along_arcs, step_along_arcs
+from tauten.model.beams.beams import Beams
+from tauten.model.beams.elements import assemble_beams
+from tauten.model.beams.surfaces import BeamSurfaces
+from tauten.model.beams.tree import BeamTree
+from tauten.model.body import SparseBody
+from tauten.model.effectors import Effectors
+from tauten.model.numerics import Array, Ints, moments_at_end, rotations_between, turned
+from tauten.model.points import (
+    AttachedPoints,
+    OuterForces,
+    PoseMotion,
+    add_beam_cable_stiffness,
+    add_lever_stiffness,
+)
+from tauten.model.state import State, StepStart
+from tauten.model.system import System
 
 
-class BeamError(ValueError):
-    """Beams that do not form a body; the text names them and what is allowed."""
+@dataclass(frozen=True, slots=True, eq=False)
+class BeamBody(SparseBody[AttachedPoints]):
+    """A body made of beams, driven by cables and forces.
 
+    A node has six degrees of freedom: its position, and rotations about the fixed axes. For each free node q
+    holds the position and a unit quaternion, seven numbers.
 
-@dataclass(frozen=True, slots=True)
-class BeamBody:
-    """Beams at rest, all nodes turned like the world.
+    Groups 2 i and 2 i + 1 of the pattern are position and rotation of node i.
 
-    Attributes:
-        nodes: (n_nodes, 3) positions [m].
-        ends: (e, 2) nodes of each element.
-        axes: (e, 4) unit quaternions, turn from an element's axes to the world's.
-        D: (e, 6) stiffnesses of the natural modes, see `profile.natural_stiffness`.
-        length: (e,) [m].
-        mass: (n_nodes,) lumped mass [kg].
-        inertia: (n_nodes,) lumped rotary inertia [kg m²], the same about all axes: it only matters for
-            vibrations that a control step does not resolve.
+    Attributes, beside those of every sparse body:
+        beams: the elements, and the nodes at rest.
+        mass: (n,) lumped mass [kg] and rotary inertia [kg m²] of the free degrees of freedom.
+        tree: the elements outwards from the fixed nodes, along which nodes move; None: they form loops.
+        beam_slot: places of the elements in the pattern.
+        cable_slot: places of the segments of cables.
+        force_slot: places of the rotations that forces turn.
+        outer: forces on its points.
+        surfaces: for contact and for drawing.
     """
 
-    nodes: Array
-    ends: Ints
-    axes: Array
-    D: Array
-    length: Array
+    beams: Beams
     mass: Array
-    inertia: Array
+    tree: BeamTree | None
+    beam_slot: tuple[Ints, Ints]
+    cable_slot: tuple[Ints, Ints]
+    force_slot: tuple[Ints, Ints]
+    outer: OuterForces[AttachedPoints]
+    surfaces: BeamSurfaces
 
     @property
-    def arrays(self) -> BeamArrays:
-        """The elements as kernels take them."""
-        return BeamArrays(self.ends, self.axes, self.D, self.length)
+    def n_nodes(self) -> int:
+        """Nodes, fixed ones included."""
+        return len(self.beams.nodes)
+
+    @property
+    def n_elements(self) -> int:
+        """Beam elements."""
+        return len(self.beams.ends)
+
+    @property
+    def moving_mass(self) -> float:
+        """Mass of all nodes that are not fixed [kg]."""
+        return float(self.mass[::6].sum())
 
     @property
     def size(self) -> float:
-        """Diagonal of the bounding box [m]."""
-        return float(np.linalg.norm(np.ptp(self.nodes, axis=0)))
+        """Diagonal of the bounding box at rest [m]."""
+        return self.beams.size
 
+    @property
+    def triangles(self) -> Ints:
+        """Surface as triples of `points`: (t, 3)."""
+        return self.surfaces.triangles
 
-def make_body(
-    nodes: Array, ends: Ints, up: Array, profiles: list[Profile], material: Material
-) -> BeamBody:
-    """Beams of one material.
+    @property
+    def dof(self) -> Ints:
+        """First of the six degrees of freedom of a node, −1 where it is fixed: (n_nodes,)."""
+        return self.pattern.dof[::2]
 
-    Args:
-        nodes: (n_nodes, 3) positions at rest [m].
-        ends: (e, 2) nodes of each element.
-        up: (e, 3) a direction near axis 3 of each element's cross-section.
-        profiles: cross-section of each element.
-        material: of all beams.
+    def loaded(
+        self, gravity: Array, effector_force: Array, effectors: Effectors[AttachedPoints]
+    ) -> BeamBody:
+        """The body under other loads.
 
-    Raises:
-        BeamError: an end that is no node, a beam without length, a node that no beam leads to.
-    """
-    if len(ends) == 0 or ends.min() < 0 or ends.max() >= len(nodes):
-        raise BeamError(f"beams need ends among the nodes 0 to {len(nodes) - 1}")
-    along = nodes[ends[:, 1]] - nodes[ends[:, 0]]  # (e, 3)
-    length = np.linalg.norm(along, axis=1)
-    size = float(np.linalg.norm(np.ptp(nodes, axis=0)))
-    short = np.flatnonzero(length <= 1e-6 * size)
-    if len(short):
-        a, b = ends[short[0]]
-        raise BeamError(
-            f"beams.{short[0]} from node {a} to node {b} has a length of {length[short[0]]:.3g} m, "
-            f"allowed is more than {1e-6 * size:.3g} m"
-        )
-    check_connected(len(nodes), ends)
-    mass, inertia = np.zeros(len(nodes)), np.zeros(len(nodes))
-    for (a, b), profile, L in zip(ends, profiles, length, strict=True):
-        line = material.density * profile.area if profile.mass is None else profile.mass
-        half = 0.5 * line * L
-        for node in (a, b):
-            mass[node] += half
-            inertia[node] += half * L**2 / 12.0
-    D = np.array([natural_stiffness(p, material, L) for p, L in zip(profiles, length, strict=True)])
-    return BeamBody(
-        nodes, ends, element_axes(along / length[:, None], up), D, length, mass, inertia
-    )
+        Args:
+            gravity: (3,) [m/s²].
+            effector_force: (3 p,) forces on effectors [N].
+            effectors: the effectors, over its points.
+        """
+        outer = effectors.pushed(effector_force)
+        return dataclasses.replace(self, gravity=gravity, outer=outer)
 
+    def rest(self) -> State:
+        """The stress-free state at standstill."""
+        free = self.beams.nodes[self.dof >= 0]
+        q = np.hstack([free, np.tile([1.0, 0.0, 0.0, 0.0], (len(free), 1))])
+        return State(q.ravel(), np.zeros(self.n))
 
-def check_connected(n_nodes: int, ends: Ints) -> None:
-    """Raise a BeamError that names a node which beams do not join to node 0."""
-    graph = sp.coo_array((np.ones(len(ends)), ends.T), shape=(n_nodes, n_nodes))
-    parts, label = connected_components(graph, directed=False)
-    if parts > 1:
-        lost = np.flatnonzero(label != label[0])
-        raise BeamError(
-            f"node {lost[0]} is not connected to node 0: the beams fall into {parts} parts, "
-            "allowed is one"
-        )
+    def pose(self, state: State) -> tuple[Array, Array]:
+        """Positions (n_nodes, 3) [m] and rotations (n_nodes, 4) of all nodes."""
+        free, q = self.dof >= 0, state.q.reshape(-1, 7)
+        x, Q = self.beams.nodes.copy(), np.tile([1.0, 0.0, 0.0, 0.0], (self.n_nodes, 1))
+        x[free], Q[free] = q[:, :3], q[:, 3:]
+        return x, Q
 
+    def motion(self, state: State) -> PoseMotion:
+        """Where the nodes are at a state."""
+        return PoseMotion(*self.pose(state), self.dof, self.n)
 
-def element_axes(along: Array, up: Array) -> Array:
-    """Quaternions (e, 4) of axes along (e, 3), across, and near up (e, 3).
+    def points(self, state: State) -> Array:
+        """Positions of what `triangles` joins: (P, 3) [m]."""
+        return self.surfaces.drawn_points.place(*self.pose(state))[0]
 
-    Raises:
-        BeamError: up lies along a beam.
-    """
-    across = np.cross(up, along)
-    sine = np.linalg.norm(across, axis=1, keepdims=True)
-    flat = np.flatnonzero(sine[:, 0] <= 1e-6 * np.linalg.norm(up, axis=1))
-    if len(flat):
-        raise BeamError(f"beams.{flat[0]}: up {up[flat[0]].tolist()} lies along the beam")
-    across = across / sine
-    frames = np.stack([along, across, np.cross(along, across)], axis=2)  # (e, 3, 3), columns
-    axes: Array = Rotation.from_matrix(frames).as_quat()[:, [3, 0, 1, 2]]
-    return axes
+    def displacement(self, state: State, dq: Array) -> float:
+        """Largest displacement of a node or of a point attached to it in a change dq (n,) [m]."""
+        moved, turn = np.abs(dq.reshape(-1, 2, 3)).max(axis=(0, 2), initial=0.0)
+        return float(max(moved, turn * self.surfaces.lever))
+
+    def forces(
+        self, state: State, effort: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Internal and outer forces, and the tangent; see `Robot.forces`.
+
+        Args:
+            state: where to evaluate.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
+            exact: exact derivative rather than the positive semidefinite tangent.
+
+        Returns:
+            force (n,) [N, N m] without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
+        """
+        motion, beams, dof = self.motion(state), self.beams, self.pattern.dof
+        x, Q = motion.x, motion.Q
+        force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
+        force[::2] = np.outer(beams.mass, self.gravity)
+        assemble_beams(x, Q, beams.arrays, exact, self.beam_slot, force, K)
+        actuators = self.actuator_set
+        efforts = actuators.efforts(effort)
+        if efforts is not None:
+            cables = actuators.paths.n_a
+            add_beam_cable_stiffness(
+                *actuators.stations.place(x, Q), actuators.paths.segment_arrays,
+                efforts[:cables], exact, self.cable_slot, K,
+            )  # fmt: skip
+            if exact and len(actuators.forces) > 0:
+                _, arms = actuators.pushed.place(x, Q)
+                push = actuators.forces.vectors(efforts[cables:])
+                add_lever_stiffness(push, arms, self.force_slot, K)
+        total = force[dof >= 0].ravel()
+        preload = actuators.preload(motion)
+        if preload is not None:
+            total += preload[0]
+        if self.outer:
+            total += self.outer.on(motion)
+        return total, K
+
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+        motion, beams = self.motion(state), self.beams
+        x, Q = motion.x, motion.Q
+        force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
+        energy = assemble_beams(x, Q, beams.arrays, False, self.beam_slot, force, K)
+        weight = float(beams.mass @ ((x - beams.nodes) @ self.gravity))
+        pushed = self.outer.work(motion, self.motion(self.rest())) if self.outer else 0.0
+        preload = self.actuator_set.preload(motion)
+        work = weight + pushed + (preload[1] if preload else 0.0)
+        return energy - work
+
+    def masses(self, state: State) -> Array:
+        """Lumped masses and rotary inertias (n,), the same at any state."""
+        return self.mass
+
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s, rad/s].
+
+        Rotations of up to π in a step.
+        """
+        if self.tree is not None:
+            step = step_along_arcs(*self.pose(start), *self.pose(end), self.tree.beams)
+            along: Array = step[self.dof >= 0].ravel() / self.h
+            return along
+        first, last = start.q.reshape(-1, 7), end.q.reshape(-1, 7)
+        turns = rotations_between(first[:, 3:].copy(), last[:, 3:].copy())
+        v: Array = np.hstack([last[:, :3] - first[:, :3], turns]).ravel() / self.h
+        return v
+
+    def damping_at_end(self, start: StepStart, K: Array) -> Array:
+        """Second derivative (nnz,) of ½ vᵀ C v by v h at the end of a step; it turns with the beams.
+
+        Args:
+            start: of the step, with C.
+            K: (nnz,) tangent at the end.
+        """
+        if self.tree is None:
+            return start.damping
+        damping: Array = self.integration.rayleigh_stiffness * K
+        damping[self.pattern.diagonal] += self.integration.rayleigh_mass * self.mass
+        return damping
+
+    def at_end(self, start: State, end: State, force: Array) -> Array:
+        """Forces (n,) at the end of a step that do the work of given ones at its start [N, N m].
+
+        Args:
+            start: of the step.
+            end: of the step.
+            force: (n,) forces and moments that do work on displacements and turns v h [N, N m].
+        """
+        if self.tree is not None:
+            load = np.zeros((self.n_nodes, 6))
+            load[self.dof >= 0] = force.reshape(-1, 6)
+            beams = self.tree.beams
+            at = forces_at_end(*self.pose(start), *self.pose(end), load, beams)
+            return at[self.dof >= 0].ravel()
+        found = force.reshape(-1, 6).copy()
+        theta = self.h * self.velocity(start, end).reshape(-1, 6)[:, 3:]
+        found[:, 3:] = moments_at_end(theta, found[:, 3:])
+        return found.ravel()
+
+    def advance(self, state: State, system: System, dv: Array) -> State:
+        """The state one step later: v + dv, nodes moved and turned by h (v + dv).
+
+        Nodes of a tree move along arcs (`tauten.model.beams.arcs`). They move along straight lines where
+        beams form loops, and in steps of a straight system.
+
+        Velocities are not turned with the nodes: inertia continues them along straight lines, and the forces
+        of the next step curve the path.
+
+        Args:
+            state: before the step.
+            system: of the step.
+            dv: (n,) change of the velocity [m/s, rad/s].
+        """
+        v = system.v + dv
+        step, q = (system.h * v).reshape(-1, 6), state.q.reshape(-1, 7)
+        if self.tree is None or system.straight:
+            turned_by = turned(q[:, 3:].copy(), step[:, 3:].copy())
+            return State(np.hstack([q[:, :3] + step[:, :3], turned_by]).ravel(), v)
+        free, every = self.dof >= 0, np.zeros((self.n_nodes, 6))
+        every[free] = step
+        x, Q = self.pose(state)
+        end, turns = moved_along_arcs(x, Q, every, self.tree.beams)
+        return State(np.hstack([end[free], turns[free]]).ravel(), v)

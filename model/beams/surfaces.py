@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tauten.model.beams.body import BeamBody
+from tauten.model.beams.beams import Beams
 from tauten.model.beams.profile import Profile
 from tauten.model.numerics import Ints
 from tauten.model.points import (
@@ -37,7 +37,7 @@ class BeamSurfaces:
 
 
 def build_beam_surfaces(
-    structure: Structure, profiles: list[Profile], body: BeamBody
+    structure: Structure, profiles: list[Profile], body: Beams
 ) -> tuple[BeamSurfaces, dict[str, Ints]]:
     """Surfaces of the structure file and of the beams.
 
@@ -70,7 +70,7 @@ def build_beam_surfaces(
     return BeamSurfaces(contact_points, drawn, np.concatenate(triangles), lever), named
 
 
-def outline(body: BeamBody, k: int, profile: Profile) -> tuple[AttachedPoints, Ints]:
+def outline(body: Beams, k: int, profile: Profile) -> tuple[AttachedPoints, Ints]:
     """The lateral surface of a beam.
 
     Args:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.beams.body import BeamBody, BeamError
+from tauten.model.beams.beams import BeamError, Beams
 from tauten.model.beams.elements import (
     BeamArrays,
     stretch_change,
@@ -83,7 +83,7 @@ class BeamLoopError(BeamError):
     """Beams that do not branch from the fixed nodes."""
 
 
-def make_tree(body: BeamBody, fixed: Bools) -> BeamTree:
+def make_tree(body: Beams, fixed: Bools) -> BeamTree:
     """The tree of a body's beams.
 
     Args:

@@ -1,14 +1,16 @@
-"""The common part of all deformable bodies: material, sparse linear system, free vibration."""
+"""The mechanics of a robot: the interface of a body, sparse linear systems, free vibration, material."""
 
+from tauten.model.body.body import Body, Turning
 from tauten.model.body.material import Material
-from tauten.model.body.robot_base import RobotBase
-from tauten.model.body.sparse_robot import SparseAssembled, SparseRobot
+from tauten.model.body.sparse_body import SparseAssembled, SparseBody, Tangent
 from tauten.model.body.vibration import natural_frequencies
 
 __all__ = [
+    "Body",
     "Material",
-    "RobotBase",
     "SparseAssembled",
-    "SparseRobot",
+    "SparseBody",
+    "Tangent",
+    "Turning",
     "natural_frequencies",
 ]

@@ -2,45 +2,64 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import eigh
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from tauten.model.body.sparse_robot import SparseRobot
-from tauten.model.numerics import Array, make_factorisation
-from tauten.model.robot import State
+from tauten.model.body.body import Body
+from tauten.model.numerics import Array, FactorisationError, make_factorisation
+from tauten.model.state import State
 
 
-def natural_frequencies(robot: SparseRobot[Any], state: State, count: int) -> Array:
+def natural_frequencies(body: Body, state: State, count: int) -> Array:
     """The lowest natural frequencies without damping, cables slack, no contact: (count,) [Hz].
 
     Solves K x = ω² M x with the exact tangent K at the state and the mass M of what is not fixed, drives
-    held, by Lanczos iterations with the inverse of K (scipy's ARPACK).
+    held.
 
     Args:
-        robot: the robot; its workspace is left alone.
+        body: the body; its workspace is left alone.
         state: about which it vibrates.
-        count: how many; fewer where the robot has few degrees of freedom.
+        count: how many; fewer where the body has few degrees of freedom.
 
     Raises:
         FactorisationError: K is not positive definite, the body is not held or the state not stable.
     """
-    _, values = robot.forces(state, exact=True)
-    free = np.setdiff1d(np.arange(robot.n), robot.motor_coordinates)
-    whole = robot.matrix(values)
-    K = sp.csc_array(whole[:, free][free])
+    K, M = body.matrix(body.forces(state, exact=True)[1]), body.matrix(body.masses(state))
+    free = np.setdiff1d(np.arange(body.n), body.motor_coordinates)
+    K, M = K[:, free][free], M[:, free][free]
+    if isinstance(K, np.ndarray):
+        found = eigh(K, M, eigvals_only=True)[:count]
+        if not found[0] > 0.0:
+            raise FactorisationError("the stiffness is not positive definite")
+    else:
+        found = lowest(sp.csc_array(K), sp.csc_array(M), body.linear_solver, count)
+    frequencies: Array = np.sqrt(np.maximum(np.sort(found), 0.0)) / (2.0 * np.pi)
+    return frequencies
+
+
+def lowest(K: sp.csc_array, M: sp.csc_array, solver: str, count: int) -> Array:
+    """The lowest eigenvalues (count,) of K x = ω² M x, by Lanczos iterations with K⁻¹ (SciPy's ARPACK).
+
+    Args:
+        K: (n, n) stiffness.
+        M: (n, n) mass.
+        solver: name of the factorisation of K.
+        count: how many.
+
+    Raises:
+        FactorisationError: K is not positive definite.
+    """
+    n = K.shape[0]
     K.sort_indices()
-    M, n = sp.csc_array(robot.mass_matrix(state)[:, free][free]), len(free)
     indptr, indices = K.indptr.astype(np.int64), K.indices.astype(np.int64)
-    factors = make_factorisation(indptr, indices, robot.linear_solver)
+    factors = make_factorisation(indptr, indices, solver)
     factors.refactor(K.data)
     start = np.random.default_rng(0).standard_normal(n)  # the same answer every time
     inverse = LinearOperator((n, n), matvec=lambda b: factors.solve(np.ravel(b)), dtype=float)
-    found = eigsh(
+    found: Array = eigsh(
         K, k=min(count, n - 1), M=M, sigma=0.0,
         OPinv=inverse, return_eigenvectors=False, v0=start, tol=1e-9,
     )  # fmt: skip
-    frequencies: Array = np.sqrt(np.maximum(np.sort(found), 0.0)) / (2.0 * np.pi)
-    return frequencies
+    return found

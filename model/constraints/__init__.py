@@ -1,5 +1,6 @@
-"""Rigid regions, drives and attachments by elimination: robots in the coordinates that these leave."""
+"""Rigid regions, drives and attachments by elimination: bodies in the coordinates that these leave."""
 
+from tauten.model.constraints.body import ConstrainedBody
 from tauten.model.constraints.coordinates import (
     CoordinateMap,
     make_coordinates,
@@ -15,10 +16,9 @@ from tauten.model.constraints.frames import (
     make_frames,
 )
 from tauten.model.constraints.joints import FrameJoints
-from tauten.model.constraints.robot import ConstrainedRobot
 
 __all__ = [
-    "ConstrainedRobot",
+    "ConstrainedBody",
     "CoordinateMap",
     "DriveRegion",
     "Drums",

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+import numpy as np
+
 from tauten.model.effectors.effector_set import EffectorSet
 from tauten.model.numerics import Array
-from tauten.model.points import Motion
+from tauten.model.points import Motion, OuterForces
 from tauten.model.rows import EffectorRows, Rows
 
 P_co = TypeVar("P_co", covariant=True)
@@ -40,6 +42,16 @@ class Effectors(Generic[P_co]):
     def rows(self, motion: Motion[P_co]) -> EffectorRows:
         """Rows of the effectors."""
         return self.kinds.rows(motion.placed(self.points))
+
+    def pushed(self, forces: Array) -> OuterForces[P_co]:
+        """Outer forces on the effectors as forces on the points.
+
+        Args:
+            forces: (3 p,) [N].
+        """
+        pairs = zip(self.kinds.measures, forces.reshape(-1, 3), strict=True)
+        vectors = [np.outer(measure.carrier, force) for measure, force in pairs]
+        return OuterForces(self.points, np.concatenate(vectors))
 
     def places(self, motion: Motion[P_co]) -> Rows:
         """Positions (3 p,) of the places where outer forces act on the effectors."""

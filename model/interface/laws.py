@@ -3,7 +3,7 @@
 A cable obeys 0 ≤ δ − pull ⟂ λ ≥ 0 where its pull is given: it may be slack and never pushes. All others are
 bilateral, δ = pull with λ of either sign, and so is a cable whose tension may be negative, a rod. Between a
 motor and what it moves there may be a spring. Which rows of a step obey which law is in
-`tauten.model.sorted_rows`.
+`tauten.model.step.sorted_rows`.
 """
 
 from __future__ import annotations

@@ -97,7 +97,7 @@ class ActuatorParts:
             forces=make_forces(self.directions, [np.ones(1)] * len(self.directions), points.at(x0)),
             pushed=points,
             drives=no_drives(),
-            coupling=None,
+            coupling=self.coupling,
         )
 
 

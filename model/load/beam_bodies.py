@@ -15,11 +15,11 @@ import scipy.sparse as sp
 
 from tauten.model.beams import (
     BeamArrays,
-    BeamBody,
     BeamError,
+    Beams,
     Profile,
     bar,
-    make_body,
+    make_beams,
     outline,
     section,
     tube,
@@ -55,7 +55,7 @@ class BeamPart:
 
     name: str
     nodes: Ints
-    body: BeamBody
+    body: Beams
     profile: Profile
 
 
@@ -147,7 +147,7 @@ def build_beam(
         turn = arms / np.linalg.norm(arms, axis=1, keepdims=True)
         up = np.tile(np.array(body.beam.up) @ turn, (count, 1))
     try:
-        made = make_body(axis, ends, up, [profile] * count, material_of(body))
+        made = make_beams(axis, ends, up, [profile] * count, material_of(body))
     except BeamError as error:
         raise RobotFileError(f"{source}: {prefix}beam: {error}") from error
     if body.material.total_mass is not None:

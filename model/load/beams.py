@@ -1,4 +1,4 @@
-"""From the file of a robot made of beams to a `BeamRobot`."""
+"""From the file of a robot made of beams to a robot."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from tauten.model.beams import (
     BeamBody,
     BeamError,
     BeamLoopError,
-    BeamRobot,
+    Beams,
     BeamSurfaces,
     BeamTree,
     Profile,
     build_beam_surfaces,
-    make_body,
+    make_beams,
     make_tree,
 )
 from tauten.model.body import Material
@@ -46,7 +46,7 @@ from tauten.model.points import (
     make_paths,
     no_attached_points,
 )
-from tauten.model.robot import names_of
+from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
     RobotFileError,
@@ -70,7 +70,7 @@ def read_structure(path: Path) -> Structure:
     return validated(Structure, raw, path)
 
 
-def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> BeamRobot:
+def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> Robot[BeamBody]:
     """Build a robot from validated files.
 
     Args:
@@ -99,29 +99,31 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> B
     )
     free = ~fixed
     scheme = config.integration
-    return BeamRobot(
+    return Robot(
         names=names_of(config),
         digest=beam_robot_digest(config, structure, Path(source).parent),
-        gravity=np.array(config.gravity),
         tolerance=config.contact.tolerance,
-        body=body,
-        integration=integration_of(config),
-        pattern=pattern,
-        tree=tree_of(body, fixed),
-        beam_slot=pattern.blocks(groups(body.ends)),
-        cable_slot=pattern.blocks(groups(ends_of(paths, stations))),
-        force_slot=pattern.blocks(2 * pushed.nodes[:, :1] + 1),
-        mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
-        effector_force=np.zeros(3 * len(config.effectors)),
         actuators=actuators_of(config),
-        actuator_set=beam_actuators(paths, stations, forces, pushed, coupling_of(config)),
         limits=limits_of(config, source),
         effectors=effectors,
-        surfaces=surfaces,
         contacts=contacts,
         vertices=surfaces.contact_points,
-        factorisation=make_factorisation(
-            pattern.indptr, pattern.indices, scheme.factorisation, scheme.threads
+        body=BeamBody(
+            gravity=np.array(config.gravity),
+            integration=integration_of(config),
+            actuator_set=beam_actuators(paths, stations, forces, pushed, coupling_of(config)),
+            pattern=pattern,
+            factorisation=make_factorisation(
+                pattern.indptr, pattern.indices, scheme.factorisation, scheme.threads
+            ),
+            beams=body,
+            mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
+            tree=tree_of(body, fixed),
+            beam_slot=pattern.blocks(groups(body.ends)),
+            cable_slot=pattern.blocks(groups(ends_of(paths, stations))),
+            force_slot=pattern.blocks(2 * pushed.nodes[:, :1] + 1),
+            outer=effectors.pushed(np.zeros(3 * len(config.effectors))),
+            surfaces=surfaces,
         ),
     )
 
@@ -160,7 +162,7 @@ def beam_actuators(
     )
 
 
-def tree_of(body: BeamBody, fixed: Bools) -> BeamTree | None:
+def tree_of(body: Beams, fixed: Bools) -> BeamTree | None:
     """The tree of the beams; None: they form loops."""
     try:
         return make_tree(body, fixed)
@@ -197,7 +199,7 @@ def build_profiles(
 
 def build_beam_body(
     structure: Structure, profiles: list[Profile], material: Material, source: str
-) -> BeamBody:
+) -> Beams:
     """Beams with the masses of the vertebrae.
 
     Args:
@@ -209,7 +211,7 @@ def build_beam_body(
     ends = np.array([beam.ends for beam in structure.beams], dtype=np.int64)
     up = np.array([beam.up for beam in structure.beams])
     try:
-        body = make_body(np.array(structure.nodes), ends, up, profiles, material)
+        body = make_beams(np.array(structure.nodes), ends, up, profiles, material)
     except BeamError as error:
         raise RobotFileError(f"{source}: {error}") from error
     mass, inertia = body.mass.copy(), body.inertia.copy()
@@ -221,7 +223,7 @@ def build_beam_body(
     return replace(body, mass=mass, inertia=inertia)
 
 
-def fixed_beam_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
+def fixed_beam_nodes(config: BeamConfig, body: Beams, source: str) -> Bools:
     """Nodes whose position and rotation are fixed, those in any of the `fixed` boxes: (n_nodes,) bool.
 
     Args:
@@ -239,7 +241,7 @@ def fixed_beam_nodes(config: BeamConfig, body: BeamBody, source: str) -> Bools:
 
 
 def build_beam_cables(
-    config: BeamConfig, structure: Structure, body: BeamBody, base: int, source: str
+    config: BeamConfig, structure: Structure, body: Beams, base: int, source: str
 ) -> tuple[Paths, AttachedPoints]:
     """Cables through holes of vertebrae, and the points that they pass.
 
@@ -269,7 +271,7 @@ def build_beam_cables(
 
 
 def build_beam_forces(
-    config: BeamConfig, structure: Structure, body: BeamBody, selector: Selector
+    config: BeamConfig, structure: Structure, body: Beams, selector: Selector
 ) -> tuple[ForceSet, AttachedPoints]:
     """Forces on vertebrae or spread over nodes, and the points that they act on.
 
@@ -298,7 +300,7 @@ def build_beam_forces(
     return make_forces(np.concatenate(directions), shares, placed_at_rest(pushed, body)), pushed
 
 
-def placed_at_rest(points: AttachedPoints, body: BeamBody) -> Array:
+def placed_at_rest(points: AttachedPoints, body: Beams) -> Array:
     """Positions (p, 3) of points that are attached to beams at rest [m]."""
     unturned = np.tile([1.0, 0.0, 0.0, 0.0], (len(body.nodes), 1))
     return points.place(body.nodes, unturned)[0]
@@ -306,7 +308,7 @@ def placed_at_rest(points: AttachedPoints, body: BeamBody) -> Array:
 
 def on_vertebra(
     structure: Structure,
-    body: BeamBody,
+    body: Beams,
     points: list[tuple[float, float, float]],
     what: str,
     slack: float,
@@ -355,7 +357,7 @@ def outside(disc: Vertebra, nodes: Array, point: Array) -> float:
 
 
 def build_beam_contacts(
-    config: BeamConfig, surfaces: BeamSurfaces, named: dict[str, Ints], body: BeamBody, source: str
+    config: BeamConfig, surfaces: BeamSurfaces, named: dict[str, Ints], body: Beams, source: str
 ) -> ContactSet:
     """Candidates and target surfaces of every contact.
 

@@ -8,9 +8,9 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from tauten.model.actuators import Coupling, DriveSet
+from tauten.model.actuators import ActuatorSet, DriveSet
 from tauten.model.constraints import (
-    ConstrainedRobot,
+    ConstrainedBody,
     DriveRegion,
     Drums,
     Frames,
@@ -27,9 +27,10 @@ from tauten.model.load.bodies import Bodies
 from tauten.model.load.glue import attached_parts, build_glue
 from tauten.model.load.joins import AnyFrame, axis_of, join_frames, require_no_circle
 from tauten.model.numerics import Bools, Ints, make_factorisation
-from tauten.model.points import NodePoints, Paths
+from tauten.model.points import MeanPoints, NodePoints, Paths
 from tauten.model.schema import RobotConfig, RobotFileError
-from tauten.model.tetra import TetRobot
+from tauten.model.system import Integration
+from tauten.model.tetra import Tetrahedra
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,22 +213,24 @@ def require_own_nodes(regions: list[RigidRegion | DriveRegion], fixed: Bools, so
 
 
 def constrained(
-    raw: TetRobot,
+    tetrahedra: Tetrahedra,
     constraints: Constraints,
     config: RobotConfig,
     bodies: Bodies,
-    coupling: Coupling | None,
-) -> ConstrainedRobot:
-    """A robot in the coordinates that its constraints leave.
+    scheme: Integration,
+    actuators: ActuatorSet[NodePoints | MeanPoints],
+) -> ConstrainedBody:
+    """A body in the coordinates that its constraints leave.
 
     Args:
-        raw: the robot without constraints and couplings.
+        tetrahedra: of all bodies.
         constraints: the constraints.
         config: the robot file.
         bodies: the bodies, with masses and beams.
-        coupling: of all actuators.
+        scheme: of its steps.
+        actuators: cables, chambers, forces and couplings.
     """
-    x0, dof = raw.mesh.nodes, raw.pattern.dof
+    x0, dof = tetrahedra.mesh.nodes, tetrahedra.dof
     number = np.where(dof >= 0, dof // 3, -1)
     rigid, pinned, drives = constraints.rigid, constraints.pinned, constraints.drives
     frames = make_frames(rigid, pinned, drives, number, x0, bodies.parts.mass)
@@ -235,7 +238,7 @@ def constrained(
     for region, (_, nodes) in enumerate(constraints.regions):
         moving[nodes] = region
     joints = beam_joints(bodies.beams, moving, constraints.springs)
-    paths, stations = raw.actuator_set.paths, raw.actuator_set.stations
+    paths, stations = actuators.paths, actuators.stations
     assert isinstance(stations, NodePoints)  # cables pass combinations of a few nodes each
     drums = build_drums(config, paths, stations, len(drives), number)
     none = np.zeros(0, dtype=np.int64)
@@ -247,30 +250,20 @@ def constrained(
         more = drums.entries(len(coordinates.indptr) - 1 - len(wound))
         i, j = (np.concatenate(pair) for pair in zip(entries, more, strict=True))
         entries = i, j
-    product = make_product_pattern(coordinates, raw.pattern, frames, entries)
+    product = make_product_pattern(coordinates, tetrahedra.pattern, frames, entries)
     pattern, driven = product.pattern, np.arange(len(config.drives))
     solver = config.integration
-    return ConstrainedRobot(
-        names=raw.names,
-        digest=raw.digest,
-        gravity=raw.gravity,
-        tolerance=raw.tolerance,
-        integration=raw.integration,
-        pattern=pattern,
-        actuators=raw.actuators,
+    return ConstrainedBody(
+        gravity=np.array(config.gravity),
+        integration=scheme,
         actuator_set=replace(
-            raw.actuator_set,
-            drives=build_drives(config, frames, driven, wound, coordinates.n),
-            coupling=coupling,
+            actuators, drives=build_drives(config, frames, driven, wound, coordinates.n)
         ),
-        limits=raw.limits,
-        effectors=raw.effectors,
-        contacts=raw.contacts,
-        vertices=raw.vertices,
+        pattern=pattern,
         factorisation=make_factorisation(
             pattern.indptr, pattern.indices, solver.factorisation, solver.threads
         ),
-        raw=raw,
+        tetrahedra=tetrahedra,
         frames=frames,
         coordinates=coordinates,
         product=product,

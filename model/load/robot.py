@@ -12,8 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from tauten.model.actuators import nodal_curvature
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model.actuators import ActuatorSet, nodal_curvature
 from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
@@ -22,7 +21,7 @@ from tauten.model.load.constraints import build_constraints, constrained, requir
 from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
 from tauten.model.numerics import make_factorisation
-from tauten.model.points import points_at
+from tauten.model.points import MeanPoints, NodePoints, points_at
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
@@ -37,8 +36,14 @@ from tauten.model.schema import (
     robot_digest,
     validated,
 )
-from tauten.model.system import integration_of, make_pattern
-from tauten.model.tetra import TetRobot, make_solid, make_viscoelasticity
+from tauten.model.system import Integration, integration_of, make_pattern
+from tauten.model.tetra import (
+    NodalBody,
+    TetBody,
+    Tetrahedra,
+    make_solid,
+    make_viscoelasticity,
+)
 
 C = TypeVar("C", RobotConfig, BeamConfig)
 M = TypeVar("M", bound=MaterialSettings)
@@ -199,7 +204,7 @@ def scaled(material: M, factor: float, source: str, prefix: str) -> M:
 
 def build_robot(
     config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: str
-) -> TetRobot | ConstrainedRobot:
+) -> Robot[TetBody]:
     """Build a robot from a validated robot file and checked meshes.
 
     Args:
@@ -224,30 +229,56 @@ def build_robot(
     viscosity = None
     if body.is_viscous:
         viscosity = make_viscoelasticity(elements, body.laws, body.viscosities)
-    scheme = config.integration
-    backend = "superlu" if constraints else scheme.factorisation
-    actuators = parts.placed(body.mesh.nodes, pattern.dof, pattern.n)
-    robot = TetRobot(
-        names=names_of(config),
-        digest=robot_digest(config, contents_of(config, meshes), Path(source).parent),
-        gravity=np.array(config.gravity),
-        tolerance=config.contact.tolerance,
+    tetrahedra = Tetrahedra(
         mesh=body.mesh,
-        integration=replace(integration_of(config), viscous=viscosity is not None),
         pattern=pattern,
         elements=elements,
-        viscosity=viscosity,
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
         curvature=nodal_curvature(parts.paths, parts.stations, parts.chambers, pattern),
+        viscosity=viscosity,
+    )
+    scheme = replace(integration_of(config), viscous=viscosity is not None)
+    actuators = parts.placed(body.mesh.nodes, pattern.dof, pattern.n)
+    return Robot(
+        names=names_of(config),
+        digest=robot_digest(config, contents_of(config, meshes), Path(source).parent),
+        tolerance=config.contact.tolerance,
         actuators=actuators_of(config),
-        actuator_set=actuators,
         limits=limits_of(config, source),
         effectors=build_nodal_effectors(config.effectors, selector, place, pattern.dof, pattern.n),
         contacts=contacts,
         vertices=points_at(np.arange(len(body.mesh.nodes))),
-        factorisation=make_factorisation(pattern.indptr, pattern.indices, backend, scheme.threads),
+        body=(
+            constrained(tetrahedra, constraints, config, bodies, scheme, actuators)
+            if constraints
+            else free_body(tetrahedra, config, scheme, actuators)
+        ),
     )
-    if constraints:  # couplings are those of the robot in other coordinates
-        return constrained(robot, constraints, config, bodies, parts.coupling)
-    return replace(robot, actuator_set=replace(actuators, coupling=parts.coupling))
+
+
+def free_body(
+    tetrahedra: Tetrahedra,
+    config: RobotConfig,
+    scheme: Integration,
+    actuators: ActuatorSet[NodePoints | MeanPoints],
+) -> NodalBody:
+    """The body of tetrahedra whose nodes move freely.
+
+    Args:
+        tetrahedra: its elements.
+        config: the robot file.
+        scheme: of its steps.
+        actuators: that act on it.
+    """
+    pattern, solver = tetrahedra.pattern, config.integration
+    return NodalBody(
+        gravity=np.array(config.gravity),
+        integration=scheme,
+        actuator_set=actuators,
+        pattern=pattern,
+        factorisation=make_factorisation(
+            pattern.indptr, pattern.indices, solver.factorisation, solver.threads
+        ),
+        tetrahedra=tetrahedra,
+    )

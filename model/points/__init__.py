@@ -32,6 +32,7 @@ from tauten.model.points.nodes import (
     mean_points,
     points_at,
 )
+from tauten.model.points.outer import OuterForces
 from tauten.model.points.paths import Paths, Segments, blunted, make_paths, path_lengths
 
 __all__ = [
@@ -43,6 +44,7 @@ __all__ = [
     "Motion",
     "NodeMotion",
     "NodePoints",
+    "OuterForces",
     "Paths",
     "Placed",
     "PlacedOnBeams",

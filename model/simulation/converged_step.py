@@ -24,14 +24,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.condensed_step import Forces, condensed
-from tauten.model.contact_space import ContactSpace
-from tauten.model.enrichment import Enrichment
-from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.interface import Command
 from tauten.model.numerics import FactorisationError
-from tauten.model.robot import Robot, State
+from tauten.model.robot import Robot
 from tauten.model.simulation.equilibrium import Ending, Merit
+from tauten.model.state import State
+from tauten.model.step import ContactSpace, Enrichment, Forces, ForwardStep, condensed, forward_step
 
 ITERATIONS = 40  # linearisations of a step at most
 TOLERANCE = 1e-5  # of the robot's size, displacement of a node in the last iteration; its error is far below
@@ -80,13 +78,13 @@ def converged_step(
     Raises:
         FactorisationError: the state has diverged.
     """
-    start = robot.step_start(state)
+    start = robot.body.step_start(state)
 
     def potential(at: State) -> float:
         """Φ of (C1) [J]."""
-        return robot.step_energy(start, robot.velocity(state, at)) + robot.potential(at)
+        return robot.body.step_energy(start, robot.body.velocity(state, at)) + robot.potential(at)
 
-    system = robot.linearise_iterate(state, start, forces.effort)
+    system = robot.body.linearise_iterate(state, start, forces.effort)
     merit = Merit(robot, space, command, potential, robot.advance)
     contacts = space.k > 0 or enrichment.rounds > 0
     iterate, lam, taken, movement = state, forces, 0, np.inf
@@ -95,7 +93,7 @@ def converged_step(
     while taken < ITERATIONS and ending is not Ending.SETTLED:
         if last is not None:
             try:
-                system = robot.linearise_iterate(iterate, start, lam.effort)
+                system = robot.body.linearise_iterate(iterate, start, lam.effort)
             except FactorisationError:
                 ending = Ending.NOT_FINITE
                 break
@@ -118,7 +116,7 @@ def converged_step(
     if last is None:
         raise FactorisationError("the step leads to no finite state")
     still = replace(system, v=np.zeros_like(state.v))
-    end = robot.advance(state, still, robot.velocity(state, iterate))
+    end = robot.advance(state, still, robot.body.velocity(state, iterate))
     end = without_gain(robot, state, end, lam)
     return ConvergedStep(end, lam, last, movement, taken, ending)
 
@@ -137,6 +135,6 @@ def without_gain(robot: Robot, before: State, after: State, forces: Forces) -> S
     gain = robot.energy(after) - robot.energy(before) - work
     if not gain > 0.0:
         return after
-    kinetic = robot.kinetic_energy(after)
+    kinetic = robot.body.kinetic_energy(after)
     share = max(kinetic - gain, 0.0) / kinetic if kinetic > 0.0 else 0.0
     return replace(after, v=np.sqrt(share) * after.v)

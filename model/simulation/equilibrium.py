@@ -19,12 +19,11 @@ from enum import Enum
 
 import numpy as np
 
-from tauten.model.contact_space import ContactSpace
-from tauten.model.enrichment import PredictedStep
-from tauten.model.forward_step import ForwardStep
 from tauten.model.interface import Command
 from tauten.model.numerics import Array
-from tauten.model.robot import Robot, State
+from tauten.model.robot import Robot
+from tauten.model.state import State
+from tauten.model.step import ContactSpace, ForwardStep, PredictedStep
 from tauten.model.system import System
 
 WEIGHT = 2.0  # of a constraint's violation, relative to the largest force on it
@@ -164,7 +163,7 @@ def make_report(
     if not met:
         ending = Ending.NO_EQUILIBRIUM
     elif ending in (Ending.OUT_OF_ITERATIONS, Ending.NOT_FINITE):
-        if robot.inverted(state) > 0:
+        if robot.body.inverted(state) > 0:
             ending = Ending.INVERTED
         elif not solved.step.system.exact:
             ending = Ending.LIMIT_POINT

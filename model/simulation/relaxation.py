@@ -13,13 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tauten.model.condensed_step import Forces, condense_step
-from tauten.model.contact_space import ContactSpace
-from tauten.model.enrichment import Enrichment
-from tauten.model.forward_step import forward_step
 from tauten.model.interface import Command
 from tauten.model.numerics import FactorisationError
-from tauten.model.robot import Robot, State
+from tauten.model.robot import Robot
+from tauten.model.state import State
+from tauten.model.step import ContactSpace, Enrichment, Forces, condense_step, forward_step
 
 FIRST = 0.1  # s; of the time steps
 SHORTEST, LONGEST = 1e-3, 1.0  # s; longer ones no longer follow the motion

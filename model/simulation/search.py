@@ -19,13 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.condensed_step import CondensedStep, Forces, condense_step
-from tauten.model.contact_space import ContactSpace
-from tauten.model.enrichment import Enrichment
-from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.interface import Command
 from tauten.model.numerics import Anderson, Array, FactorisationError
-from tauten.model.robot import Robot, State
+from tauten.model.robot import Robot
 from tauten.model.simulation.equilibrium import (
     Ending,
     Merit,
@@ -33,6 +29,16 @@ from tauten.model.simulation.equilibrium import (
     make_report,
 )
 from tauten.model.simulation.stability import way_on
+from tauten.model.state import State
+from tauten.model.step import (
+    CondensedStep,
+    ContactSpace,
+    Enrichment,
+    Forces,
+    ForwardStep,
+    condense_step,
+    forward_step,
+)
 from tauten.model.system import System, smaller_share
 
 REACH = 0.1  # of the body, a step at most
@@ -73,7 +79,7 @@ class EquilibriumSearch:
         """
         self.robot, self._space, self._enrichment = robot, space, enrichment
         self._reach, self._near = REACH * robot.size, NEAR * robot.size
-        self._turning = robot.turning_steps()
+        self._turning = robot.body.turning_steps()
 
     def run(
         self,

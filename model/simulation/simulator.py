@@ -8,21 +8,29 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model.compliance import row_compliance
-from tauten.model.condensed_step import Forces, condense_step, no_forces
-from tauten.model.contact_space import ContactSpace
 from tauten.model.contacts import Contacts
-from tauten.model.enrichment import NO_ENRICHMENT, Enrichment, contact_model
-from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.interface import Command
 from tauten.model.numerics import Array, solve_lcp
-from tauten.model.robot import Robot, State
+from tauten.model.robot import Robot
 from tauten.model.simulation.commands import checked_command
 from tauten.model.simulation.converged_step import converged_step
 from tauten.model.simulation.equilibrium import Ending, Report, make_report
 from tauten.model.simulation.relaxation import relaxed
 from tauten.model.simulation.search import EquilibriumSearch
 from tauten.model.simulation.travel import travel
+from tauten.model.state import State
+from tauten.model.step import (
+    NO_ENRICHMENT,
+    ContactSpace,
+    Enrichment,
+    Forces,
+    ForwardStep,
+    condense_step,
+    contact_model,
+    forward_step,
+    no_forces,
+    row_compliance,
+)
 from tauten.model.threads import one_blas_thread
 
 SMOOTHING = (

@@ -17,11 +17,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
-from tauten.model.enrichment import PredictedStep
-from tauten.model.forward_step import ForwardStep
 from tauten.model.numerics import Array, Bools
 from tauten.model.robot import Robot
 from tauten.model.simulation.equilibrium import Ending
+from tauten.model.step import ForwardStep, PredictedStep
 
 NEGATIVE = -1e-6  # κ below this is unstable; rounding and the last movement are smaller
 ACCURACY = 1e-3  # of κ
@@ -51,8 +50,8 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
     taut = layout.n_e + np.flatnonzero(acting)
     effort = solved.lam[layout.actuators]
     h, system = step.system.h, step.system
-    K = robot.matrix(robot.forces(step.state, effort, exact=True)[1])
-    M = robot.matrix(factorised)
+    K = robot.body.matrix(robot.forces(step.state, effort, exact=True)[1])
+    M = robot.body.matrix(factorised)
     H, X = step.compliance.H[taut], h * h * step.compliance.X[taut]  # rows, and (K₊⁻¹ Hᵀ)ᵀ
     W = H @ X.T
     inverse = np.linalg.pinv(W, rcond=1e-10) if len(taut) > 0 else W

@@ -18,12 +18,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.condensed_step import Forces, condense_step
-from tauten.model.contact_space import ContactSpace
-from tauten.model.enrichment import Enrichment
-from tauten.model.forward_step import ForwardStep, forward_step
 from tauten.model.interface import Command
-from tauten.model.robot import Robot, State
+from tauten.model.robot import Robot
+from tauten.model.state import State
+from tauten.model.step import (
+    ContactSpace,
+    Enrichment,
+    Forces,
+    ForwardStep,
+    condense_step,
+    forward_step,
+)
 from tauten.model.system import Integration, coasting
 
 STAGE = 1.0 - 1.0 / np.sqrt(2.0)  # γ

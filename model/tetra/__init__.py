@@ -1,19 +1,23 @@
-"""Robots made of tetrahedra."""
+"""Bodies made of tetrahedra."""
 
 from tauten.model.tetra.body import BodyParts, body_parts, join_bodies
 from tauten.model.tetra.domains import Domains, linear_domains
 from tauten.model.tetra.elements import lumped_mass
+from tauten.model.tetra.nodal_body import NodalBody
 from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass, shape_functions
-from tauten.model.tetra.robot import TetRobot
 from tauten.model.tetra.smoothed import smoothed_domains
 from tauten.model.tetra.solid import Solid, make_solid
+from tauten.model.tetra.tetra_body import TetBody
+from tauten.model.tetra.tetrahedra import Tetrahedra
 from tauten.model.tetra.viscoelastic import make_viscoelasticity
 
 __all__ = [
     "BodyParts",
     "Domains",
+    "NodalBody",
     "Solid",
-    "TetRobot",
+    "TetBody",
+    "Tetrahedra",
     "body_parts",
     "join_bodies",
     "linear_domains",

@@ -182,7 +182,7 @@ def _loaded_runs(robot: Robot, found: CommandRange, seed: int) -> tuple[Run, ...
 def payload(robot: Robot) -> float:
     """`PAYLOAD` of the weight, spread evenly over the effectors: the force on each of them [N]."""
     size = float(np.linalg.norm(robot.gravity)) or STANDARD_GRAVITY
-    return PAYLOAD * robot.moving_mass * size / len(robot.effector_names)
+    return PAYLOAD * robot.body.moving_mass * size / len(robot.effector_names)
 
 
 def _random_ends(found: CommandRange, count: int, seed: int) -> Array:

@@ -23,7 +23,7 @@ class BasisError(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactBasis:
-    """Contact modes of one robot; a `tauten.model.contact_space.ContactSpace`.
+    """Contact modes of one robot; a `tauten.model.step.contact_space.ContactSpace`.
 
     Attributes:
         Psi: (n_c, k) modes, nonnegative, unit columns.

@@ -1,6 +1,6 @@
 """Reduced robots: state modes and sampled elements."""
 
-from tauten.reduction.reduced_robot import ElementSample, ReducedRobot, StateBasisError
+from tauten.reduction.reduced_body import ElementSample, ReducedBody, StateBasisError
 from tauten.reduction.state.basis import SUFFIX, StateBasis, StateOrigin
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.model_error import TipCheck
@@ -15,7 +15,7 @@ from tauten.reduction.state.robot import reduced_robot
 
 __all__ = [
     "ElementSample",
-    "ReducedRobot",
+    "ReducedBody",
     "SUFFIX",
     "StateBasis",
     "StateBasisError",

@@ -11,7 +11,7 @@ import numpy as np
 from tauten.model import Robot
 from tauten.model.numerics import Array, Ints
 from tauten.reduction.provenance import made_for_another
-from tauten.reduction.reduced_robot import StateBasisError
+from tauten.reduction.reduced_body import StateBasisError
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
 
@@ -66,7 +66,7 @@ class StateBasis:
     """State modes of one robot, with the elements over which its forces are summed.
 
     Attributes:
-        Phi: (m, r) modes, ΦᵀWΦ = I in the norm of the robot (`tauten.reduction.reduced_robot.Reducible`).
+        Phi: (m, r) modes, ΦᵀWΦ = I in the norm of the robot (`tauten.reduction.reduced_body.Reducible`).
         elements: (s,) numbers of the sampled elements, ascending.
         weights: (s,) factors of their forces, positive.
         origin: robot, snapshots, errors and versions.

@@ -1,13 +1,24 @@
-"""Which robots have state bases."""
+"""Which bodies have state bases: the one table of kinds."""
 
 from __future__ import annotations
 
-from tauten.model import Robot, TetRobot
-from tauten.model.beams import BeamRobot
-from tauten.model.constraints import ConstrainedRobot
-from tauten.reduction.reduced_robot import Reducible, StateBasisError
-from tauten.reduction.state.beams import ReducibleBeamRobot
-from tauten.reduction.state.tetra import ReducibleTetRobot
+from collections.abc import Callable
+from typing import Any
+
+from tauten.model import Robot
+from tauten.model.beams import BeamBody
+from tauten.model.body import Body
+from tauten.model.constraints import ConstrainedBody
+from tauten.model.tetra import NodalBody
+from tauten.reduction.reduced_body import Reducible, StateBasisError
+from tauten.reduction.state.beams import ReducibleBeams
+from tauten.reduction.state.tetra import reducible_constrained, reducible_nodes
+
+REDUCIBLE: dict[type[Body], Callable[[Robot[Any]], Reducible]] = {
+    NodalBody: reducible_nodes,
+    ConstrainedBody: reducible_constrained,
+    BeamBody: ReducibleBeams,
+}
 
 
 def reducible(robot: Robot) -> Reducible:
@@ -16,25 +27,9 @@ def reducible(robot: Robot) -> Reducible:
     Raises:
         StateBasisError: its kind of body has no state bases.
     """
-    body = robot.raw if isinstance(robot, ConstrainedRobot) else robot
-    if isinstance(body, TetRobot) and body.viscosity is not None:
+    kind = type(robot.body)
+    if kind not in REDUCIBLE:
         raise StateBasisError(
-            f"robot {robot.name}: viscous materials have no state bases; leave out material.viscosity, "
-            "or use the full model"
+            f"robot {robot.name}: only full robots made of tetrahedra or of beams have state bases"
         )
-    if (
-        isinstance(robot, ConstrainedRobot)
-        and robot.joints is not None
-        and len(robot.joints.nodes) > 0
-    ):
-        raise StateBasisError(
-            f"robot {robot.name}: robots with beams beside bodies of tetrahedra have no state bases; use "
-            "the full model"
-        )
-    if isinstance(robot, TetRobot | ConstrainedRobot):
-        return ReducibleTetRobot(robot)
-    if isinstance(robot, BeamRobot):
-        return ReducibleBeamRobot(robot)
-    raise StateBasisError(
-        f"robot {robot.name}: only full robots made of tetrahedra or of beams have state bases"
-    )
+    return REDUCIBLE[kind](robot)

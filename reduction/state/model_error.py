@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from tauten.model import ContactSpace, Ending, Simulator, State, default_enrichment
+from tauten.model import ContactSpace, Ending, Robot, Simulator, State, default_enrichment
 from tauten.model.numerics import Array
-from tauten.reduction.reduced_robot import ReducedRobot
+from tauten.reduction.reduced_body import ReducedBody
 
 STEPS = 3  # Newton steps towards equilibrium; the first one shows the error to first order
 
@@ -24,14 +24,14 @@ class TipCheck:
     """
 
     def __init__(
-        self, robot: ReducedRobot[Any], contact: Literal["none", "full"] | ContactSpace
+        self, robot: Robot[ReducedBody], contact: Literal["none", "full"] | ContactSpace
     ) -> None:
         """Compare this robot, with the contact model of its controller."""
         enrichment = default_enrichment(robot.tolerance)
         chosen = None if isinstance(contact, str) else enrichment
         self._robot = robot
         self._reduced = Simulator(robot, contact, chosen)
-        self._full = Simulator(robot.full, "none" if contact == "none" else "full")
+        self._full = Simulator(robot.body.full, "none" if contact == "none" else "full")
 
     def __call__(self, state: State, effort: Array, position: Array) -> float:
         """Largest distance of an effector between the two models [m]; +inf where one of them diverges.
@@ -42,7 +42,7 @@ class TipCheck:
             position: (n_a,) pulled lengths that both are to reach [m].
         """
         apart = self._settled(self._reduced, state, effort, position) - self._settled(
-            self._full, self._robot.lifted(state), effort, position
+            self._full, self._robot.body.lifted(state), effort, position
         )
         distance = float(np.linalg.norm(apart, axis=1).max())
         return distance if np.isfinite(distance) else np.inf

@@ -1,7 +1,7 @@
 """State bases: directions of motion in a campaign, and directions in which forces move the robot.
 
 Deviations from rest are Φ α (14), with columns that are orthonormal in a norm of the robot, ΦᵀWΦ = I
-(`tauten.reduction.reduced_robot.Reducible`).
+(`tauten.reduction.reduced_body.Reducible`).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from scipy.linalg import svd
 from tauten.model import ContactSpace, Robot, State
 from tauten.model.numerics import Array, Ints
 from tauten.reduction.campaign import Snapshots
-from tauten.reduction.reduced_robot import Reducible
+from tauten.reduction.reduced_body import Reducible
 
 RESPONSE_STATES = 3  # states of the campaign whose responses enrich a basis
 NEGLIGIBLE = 1e-9  # response to a unit force, relative to the largest

@@ -14,7 +14,7 @@ from tauten.model.numerics import Array, Bools
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.contact import TipErrors, tip_errors
 from tauten.reduction.provenance import package_versions
-from tauten.reduction.reduced_robot import ElementSample, Reducible, StateBasisError
+from tauten.reduction.reduced_body import ElementSample, Reducible, StateBasisError
 from tauten.reduction.state.basis import StateBasis, StateOrigin
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.modes import (

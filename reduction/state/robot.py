@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from tauten.model import Robot
-from tauten.reduction.reduced_robot import ReducedRobot
+from tauten.reduction.reduced_body import ReducedBody
 from tauten.reduction.state.basis import StateBasis
 from tauten.reduction.state.bodies import reducible
 
 
-def reduced_robot(robot: Robot, states: StateBasis) -> ReducedRobot[Any]:
+def reduced_robot(robot: Robot, states: StateBasis) -> Robot[ReducedBody]:
     """The robot in the coordinates of a state basis.
 
     Raises:

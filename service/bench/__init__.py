@@ -25,7 +25,6 @@ from tauten.service.bench.reduced import (
     path_accuracy,
     ramp_snapshots,
     reach_targets,
-    tet_robot,
     unseen,
 )
 from tauten.service.bench.steps import (
@@ -74,7 +73,6 @@ __all__ = [
     "reach_targets",
     "rms",
     "sizes_of",
-    "tet_robot",
     "time_forward",
     "unseen",
     "warmed",

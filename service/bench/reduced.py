@@ -11,7 +11,6 @@ from tauten.model import (
     ContactSpace,
     Robot,
     Simulator,
-    TetRobot,
     default_enrichment,
     load_robot,
 )
@@ -107,7 +106,7 @@ def bench_reduced(
     """
     step = 1.0 / (len(STATE_SETTINGS) + 2.0)
     with one_blas_thread():
-        robot = tet_robot(robot_file)
+        robot = load_robot(robot_file)
         progress(step, "campaign of the training path")
         training = ramp_snapshots(robot, folder / "ramp", RAMP_STEPS)
         progress(step, "campaign of foreign loads")
@@ -132,23 +131,6 @@ def bench_reduced(
     )
 
 
-def tet_robot(robot_file: str, rate: float | None = None, refinements: int = 0) -> TetRobot:
-    """The full robot.
-
-    Args:
-        robot_file: name or path.
-        rate: control rate [Hz]; None: the file's.
-        refinements: of its mesh.
-
-    Raises:
-        ValueError: it is not made of tetrahedra.
-    """
-    robot = load_robot(robot_file, rate, refinements)
-    if not isinstance(robot, TetRobot):
-        raise ValueError(f"{robot_file}: only robots made of tetrahedra have a reduced model")
-    return robot
-
-
 def ramp_snapshots(robot: Robot, folder: Path, steps: int) -> Snapshots:
     """Equilibria of the ramp of the cables.
 
@@ -169,7 +151,7 @@ def reach_targets(robot: Robot, seconds: float) -> Array:
 
 
 def run_case(
-    robot: TetRobot,
+    robot: Robot,
     basis: ContactBasis,
     training: Snapshots,
     foreign: Snapshots,

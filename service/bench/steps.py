@@ -57,7 +57,7 @@ class StepBench:
 
 def sizes_of(robot: Robot, modes: int = 0) -> Sizes:
     """Sizes of a robot's problems."""
-    return Sizes(robot.n_nodes, robot.n_elements, robot.n, robot.n_a, robot.n_c, modes)
+    return Sizes(robot.n_nodes, robot.body.n_elements, robot.n, robot.n_a, robot.n_c, modes)
 
 
 def bench_steps(
@@ -81,7 +81,7 @@ def bench_steps(
             meshes.append(
                 SizeTimes(
                     sizes=sizes_of(robot),
-                    factorisation=robot.linear_solver,
+                    factorisation=robot.body.linear_solver,
                     forward_ms=time_forward(robot, steps),
                     inverse_ms=time_control(robot, "none", forward_tips(robot, steps), WARM_UP),
                 )

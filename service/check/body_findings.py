@@ -6,28 +6,26 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tauten.model import ActuatorKind, Simulator, TetRobot
-from tauten.model.beams import BeamRobot
+from tauten.model import ActuatorKind, Robot, Simulator
 from tauten.model.body import natural_frequencies
-from tauten.model.constraints import ConstrainedRobot
 from tauten.model.mesh import wall_thickness
 from tauten.model.numerics import FactorisationError
+from tauten.model.tetra import TetBody
 from tauten.service.check.findings import Finding, graded
 
-AnyRobot = TetRobot | ConstrainedRobot | BeamRobot
 SAG = (0.1, 0.5)  # of the size; from here on doubtful and wrong
 FREQUENCIES = 3
 STEPS_A_PERIOD = 10.0  # below it implicit Euler damps most of the first vibration
 
 
-def body_findings(robot: AnyRobot, free: tuple[str, ...] = ()) -> Iterator[Finding]:
+def body_findings(robot: Robot, free: tuple[str, ...] = ()) -> Iterator[Finding]:
     """Mass, sag under gravity, natural frequencies.
 
     Args:
         robot: the robot.
         free: names of the bodies that nothing needs to hold, by the robot file.
     """
-    yield Finding("moving mass", "fine", f"{1e3 * robot.moving_mass:.4g} g")
+    yield Finding("moving mass", "fine", f"{1e3 * robot.body.moving_mass:.4g} g")
     if free:
         yield Finding("sag and natural frequencies", "fine", not_held(free))
     else:
@@ -40,7 +38,7 @@ def not_held(free: tuple[str, ...]) -> str:
     return f"not looked at: by the robot file nothing holds {', '.join(free)} but contact"
 
 
-def sag(robot: AnyRobot) -> Finding:
+def sag(robot: Robot) -> Finding:
     """Displacement under gravity with drives at rest and no other effort, relative to the body's size."""
     subject = "sag under gravity"
     if not robot.gravity.any():
@@ -59,11 +57,11 @@ def sag(robot: AnyRobot) -> Finding:
     return Finding(subject, level, found, "" if level == "fine" else advice)
 
 
-def vibration(robot: AnyRobot) -> Finding:
+def vibration(robot: Robot) -> Finding:
     """The lowest natural frequencies against the control rate."""
     subject = "natural frequencies"
     try:
-        frequencies = natural_frequencies(robot, robot.rest(), FREQUENCIES)
+        frequencies = natural_frequencies(robot.body, robot.rest(), FREQUENCIES)
     except FactorisationError:
         return Finding(subject, "wrong", "the body is not held", "check fixed")
     scheme = robot.integration
@@ -84,13 +82,13 @@ def vibration(robot: AnyRobot) -> Finding:
     return Finding(subject, "doubtful", found, advice)
 
 
-def thin_walls(robot: TetRobot | ConstrainedRobot, alarm_distance: float) -> Finding:
+def thin_walls(robot: Robot[TetBody], alarm_distance: float) -> Finding:
     """Thickness of the body behind the surfaces that may touch, against the alarm distance."""
     subject = "walls that may touch"
     pairs = robot.contacts.pairs
     if not pairs:
         return Finding(subject, "fine", "no contacts in the robot file")
-    nodes, drawn = robot.mesh.nodes, robot.triangles
+    nodes, drawn = robot.body.mesh.nodes, robot.triangles
     boundary = drawn[(drawn < len(nodes)).all(axis=1)]  # outlines of beams are no walls
     triangles = np.unique(np.concatenate([pair.triangles for pair in pairs]), axis=0)
     thickness = wall_thickness(nodes, boundary, triangles)  # (t,)

@@ -9,12 +9,11 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model import Simulator, TetRobot
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot, Simulator
 from tauten.model.interface import Quantity
 from tauten.model.load import build_robot, read_bodies
 from tauten.model.schema import ElementName, RobotConfig
-from tauten.service.check.body_findings import AnyRobot
+from tauten.model.tetra import TetBody
 
 AnyElement = ElementName | Literal["beam"]
 
@@ -116,7 +115,7 @@ class VariantStates:
     failure: str = ""
 
 
-def make_loads(robot: AnyRobot, shares: tuple[float, ...], antagonists: bool) -> tuple[Load, ...]:
+def make_loads(robot: Robot, shares: tuple[float, ...], antagonists: bool) -> tuple[Load, ...]:
     """Every actuator alone at shares of its farthest position, in ascending order.
 
     Args:
@@ -141,7 +140,7 @@ def make_loads(robot: AnyRobot, shares: tuple[float, ...], antagonists: bool) ->
     )
 
 
-def tensioned(robot: AnyRobot, cable: int, shares: list[float]) -> Iterator[tuple[float, float]]:
+def tensioned(robot: Robot, cable: int, shares: list[float]) -> Iterator[tuple[float, float]]:
     """Shares of a cable's largest tension with the pulled lengths they lead to, as far as they are found.
 
     Args:
@@ -173,7 +172,7 @@ def chosen_variants(element: ElementName, refinements: int) -> tuple[Variant, ..
     return tuple(dict.fromkeys([own[0], *quadratic, *smoothed, *own[1:]]))
 
 
-def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot | ConstrainedRobot:
+def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> Robot[TetBody]:
     """The robot of a file on another mesh.
 
     Args:
@@ -189,9 +188,7 @@ def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> TetRobot
     return build_robot(changed, read_bodies(changed, path, variant.refinements), str(path))
 
 
-def equilibria(
-    robot: AnyRobot, loads: tuple[Load, ...], antagonists: bool
-) -> Iterator[LoadedState]:
+def equilibria(robot: Robot, loads: tuple[Load, ...], antagonists: bool) -> Iterator[LoadedState]:
     """The robot at rest under each load.
 
     Args:

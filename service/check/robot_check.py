@@ -9,11 +9,10 @@ from functools import partial
 from pathlib import Path
 
 from tauten.model import MeshError, Robot, RobotFileError, load_robot
-from tauten.model.beams import BeamRobot
 from tauten.model.load import build_bodies, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
-from tauten.service.check.body_findings import AnyRobot, body_findings, not_held, thin_walls
+from tauten.service.check.body_findings import body_findings, not_held, thin_walls
 from tauten.service.check.chamber_findings import chamber_findings
 from tauten.service.check.findings import Finding, Level, worst
 from tauten.service.check.mesh_error import MeshErrorEstimate, estimate_error
@@ -165,17 +164,14 @@ def check_beams(
         progress: called with the share of the work just done, and what comes next.
     """
     robot = load_robot(path)
-    assert isinstance(robot, BeamRobot)
     progress(0.1, "beams")
     findings = tuple(body_findings(robot))
     if not settings.shares:
         return RobotCheck(robot.name, findings, digest=robot.digest)
     variants = tuple(Variant("beam", count) for count in range(settings.refinements + 1))
 
-    def refined(variant: Variant) -> BeamRobot:
-        made = load_robot(path, refinements=variant.refinements)
-        assert isinstance(made, BeamRobot)
-        return made
+    def refined(variant: Variant) -> Robot:
+        return load_robot(path, refinements=variant.refinements)
 
     estimate = compare_meshes(settings, robot, variants, refined, stop, progress)
     return RobotCheck(
@@ -189,9 +185,9 @@ def check_beams(
 
 def compare_meshes(
     settings: CheckSettings,
-    robot: AnyRobot,
+    robot: Robot,
     variants: tuple[Variant, ...],
-    make: Callable[[Variant], AnyRobot],
+    make: Callable[[Variant], Robot],
     stop: StopFlag,
     progress: Progress,
 ) -> MeshErrorEstimate:

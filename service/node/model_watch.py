@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from tauten.controller import Controller
-from tauten.model import ContactSpace, load_robot
-from tauten.reduction.state import ReducedRobot, TipCheck
+from tauten.model import ContactSpace, Robot, load_robot
+from tauten.reduction.state import ReducedBody, TipCheck
 from tauten.service.node.loop import ControlLoop
 from tauten.service.process import one_blas_thread
 from tauten.service.settings import ModelSettings
@@ -47,7 +47,7 @@ class ModelWatch:
 
     def __init__(
         self,
-        robot: ReducedRobot[Any],
+        robot: Robot[ReducedBody],
         contact: Literal["none", "full"] | ContactSpace,
         settings: ModelSettings,
     ) -> None:
@@ -158,7 +158,7 @@ class FallBack:
     """
 
     watch: ModelWatch
-    reduced: ReducedRobot[Any]
+    reduced: Robot[ReducedBody]
     full: Controller | None
 
     @property
@@ -170,7 +170,7 @@ class FallBack:
         """Continue with the full model from the state of the reduced one; returns its period [s]."""
         full, reduced = self.full, loop.controller
         assert full is not None
-        full.take_over(reduced, self.reduced.lifted(reduced.state))
+        full.take_over(reduced, self.reduced.body.lifted(reduced.state))
         loop.take_over(full)
         full.prepare()
         self.watch.mark_fallen_back()

@@ -80,7 +80,7 @@ class Node:
         self._answers = QuestionAnswers(session, robot.name, description.as_json().encode())
         self._statistics = LoopStatistics(robot.actuators)
         self._facts = {
-            "factorisation": robot.linear_solver,
+            "factorisation": robot.body.linear_solver,
             "model": setup.order,
             "qp_solver": setup.controller.qp_solver,
             "basis": setup.basis_name,

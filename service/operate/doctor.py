@@ -62,7 +62,7 @@ def _busy(load: float, cores: int) -> str:
 
 
 def _factorisation(setup: Setup, installed: tuple[str, ...]) -> HostFinding:
-    name = setup.robot.linear_solver
+    name = setup.robot.body.linear_solver
     slow = name == "superlu" and not _FAST & set(installed)
     advice = "pip install 'tauten[fast]' for a faster one" if slow else ""
     return HostFinding("factorisation", f"{name} in use, installed: {', '.join(installed)}", advice)

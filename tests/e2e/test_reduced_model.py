@@ -15,7 +15,7 @@ from support.robots.thumb import write_thumb
 
 from tauten.controller import Controller
 from tauten.model import load_robot
-from tauten.reduction.state import ReducedRobot, StateBasis, StateBasisError
+from tauten.reduction.state import ReducedBody, StateBasis, StateBasisError
 from tauten.service.describing import describe
 from tauten.service.link import close_session
 from tauten.service.node import ControlLoop, make_fall_back
@@ -73,12 +73,12 @@ def test_inspect_prints_where_a_state_basis_comes_from(
 def test_switch_is_in_file_and_arguments(thumb_file: Path) -> None:
     configure(thumb_file, order='"reduced"')
     setup = load_setup(thumb_file, basis="thumb.basis")
-    assert isinstance(setup.robot, ReducedRobot)
+    assert isinstance(setup.robot.body, ReducedBody)
     model = describe(setup).model
     assert model.order == "reduced"
     assert len(model.states) == 64
     full = load_setup(thumb_file, basis="thumb.basis", model="full")
-    assert not isinstance(full.robot, ReducedRobot)
+    assert not isinstance(full.robot.body, ReducedBody)
     assert describe(full).model.states == ""
 
 
@@ -87,7 +87,7 @@ def test_model_that_errs_too_much_is_refused_unless_accepted(thumb_file: Path) -
     with pytest.raises(StateBasisError, match="allowed are 1e-06 mm"):
         load_setup(thumb_file, model="reduced")
     accepted = load_setup(thumb_file, model="reduced", accept_error=True)
-    assert isinstance(accepted.robot, ReducedRobot)
+    assert isinstance(accepted.robot.body, ReducedBody)
 
 
 def test_reduce_keeps_no_model_that_errs_too_much(
@@ -145,7 +145,7 @@ def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
         assert "outside of the states it was trained with" in found.message
         before, tip = loop.act(goal), loop.controller.effector
         assert fall_back.switch(loop) == pytest.approx(1.0 / 25.0)
-        assert not isinstance(loop.controller.robot, ReducedRobot)
+        assert not isinstance(loop.controller.robot.body, ReducedBody)
         np.testing.assert_allclose(loop.controller.effector, tip, atol=1e-12)
         after = loop.act(goal)
         limits = setup.robot.limits

@@ -13,7 +13,7 @@ from tauten.model import (
     no_forces,
     sorted_rows,
 )
-from tauten.model.enrichment import NO_ENRICHMENT
+from tauten.model.step import NO_ENRICHMENT
 
 UPPER = {**CABLE, "name": "upper", "points": [[0.01, 0.01, 0.018], [0.1, 0.01, 0.018]]}
 PUSH = {"name": "push", "point": [0.1, 0.01, 0.01], "direction": [0.0, 3.0, 4.0],

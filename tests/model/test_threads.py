@@ -66,7 +66,7 @@ def test_pardiso_has_its_own_number_in_every_phase(
 ) -> None:
     """Also where the process allows three, and where that changes after the analysis."""
     library, seen, dynamic = mkl(), [], mkl().MKL_Get_Dynamic()
-    pattern = beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE).pattern
+    pattern = beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE).body.pattern
     library.MKL_Set_Dynamic(0)  # else it never takes more threads than there are cores
     original = library.pardiso
 

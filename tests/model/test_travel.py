@@ -9,10 +9,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from support.robots.bodies import beam_config, box_mesh
 
-from tauten.model import Simulator, State, TetRobot
+from tauten.model import Robot, Simulator, State
 from tauten.model.load import build_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
+from tauten.model.tetra import NodalBody
 
 SIZE = (0.1, 0.01, 0.01)
 PULLING = 8.0  # N, largest tension of the cable
@@ -20,18 +21,18 @@ TICKS = 8
 
 
 @pytest.fixture(scope="module")
-def beam() -> TetRobot:
+def beam() -> Robot[NodalBody]:
     """A soft beam with a cable along one side, at 50 Hz."""
     damping = {"rayleigh_stiffness": 0.02, "rayleigh_mass": 0.5}
     config = RobotConfig.model_validate(beam_config(SIZE, integration=damping))
     return build_robot(config, box_mesh(SIZE, (3, 1, 1)), "beam")
 
 
-def dense(robot: TetRobot, values: Array) -> Array:
+def dense(robot: Robot[NodalBody], values: Array) -> Array:
     """A matrix (n, n) from values in the robot's pattern."""
     matrix = np.zeros((robot.n, robot.n))
-    columns = np.repeat(np.arange(robot.n), np.diff(robot.pattern.indptr))
-    matrix[robot.pattern.indices, columns] = values
+    columns = np.repeat(np.arange(robot.n), np.diff(robot.body.pattern.indptr))
+    matrix[robot.body.pattern.indices, columns] = values
     return matrix
 
 
@@ -40,7 +41,7 @@ def efforts() -> Array:
     return PULLING * np.interp(np.arange(1, TICKS + 1), [0.0, 4.0, TICKS], [0.0, 1.0, 0.5])
 
 
-def exact_tips(robot: TetRobot) -> Array:
+def exact_tips(robot: Robot[NodalBody]) -> Array:
     """Tips (ticks, 3) of M dv/dt = f + H_aᵀ λ_a − C v; the tension grows evenly within a tick."""
     n, scheme, levels = robot.n, robot.integration, np.append(0.0, efforts())
 
@@ -48,10 +49,10 @@ def exact_tips(robot: TetRobot) -> Array:
         state = State(y[:n], y[n:])
         lam = np.array([np.interp(t / robot.h, np.arange(TICKS + 1), levels)])
         force, D = robot.forces(state)
-        damping = scheme.rayleigh_mass * robot.mass * state.v
+        damping = scheme.rayleigh_mass * robot.body.tetrahedra.mass * state.v
         damping += scheme.rayleigh_stiffness * dense(robot, D) @ state.v
         pulled = lam @ robot.rows(state, contacts=False).actuators.dense()
-        return np.concatenate([state.v, (force + pulled - damping) / robot.mass])
+        return np.concatenate([state.v, (force + pulled - damping) / robot.body.tetrahedra.mass])
 
     times = robot.h * np.arange(1, TICKS + 1)
     start = np.concatenate([robot.rest().q, np.zeros(n)])
@@ -59,7 +60,7 @@ def exact_tips(robot: TetRobot) -> Array:
     return np.array([robot.effector(State(y[:n], y[n:]))[0] for y in found.y.T])
 
 
-def moved_tips(robot: TetRobot, steps: int) -> Array:
+def moved_tips(robot: Robot[NodalBody], steps: int) -> Array:
     """Tips (ticks, 3) of a simulation with some steps in a tick."""
     simulator, found = Simulator(robot, contact="none"), []
     for effort in efforts():
@@ -68,7 +69,7 @@ def moved_tips(robot: TetRobot, steps: int) -> Array:
     return np.array(found)
 
 
-def test_steps_are_of_second_order(beam: TetRobot) -> None:
+def test_steps_are_of_second_order(beam: Robot[NodalBody]) -> None:
     """Half as long, a quarter of the error; one a period is off by less than 1 % of the way."""
     exact = exact_tips(beam)
     way = np.linalg.norm(exact - beam.effector(beam.rest())[0], axis=1).max()
@@ -79,11 +80,13 @@ def test_steps_are_of_second_order(beam: TetRobot) -> None:
     assert errors[2] < 0.3 * errors[1]
 
 
-def test_a_damped_oscillation_has_the_frequency_and_decay_of_its_mode(beam: TetRobot) -> None:
+def test_a_damped_oscillation_has_the_frequency_and_decay_of_its_mode(
+    beam: Robot[NodalBody],
+) -> None:
     """A small motion in the first mode against the closed solution of a damped oscillator."""
-    light = replace(beam, integration=replace(beam.integration, rayleigh_stiffness=5e-4))
+    light = beam.with_integration(replace(beam.integration, rayleigh_stiffness=5e-4))
     _, values = light.forces(light.rest(), exact=True)
-    K, root = dense(light, values), np.sqrt(light.mass)
+    K, root = dense(light, values), np.sqrt(light.body.tetrahedra.mass)
     squares, modes = np.linalg.eigh(K / np.outer(root, root))
     omega = np.sqrt(squares[0])
     decay = 0.5 * (
@@ -103,6 +106,6 @@ def test_a_damped_oscillation_has_the_frequency_and_decay_of_its_mode(beam: TetR
         assert np.linalg.norm(moved - share * tip) < 0.02 * np.linalg.norm(tip)
 
 
-def test_no_steps_are_refused(beam: TetRobot) -> None:
+def test_no_steps_are_refused(beam: Robot[NodalBody]) -> None:
     with pytest.raises(ValueError, match="steps: found 0, expected at least 1"):
         Simulator(beam, contact="none").move(effort=[0.0], steps=0)

@@ -13,7 +13,7 @@ from support.robots.sofa_robots import pneumatic_finger
 from tauten.model import Robot, Simulator
 from tauten.model.mesh import boundary_triangles
 from tauten.model.numerics import Array
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 INNER, OUTER = 1e-2, 1.4e-2  # m
 SHEAR_MODULUS = 1e5  # Pa
@@ -23,7 +23,7 @@ AIR = {"name": "air", "inside": [0.0, 0.0, 0.0], "max_pressure": 1e6, "max_volum
 
 def sphere(
     element: str, law: str, poisson_ratio: float, subdivisions: int, layers: int
-) -> TetRobot:
+) -> Robot[NodalBody]:
     """A hollow sphere that three nodes of its outside hold."""
     mesh = hollow_sphere(INNER, OUTER, subdivisions, layers)
     radius = np.linalg.norm(mesh.nodes, axis=1)
@@ -44,10 +44,10 @@ def sphere(
     )  # fmt: skip
 
 
-def radii(robot: TetRobot) -> tuple[float, float]:
+def radii(robot: Robot[NodalBody]) -> tuple[float, float]:
     """Radii of the sphere whose cavity and whole body have the volumes of the mesh [m]."""
     hollow = float(robot.actuator_set.chambers.rest_volume[0])
-    whole = hollow + float(robot.mesh.volumes.sum())
+    whole = hollow + float(robot.body.mesh.volumes.sum())
     return float(np.cbrt(0.75 * hollow / np.pi)), float(np.cbrt(0.75 * whole / np.pi))
 
 
@@ -112,7 +112,7 @@ def test_the_pneumatic_finger_follows_the_curve_of_sofa(reference: Path) -> None
 
 
 def elastic_energy(robot: Robot, simulator: Simulator) -> float:
-    assert isinstance(robot, TetRobot)
+    assert isinstance(robot.body, NodalBody)
     return robot.potential(simulator.state)
 
 

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from support.robots.bodies import beam_robot, box_mesh
 from support.robots.small_bodies import ROOT, RUBBER, SIZE, constrained, moved, rigid_box
 
-from tauten.model import Simulator, State
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot, Simulator, State
+from tauten.model.constraints import ConstrainedBody
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
 
@@ -18,21 +18,24 @@ G = 9.81
 STILL = {"max_angle": 7.0, "max_torque": 100.0, "max_rate": 100.0}
 
 
-def inertia(robot: ConstrainedRobot) -> tuple[Array, Array]:
+def inertia(robot: Robot[ConstrainedBody]) -> tuple[Array, Array]:
     """Mass of each node (n,) [kg] and the tensor of inertia about the centre of mass (3, 3) at rest."""
-    mass, x = robot.raw.mass[::3], robot.mesh.nodes[robot.raw.pattern.dof >= 0]
+    mass, x = (
+        robot.body.tetrahedra.mass[::3],
+        robot.body.mesh.nodes[robot.body.tetrahedra.pattern.dof >= 0],
+    )
     r = x - np.average(x, axis=0, weights=mass)
     tensor = np.einsum("n,nij->ij", mass, np.eye(3) * (r**2).sum(1)[:, None, None])
     return mass, tensor - np.einsum("n,ni,nj->ij", mass, r, r)
 
 
-def spinning(robot: ConstrainedRobot, omega: Array) -> State:
+def spinning(robot: Robot[ConstrainedBody], omega: Array) -> State:
     """At rest in place, turning with omega (3,) [rad/s]."""
     rest = robot.rest()
     return State(rest.q, np.concatenate([np.zeros(3), omega]))
 
 
-def stepped(robot: ConstrainedRobot, state: State, steps: int) -> list[State]:
+def stepped(robot: Robot[ConstrainedBody], state: State, steps: int) -> list[State]:
     """States of steps without actuators."""
     states = [state]
     for _ in range(steps):
@@ -46,7 +49,7 @@ def test_a_rigid_body_falls_freely() -> None:
     assert robot.n == 6
     states = stepped(robot, robot.rest(), 50)
     h, t = 0.01, 0.5
-    fallen = robot.nodes(states[-1]) - robot.mesh.nodes
+    fallen = robot.body.nodes(states[-1]) - robot.body.mesh.nodes
     assert fallen[:, :2] == pytest.approx(0.0, abs=1e-12)
     assert fallen[:, 2] == pytest.approx(-0.5 * G * t * (t + h))  # implicit Euler's sum
 
@@ -58,9 +61,9 @@ def test_a_rigid_body_turns_uniformly_about_a_principal_axis() -> None:
         omega = 3.0 * axis
         last = stepped(robot, spinning(robot, omega), 100)[-1]
         assert last.v == pytest.approx(np.concatenate([np.zeros(3), omega]), abs=1e-9)
-        centre = np.average(robot.mesh.nodes, axis=0, weights=inertia(robot)[0])
-        turned = Rotation.from_rotvec(omega).apply(robot.mesh.nodes - centre) + centre
-        assert np.abs(robot.nodes(last) - turned).max() < 1e-9
+        centre = np.average(robot.body.mesh.nodes, axis=0, weights=inertia(robot)[0])
+        turned = Rotation.from_rotvec(omega).apply(robot.body.mesh.nodes - centre) + centre
+        assert np.abs(robot.body.nodes(last) - turned).max() < 1e-9
 
 
 @pytest.mark.slow
@@ -77,8 +80,8 @@ def test_a_tumbling_body_follows_eulers_equations() -> None:
     path = solve_ivp(rate, (0.0, 1.0), axes.T @ omega, rtol=1e-10, atol=1e-12)
     states = stepped(robot, spinning(robot, omega), 4000)
     last = states[-1]
-    T = robot.mass_matrix(last).toarray()
-    start = robot.mass_matrix(states[0]).toarray()
+    T = robot.body.mass_matrix(last).toarray()
+    start = robot.body.mass_matrix(states[0]).toarray()
     energy = [0.5 * v @ M @ v for v, M in ((states[0].v, start), (last.v, T))]
     assert energy[1] == pytest.approx(energy[0], rel=2e-3)
     momentum = [(M @ v)[3:] for v, M in ((states[0].v, start), (last.v, T))]
@@ -88,7 +91,7 @@ def test_a_tumbling_body_follows_eulers_equations() -> None:
     assert own == pytest.approx(path.y[:, -1], abs=2e-2)
 
 
-def pendulum(**changes: object) -> ConstrainedRobot:
+def pendulum(**changes: object) -> Robot[ConstrainedBody]:
     """A rigid bar that a servo or a hinge at one end holds."""
     stiff = {**RUBBER, "young_modulus": 1e9}
     return constrained(material=stiff, fixed=[], gravity=[0.0, 0.0, -G], **changes)
@@ -113,7 +116,7 @@ def test_a_hinge_on_the_frame_swings_with_the_period_of_a_compound_pendulum() ->
         "axis": [0.0, 1.0, 0.0], "through": [0.05, 0.01, 0.02],
     }  # fmt: skip
     robot = pendulum(attachments=[hinge], controller={"rate": 4000.0})
-    mass, x = robot.raw.mass[::3], robot.mesh.nodes
+    mass, x = robot.body.tetrahedra.mass[::3], robot.body.mesh.nodes
     r = x - np.array([0.05, 0.01, 0.02])
     about_axis = float(mass @ (r[:, 0] ** 2 + r[:, 2] ** 2))
     period = 2.0 * np.pi * np.sqrt(about_axis / (mass.sum() * G * 0.01))
@@ -182,18 +185,18 @@ def test_a_glued_pair_is_one_mesh() -> None:
     pair = constrained(parts, mesh=None, fixed=[], bodies=tables, attachments=[glue], **common)
     one = beam_robot(whole, SIZE, **common)
     order = np.array(
-        [int(np.linalg.norm(whole.nodes - x, axis=1).argmin()) for x in pair.mesh.nodes]
+        [int(np.linalg.norm(whole.nodes - x, axis=1).argmin()) for x in pair.body.mesh.nodes]
     )
     first, second = Simulator(pair, contact="none"), Simulator(one, contact="none")
     for simulator in (first, second):
         assert simulator.settle(position=[0.004], tolerance=1e-11).converged
     assert first.effort == pytest.approx(second.effort, rel=1e-9)
-    assert np.abs(pair.nodes(first.state) - one.nodes(second.state)[order]).max() < 1e-10
+    assert np.abs(pair.body.nodes(first.state) - one.body.nodes(second.state)[order]).max() < 1e-10
     for simulator in (first, second):
         simulator.reset()
         for _ in range(10):
             simulator.step(effort=[0.5])
-    assert np.abs(pair.nodes(first.state) - one.nodes(second.state)[order]).max() < 1e-10
+    assert np.abs(pair.body.nodes(first.state) - one.body.nodes(second.state)[order]).max() < 1e-10
 
 
 def test_two_bodies_hinged_along_an_edge_turn_freely_about_it() -> None:
@@ -217,7 +220,7 @@ def test_two_bodies_hinged_along_an_edge_turn_freely_about_it() -> None:
     simulator = Simulator(robot, contact="none")
     for _ in range(400):
         simulator.step(effort=[0.0])
-    x = robot.nodes(simulator.state)[len(mesh.nodes) :]
+    x = robot.body.nodes(simulator.state)[len(mesh.nodes) :]
     centre = x.mean(axis=0)
     assert abs(centre[0] - 0.1) < 2e-3
     assert centre[2] == pytest.approx(0.02 - np.hypot(0.05, 0.01), abs=1e-3)
@@ -228,7 +231,7 @@ def test_a_rigid_region_keeps_its_shape_while_the_rest_bends() -> None:
     robot = constrained(rigid=[{"name": "tip", "region": end}])
     simulator = Simulator(robot, contact="none")
     assert simulator.settle(position=[0.006]).converged
-    x, x0 = robot.nodes(simulator.state), robot.mesh.nodes
+    x, x0 = robot.body.nodes(simulator.state), robot.body.mesh.nodes
     kept = x0[:, 0] > 0.0749
     between = np.linalg.norm(x[kept][:, None] - x[kept], axis=2)
     assert np.allclose(between, np.linalg.norm(x0[kept][:, None] - x0[kept], axis=2), atol=1e-12)

@@ -11,8 +11,8 @@ from support.robots.small_bodies import MESH, SIZE, constrained, moved
 from support.state_bases import basis_of
 
 from tauten.controller import Controller
-from tauten.model import Simulator, State
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot, Simulator, State
+from tauten.model.constraints import ConstrainedBody
 from tauten.model.load import build_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig, RobotFileError, validated
@@ -35,17 +35,17 @@ DRUM: dict[str, object] = {
 }  # fmt: skip
 
 
-def antagonists(**changes: object) -> ConstrainedRobot:
+def antagonists(**changes: object) -> Robot[ConstrainedBody]:
     """A soft bar with a cable below and one above on one drum."""
     cables = [tendon("lower", 0.002), tendon("upper", 0.018)]
     given = {"cables": cables, "couplings": [DRUM], "integration": {"scheme": "quasi-static"}}
     return constrained(**{**given, **changes})
 
 
-def pulled(robot: ConstrainedRobot, simulator: Simulator) -> tuple[Array, Array]:
+def pulled(robot: Robot[ConstrainedBody], simulator: Simulator) -> tuple[Array, Array]:
     """Pulled lengths [m] and tensions [N] of all cables."""
     state = simulator.state
-    rows, efforts = robot.wound(robot.motion(state))
+    rows, efforts = robot.body.wound(robot.motion(state))
     return rows.delta, efforts
 
 
@@ -56,7 +56,7 @@ def test_forces_and_tangent_are_derivatives_of_the_energy() -> None:
     dq = 5e-4 * rng.standard_normal(robot.n)
     dq[-1] = 3e-3
     state = moved(robot, robot.rest(), dq)
-    efforts = robot.wound(robot.motion(state))[1]
+    efforts = robot.body.wound(robot.motion(state))[1]
     assert efforts[0] > 1.0
     assert efforts[1] == 0.0
     d, step = rng.standard_normal(robot.n), 1e-7
@@ -67,7 +67,9 @@ def test_forces_and_tangent_are_derivatives_of_the_energy() -> None:
 
     force, K = robot.forces(state, np.zeros(1), exact=True)
     assert -force @ d == pytest.approx(float(slope(robot.potential)), rel=1e-6)
-    matrix = sp.csc_array((K, robot.pattern.indices, robot.pattern.indptr), shape=(robot.n,) * 2)
+    matrix = sp.csc_array(
+        (K, robot.body.pattern.indices, robot.body.pattern.indptr), shape=(robot.n,) * 2
+    )
     found = -slope(lambda at: robot.forces(at)[0])
     assert np.abs(matrix @ d - found).max() < 2e-6 * np.abs(found).max()
     rows = robot.rows(state).actuators
@@ -145,7 +147,7 @@ def test_a_drum_on_a_rod_goes_slack_and_is_controlled() -> None:
             assert decision.status.usable
             controller.advance()
         assert robot.effector(controller.state)[0, 2] == pytest.approx(height, abs=2e-4)
-        effort = robot.wound(robot.motion(controller.state))[1]
+        effort = robot.body.wound(robot.motion(controller.state))[1]
         assert effort.min() >= 0.0
         assert effort.max() > 0.5
 
@@ -163,11 +165,13 @@ def test_a_drum_in_modes_is_that_of_the_full_robot(exact: bool) -> None:
     reduced = reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
     q = np.append(3e-4 * np.random.default_rng(1).normal(size=modes), 3e-3)
     state, lam = State(q, np.zeros(modes + 1)), np.array([0.4])
-    lifted = reduced.lifted(state)
-    assert (robot.wound(robot.motion(lifted))[1] > 0.0).tolist() == [True, False]
+    lifted = reduced.body.lifted(state)
+    assert (robot.body.wound(robot.motion(lifted))[1] > 0.0).tolist() == [True, False]
     force, K = reduced.forces(state, lam, exact)
     full_force, values = robot.forces(lifted, lam, exact)
-    full = sp.csc_array((values, robot.pattern.indices, robot.pattern.indptr), (robot.n,) * 2)
+    full = sp.csc_array(
+        (values, robot.body.pattern.indices, robot.body.pattern.indptr), (robot.n,) * 2
+    )
     np.testing.assert_allclose(force, Phi.T @ full_force, rtol=1e-8, atol=1e-10)
     np.testing.assert_allclose(K, Phi.T @ (full @ Phi), atol=1e-9 * np.abs(K).max())
     found, there = reduced.rows(state).actuators, robot.rows(lifted).actuators

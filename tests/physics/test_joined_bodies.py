@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from support.robots.joined import PLASTIC, ROD, joined, push, rod
 
 from tauten.controller import Controller
-from tauten.model import Simulator, State
+from tauten.model import Robot, Simulator, State
 from tauten.model.body import natural_frequencies
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model.constraints import ConstrainedBody
 
 E, DIAMETER, L = 2e9, 2e-3, 0.1
 EI = E * np.pi / 64.0 * DIAMETER**4  # N m²
@@ -29,7 +29,7 @@ def everywhere(body: str) -> dict[str, object]:
     return {"kind": "all", "body": body}
 
 
-def tip(robot: ConstrainedRobot, effort: list[float]) -> np.ndarray:
+def tip(robot: Robot[ConstrainedBody], effort: list[float]) -> np.ndarray:
     """Where the first effector is in equilibrium under efforts."""
     simulator = Simulator(robot, contact="none")
     assert simulator.settle(effort=effort).converged
@@ -37,7 +37,7 @@ def tip(robot: ConstrainedRobot, effort: list[float]) -> np.ndarray:
     return position
 
 
-def cantilever(**changes: object) -> ConstrainedRobot:
+def cantilever(**changes: object) -> Robot[ConstrainedBody]:
     given = {
         "forces": [push("push", LINE[1], [0.0, 0.0, 1.0])],
         "effectors": [{"name": "tip", "point": LINE[1]}],
@@ -57,7 +57,7 @@ def test_a_beam_bends_as_the_elastica_does() -> None:
 def test_a_beam_vibrates_as_a_cantilever_does() -> None:
     """Euler and Bernoulli's 1.8751² / (2 π L²) sqrt(E I / ρ A), and 2.5 % below it for masses on 8 nodes."""
     robot = cantilever()
-    found = natural_frequencies(robot, robot.rest(), 2)
+    found = natural_frequencies(robot.body, robot.rest(), 2)
     line = PLASTIC["density"] * np.pi / 4.0 * DIAMETER**2
     expected = 1.8751**2 / (2.0 * np.pi * L**2) * np.sqrt(EI / line)
     assert found == pytest.approx([expected, expected], rel=0.025)
@@ -101,7 +101,9 @@ def test_a_beam_glued_to_a_beam_is_one_beam() -> None:
     assert tip(halves, [force]) == pytest.approx(tip(cantilever(), [force]), abs=1e-9)
 
 
-def silicone(line: list[list[float]], attachments: list[dict[str, object]]) -> ConstrainedRobot:
+def silicone(
+    line: list[list[float]], attachments: list[dict[str, object]]
+) -> Robot[ConstrainedBody]:
     """A soft bar, 0.1 m long, 10 mm wide and high, whose end is pushed up, and a rod."""
     x, y, z = line[0]
     end = {"body": "soft", "lower": [0.1, 0.0, 0.0], "upper": [0.1, 0.01, 0.01]}
@@ -161,7 +163,9 @@ def test_a_soft_end_glued_to_a_rod_is_clamped() -> None:
     assert values[2] == pytest.approx(position[2] + along[2] + bent, rel=2e-4)
 
 
-def arms(joint: dict[str, object], direction: list[float], **changes: object) -> ConstrainedRobot:
+def arms(
+    joint: dict[str, object], direction: list[float], **changes: object
+) -> Robot[ConstrainedBody]:
     """A rigid arm along x that a servo turns about y, and one that hangs from its end and is pushed."""
     bar = ((L, 0.02, 0.02), (2, 1, 1))
     servo = {
@@ -254,8 +258,8 @@ def test_a_double_pendulum_has_the_frequencies_of_its_links() -> None:
         forces=[push("push", [0.0, 0.0, -0.2], [1.0, 0.0, 0.0])],
         effectors=[{"name": "tip", "point": [0.0, 0.0, -0.2]}],
     )  # fmt: skip
-    mass = robot.raw.mass[::3]
-    x = robot.mesh.nodes
+    mass = robot.body.tetrahedra.mass[::3]
+    x = robot.body.mesh.nodes
     upper, lower = x[:, 2] > -0.1 + 1e-9, x[:, 2] < -0.1 - 1e-9
     split = len(x) // 2  # nodes of the upper arm come first
     m, c, inertia = [], [], []
@@ -270,7 +274,7 @@ def test_a_double_pendulum_has_the_frequencies_of_its_links() -> None:
          [m[1] * s * b, inertia[1] + m[1] * b**2]]  # fmt: skip
     K = np.diag([(m[0] * a + m[1] * s) * G, m[1] * b * G])
     expected = np.sqrt(eigh(K, M, eigvals_only=True)) / (2.0 * np.pi)
-    found = natural_frequencies(robot, robot.rest(), 2)
+    found = natural_frequencies(robot.body, robot.rest(), 2)
     assert found == pytest.approx(expected, rel=2e-3)
 
 
@@ -342,7 +346,7 @@ def test_a_beam_steps_in_time_as_its_energy_allows() -> None:
     for _ in range(100):
         system = robot.linearise(state)
         state = robot.advance(state, system, system.v_free - state.v)
-        kinetic = 0.5 * float(state.v @ (robot.mass_matrix(state) @ state.v))
+        kinetic = 0.5 * float(state.v @ (robot.body.mass_matrix(state) @ state.v))
         energy.append(robot.potential(state) + kinetic)
         heights.append(robot.effector(state)[0, 2])
     assert min(heights) < -0.2 * heights[0]

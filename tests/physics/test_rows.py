@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.model import Simulator, State
+from tauten.model import Robot, Simulator, State
 from tauten.model.numerics import Array
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 
 @pytest.fixture(scope="module")
-def bent(finger: TetRobot) -> Simulator:
+def bent(finger: Robot[NodalBody]) -> Simulator:
     simulator = Simulator(finger, contact="full")
     for position in (0.010, 0.020, 0.025):
         assert simulator.settle(position=[position], tolerance=1e-6).converged
@@ -23,7 +23,9 @@ def central(function, q: Array, d: Array, eps: float = 1e-8) -> Array:  # type: 
     return difference
 
 
-def test_effector_and_actuator_rows_are_derivatives(finger: TetRobot, bent: Simulator) -> None:
+def test_effector_and_actuator_rows_are_derivatives(
+    finger: Robot[NodalBody], bent: Simulator
+) -> None:
     q = bent.state.q
     rows = finger.rows(bent.state)
     for seed in range(3):
@@ -38,7 +40,7 @@ def test_effector_and_actuator_rows_are_derivatives(finger: TetRobot, bent: Simu
             assert np.allclose(H @ d, central(delta, q, d), atol=1e-6 * np.abs(H @ d).max())
 
 
-def test_contact_rows_are_derivatives(finger: TetRobot, bent: Simulator) -> None:
+def test_contact_rows_are_derivatives(finger: Robot[NodalBody], bent: Simulator) -> None:
     q, contacts = bent.state.q, finger.rows(bent.state).contacts
     assert len(contacts) > 100
 
@@ -52,10 +54,10 @@ def test_contact_rows_are_derivatives(finger: TetRobot, bent: Simulator) -> None
     assert close.mean() > 0.98
 
 
-def test_contact_forces_balance(finger: TetRobot, bent: Simulator) -> None:
+def test_contact_forces_balance(finger: Robot[NodalBody], bent: Simulator) -> None:
     """A contact pushes both sides equally: no net force, no net moment."""
     contacts = finger.rows(bent.state).contacts
-    x = finger.nodes(bent.state)[finger.pattern.dof >= 0]
+    x = finger.body.nodes(bent.state)[finger.body.pattern.dof >= 0]
     for row in range(0, len(contacts), 7):
         force = np.asarray(contacts.rows.H[[row]].todense()).reshape(-1, 3)
         if np.abs(force.sum(axis=0)).max() < 1e-9:  # no fixed node takes part
@@ -64,7 +66,7 @@ def test_contact_forces_balance(finger: TetRobot, bent: Simulator) -> None:
     assert np.abs(total).max() < 1e-9  # the finger's notches are far from its fixed face
 
 
-def test_settled_finger_is_in_balance(finger: TetRobot, bent: Simulator) -> None:
+def test_settled_finger_is_in_balance(finger: Robot[NodalBody], bent: Simulator) -> None:
     """Elastic, gravity, cable and contact forces add up to nothing."""
     rows = finger.rows(bent.state)
     force, _ = finger.forces(bent.state)
@@ -75,11 +77,10 @@ def test_settled_finger_is_in_balance(finger: TetRobot, bent: Simulator) -> None
     assert np.abs(residual).max() < 1e-3 * np.abs(cable).max()
 
 
-def test_work_of_the_cable_is_the_energy_stored(finger: TetRobot) -> None:
+def test_work_of_the_cable_is_the_energy_stored(finger: Robot[NodalBody]) -> None:
     """Without contact and gravity, ∫ λ dδ_a over a slow pull equals what comes back on release."""
-    from dataclasses import replace
 
-    robot = replace(finger, load=0.0 * finger.load)
+    robot = finger.loaded(np.zeros(3), np.zeros(3))
     positions = np.linspace(0.0, 0.01, 41)
     out, back = [], []
     simulator = Simulator(robot, contact="none")

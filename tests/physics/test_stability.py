@@ -18,7 +18,7 @@ from tauten.model import Ending, Robot, Simulator, State
 from tauten.model.load import build_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
-from tauten.reduction.state import ReducedRobot, reduced_robot, reducible
+from tauten.reduction.state import ReducedBody, reduced_robot, reducible
 
 L, DIAMETER = 0.1, 2e-3
 SIZE = (0.2, 0.01, 0.02)
@@ -79,7 +79,7 @@ def of_strain_modes(folder: Path) -> tuple[Robot, float, float]:
     return reduced, euler(2e9 * 2e-3 * 1e-3**3 / 12.0, L), L
 
 
-def of_displacement_modes() -> tuple[ReducedRobot, float, float]:
+def of_displacement_modes() -> tuple[Robot[ReducedBody], float, float]:
     """A bar of tetrahedra in modes of its bent equilibria to one side, and all elements."""
     config = RobotConfig.model_validate(beam_config(SIZE, **COLUMN))
     full = build_robot(config, box_mesh(SIZE, (16, 1, 2)), "column")

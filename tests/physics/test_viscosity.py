@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from support.robots.bodies import beam_config, box_mesh
 
-from tauten.model import Simulator, State
+from tauten.model import Robot, Simulator, State
 from tauten.model.load import build_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.reduction.state import StateBasisError, reducible
 
 SIDE = 0.02  # m
@@ -23,7 +23,7 @@ BLOCK = box_mesh((SIDE,) * 3, (4, 1, 1))
 
 def block(
     viscosity: dict[str, object], rate: float, element: str = "linear", density: float = 1.0
-) -> TetRobot:
+) -> Robot[NodalBody]:
     """A block held at x = 0; by default it weighs next to nothing."""
     material = {
         "young_modulus": E, "poisson_ratio": 0.0, "density": density, "viscosity": viscosity
@@ -33,18 +33,19 @@ def block(
     return build_robot(RobotConfig.model_validate(settings), BLOCK, "block.toml")
 
 
-def stretched(robot: TetRobot, strain: float) -> State:
+def stretched(robot: Robot[NodalBody], strain: float) -> State:
     """The block under a uniform strain along x."""
-    x = robot.mesh.nodes * [1.0 + strain, 1.0, 1.0]
-    return State(x[robot.pattern.dof >= 0].ravel(), np.zeros(robot.n))
+    x = robot.body.mesh.nodes * [1.0 + strain, 1.0, 1.0]
+    return State(x[robot.body.pattern.dof >= 0].ravel(), np.zeros(robot.n))
 
 
-def pulled(robot: TetRobot, stress: float) -> TetRobot:
+def pulled(robot: Robot[NodalBody], stress: float) -> Robot[NodalBody]:
     """The block under forces that cause a uniform tension."""
-    return replace(robot, load=-robot.forces(stretched(robot, stress / E))[0])
+    held = robot.body.tetrahedra.loaded(-robot.forces(stretched(robot, stress / E))[0])
+    return replace(robot, body=replace(robot.body, tetrahedra=held))
 
 
-def creep(robot: TetRobot, steps: int, converged: bool) -> tuple[Array, Array]:
+def creep(robot: Robot[NodalBody], steps: int, converged: bool) -> tuple[Array, Array]:
     """Times (steps,) [s] and strains (steps,) of a block under STRESS from t = 0 on."""
     simulator = Simulator(pulled(robot, STRESS), contact="none")
     strains = []
@@ -94,7 +95,7 @@ def test_prony_series_relaxes_as_the_exact_solution() -> None:
     state = robot.advance(rest, system, (moved - rest.q) / robot.h)
     top = np.abs(rest.q.reshape(-1, 3)[:, 0] - SIDE) < 1e-9
     for step in range(1, 3001):
-        remembered, _ = robot.viscosity_at(state, robot.h)
+        remembered, _ = robot.body.viscosity_at(state, robot.h)
         assert remembered is not None
         if step % 500 == 0:
             force = -(robot.forces(state)[0] + remembered).reshape(-1, 3)[top, 0].sum()
@@ -106,7 +107,7 @@ def test_prony_series_relaxes_as_the_exact_solution() -> None:
         state = robot.advance(state, system, np.zeros(robot.n))
 
 
-def wild(robot: TetRobot) -> State:
+def wild(robot: Robot[NodalBody]) -> State:
     """A state far from rest in fast motion, with stresses in the branches."""
     generator, rest = np.random.default_rng(3), robot.rest()
     system = replace(robot.linearise(rest), v=np.zeros(robot.n))
@@ -121,9 +122,9 @@ MIXED = {"shear_viscosity": 20.0, "volume_viscosity": 10.0, "shares": [0.5], "ti
 def test_viscous_forces_dissipate_and_rigid_motion_has_none(element: str) -> None:
     robot = block(MIXED, 100.0, element)
     state = wild(robot)
-    _, C = robot.viscosity_at(state, robot.h)
+    _, C = robot.body.viscosity_at(state, robot.h)
     assert C is not None
-    pattern = robot.pattern
+    pattern = robot.body.pattern
     dense = np.zeros((robot.n, robot.n))
     columns = np.repeat(np.arange(robot.n), np.diff(pattern.indptr))
     dense[pattern.indices, columns] = C

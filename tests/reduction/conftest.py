@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from support.robots.thumb import thumb_mesh, thumb_settings
 
+from tauten.model import Robot
 from tauten.model.load import build_robot
 from tauten.model.numerics import Array, coordinates
 from tauten.model.schema import RobotConfig
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Design, Snapshots, ramp, run_campaign
 from tauten.reduction.contact import (
     ContactBasis,
@@ -55,20 +56,20 @@ def forces() -> Array:
 
 
 @pytest.fixture(scope="session")
-def thumb() -> TetRobot:
+def thumb() -> Robot[NodalBody]:
     """Three blocks and two notches: a robot small enough to run campaigns in seconds."""
     return build_robot(RobotConfig.model_validate(thumb_settings()), thumb_mesh(), "thumb")
 
 
 @pytest.fixture(scope="session")
-def thumb_design(thumb: TetRobot) -> Design:
+def thumb_design(thumb: Robot[NodalBody]) -> Design:
     """From rest to the thumb's largest pull."""
     return ramp(thumb, step=2e-4)
 
 
 @pytest.fixture(scope="session")
 def thumb_folder(
-    thumb: TetRobot, thumb_design: Design, tmp_path_factory: pytest.TempPathFactory
+    thumb: Robot[NodalBody], thumb_design: Design, tmp_path_factory: pytest.TempPathFactory
 ) -> Path:
     """The folder of the campaign of this design, which is complete."""
     folder = tmp_path_factory.mktemp("ramp")
@@ -77,19 +78,19 @@ def thumb_folder(
 
 
 @pytest.fixture(scope="session")
-def thumb_ramp(thumb: TetRobot, thumb_design: Design, thumb_folder: Path) -> Snapshots:
+def thumb_ramp(thumb: Robot[NodalBody], thumb_design: Design, thumb_folder: Path) -> Snapshots:
     """The equilibria of this campaign."""
     found = run_campaign(thumb, thumb_design, thumb_folder, show_progress=False)
     return found.select(found.converged)
 
 
 @pytest.fixture(scope="session")
-def thumb_basis(thumb: TetRobot, thumb_ramp: Snapshots) -> ContactBasis:
+def thumb_basis(thumb: Robot[NodalBody], thumb_ramp: Snapshots) -> ContactBasis:
     """Three contact modes of the ramp."""
     return make_basis(thumb, thumb_ramp, ReduceSettings(k=3))[0]
 
 
 @pytest.fixture(scope="session")
-def thumb_problems(thumb: TetRobot, thumb_ramp: Snapshots) -> tuple[ContactProblem, ...]:
+def thumb_problems(thumb: Robot[NodalBody], thumb_ramp: Snapshots) -> tuple[ContactProblem, ...]:
     """The contact problems of all its equilibria with contact."""
     return contact_problems(thumb, thumb_ramp)

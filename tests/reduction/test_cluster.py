@@ -16,7 +16,8 @@ import distributed
 import numpy as np
 import pytest
 
-from tauten.model.tetra import TetRobot
+from tauten.model import Robot
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Ranges, dask_cluster, latin_hypercube, run_campaign
 
 STARTED = 60.0  # s that a process may take to start on a busy machine
@@ -65,7 +66,7 @@ def kill_when_a_chunk_is_saved(
 
 @pytest.mark.slow
 def test_killed_worker_does_not_change_the_result(
-    thumb: TetRobot, cluster: tuple[str, list[subprocess.Popen[bytes]]], tmp_path: Path
+    thumb: Robot[NodalBody], cluster: tuple[str, list[subprocess.Popen[bytes]]], tmp_path: Path
 ) -> None:
     """The chunk that was lost is computed again by the other worker."""
     design = latin_hypercube(thumb, Ranges(tilt=0.8, force=0.05), runs=6, seed=1, steps=12)

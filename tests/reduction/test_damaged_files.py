@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tauten.model import Robot
 from tauten.model.numerics import Array
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Origin, SnapshotError, Snapshots
 from tauten.reduction.contact import BasisError, ContactBasis
 from tauten.reduction.state import StateBasis, StateBasisError
@@ -91,27 +92,27 @@ def strange(array: Array, rng: np.random.Generator) -> Array:
     return changed
 
 
-def use_contact(path: Path, thumb: TetRobot) -> None:
+def use_contact(path: Path, thumb: Robot[NodalBody]) -> None:
     basis = ContactBasis.load(path)
     basis.check_robot(thumb)
     assert np.isfinite(basis.lift(np.ones(basis.k))).all()
 
 
-def use_states(path: Path, thumb: TetRobot) -> None:
+def use_states(path: Path, thumb: Robot[NodalBody]) -> None:
     states = StateBasis.load(path)
     states.check_robot(thumb)
     states.check_tip(1e-3)
     assert states.origin.tip_max <= 1e-3
-    assert states.elements.max() < thumb.n_elements
+    assert states.elements.max() < thumb.body.n_elements
 
 
-def use_snapshots(path: Path, thumb: TetRobot) -> None:
+def use_snapshots(path: Path, thumb: Robot[NodalBody]) -> None:
     found = Snapshots.load(path)
     assert all(np.isfinite(column).all() for column in (found.q, found.position, found.gravity))
     assert len(found.select(found.converged)) <= len(found)
 
 
-Use = Callable[[Path, TetRobot], None]
+Use = Callable[[Path, Robot[NodalBody]], None]
 USES: dict[str, tuple[Use, type[ValueError]]] = {
     "basis": (use_contact, BasisError),
     "states": (use_states, StateBasisError),
@@ -120,17 +121,17 @@ USES: dict[str, tuple[Use, type[ValueError]]] = {
 
 
 @pytest.fixture(scope="module")
-def whole(thumb: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+def whole(thumb: Robot[NodalBody], tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """A file of each kind that belongs to the thumb, by its suffix."""
     folder, rng = tmp_path_factory.mktemp("whole"), np.random.default_rng(0)
     contact, states = ContactBasis.load("finger"), StateBasis.load("finger")
     Psi = rng.random((thumb.n_c, 4))
     provenance = dataclasses.replace(contact.provenance, k=4, robot_digest=thumb.digest)
-    weight = np.sqrt(3.0 * thumb.mass / thumb.mass.sum())  # (n,)
+    weight = np.sqrt(3.0 * thumb.body.tetrahedra.mass / thumb.body.tetrahedra.mass.sum())  # (n,)
     Phi = np.linalg.qr(rng.normal(size=(thumb.n, 5)))[0] / weight[:, None]
-    every = np.arange(0, thumb.n_elements, 3)
-    weights = np.full(len(every), thumb.mesh.volumes.sum())
-    weights /= thumb.mesh.volumes[every].sum()
+    every = np.arange(0, thumb.body.n_elements, 3)
+    weights = np.full(len(every), thumb.body.mesh.volumes.sum())
+    weights /= thumb.body.mesh.volumes[every].sum()
     origin = dataclasses.replace(
         states.origin, r=5, sample=len(every), robot_digest=thumb.digest, tip_max=2e-4
     )
@@ -157,7 +158,7 @@ def whole(thumb: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> dict[str
 
 @pytest.mark.parametrize("suffix", USES)
 def test_whole_file_is_used(
-    suffix: str, whole: dict[str, bytes], thumb: TetRobot, tmp_path: Path
+    suffix: str, whole: dict[str, bytes], thumb: Robot[NodalBody], tmp_path: Path
 ) -> None:
     path = tmp_path / f"thumb.{suffix}"
     path.write_bytes(whole[suffix])
@@ -172,7 +173,7 @@ def test_damage_ends_in_an_object_or_in_one_sentence(
     damage: Callable[[bytes, np.random.Generator], bytes],
     rounds: int,
     whole: dict[str, bytes],
-    thumb: TetRobot,
+    thumb: Robot[NodalBody],
     tmp_path: Path,
 ) -> None:
     use, refusal = USES[suffix]

@@ -11,7 +11,7 @@ from support.state_bases import basis_of, turned_space
 
 from tauten.controller import ControllerSettings, load_controller_settings
 from tauten.model import RobotFileError, load_robot
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.reduction import BasisError, ContactBasis, Provenance
 from tauten.service.settings import ModelSettings, ServiceSettings
 from tauten.service.setup import load_setup
@@ -102,8 +102,8 @@ def reduced_thumb(folder: Path, basis: str, states: str) -> Path:
     """A robot file of one's own with bases beside it, under these names."""
     path = write_thumb(folder)
     robot = load_robot(path)
-    assert isinstance(robot, TetRobot)
-    elements = np.arange(robot.n_elements)
+    assert isinstance(robot.body, NodalBody)
+    elements = np.arange(robot.body.n_elements)
     made = basis_of(robot, turned_space(robot), elements, np.ones(len(elements)))
     made.save(folder / f"{states}.states")
     Psi = np.eye(robot.n_c)[:, :5]

@@ -9,24 +9,24 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from tauten.model import make_pattern
-from tauten.model.beams import BeamBody, Profile, assemble_beams, make_body
+from tauten.model.beams import Beams, Profile, assemble_beams, make_beams
 from tauten.model.body import Material
 from tauten.model.load import groups
 from tauten.model.numerics import Array, Ints, turned
 
 
-def chain(nodes: Array, up: Array, profile: Profile, material: Material) -> BeamBody:
+def chain(nodes: Array, up: Array, profile: Profile, material: Material) -> Beams:
     """Beams from node to node."""
     i = np.arange(len(nodes) - 1)
     ends: Ints = np.stack([i, i + 1], axis=1)
-    return make_body(nodes, ends, np.tile(up, (len(ends), 1)), [profile] * len(ends), material)
+    return make_beams(nodes, ends, np.tile(up, (len(ends), 1)), [profile] * len(ends), material)
 
 
 @dataclass
 class Frame:
     """Beams held at node 0; x (n, 3) and Q (n, 4) move."""
 
-    body: BeamBody
+    body: Beams
 
     def __post_init__(self) -> None:
         body = self.body

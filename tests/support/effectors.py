@@ -10,10 +10,10 @@ import numpy as np
 from support.robots.beam_robots import build, cable, path_of_beams, rectangle
 from support.robots.bodies import beam_robot, box_mesh
 from tauten.model import Robot, State
-from tauten.model.beams import BeamRobot
+from tauten.model.beams import BeamBody
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 SIZE = (0.1, 0.02, 0.02)
 END = {"lower": [0.09, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
@@ -41,12 +41,12 @@ def hollow_mesh() -> TetMesh:
     return TetMesh(mesh.nodes[used], corners.reshape(-1, 4))
 
 
-def solid(effectors: list[dict[str, Any]] | None = None) -> TetRobot:
+def solid(effectors: list[dict[str, Any]] | None = None) -> Robot[NodalBody]:
     """A beam of tetrahedra along x, held at x = 0."""
     return beam_robot(hollow_mesh(), SIZE, effectors=effectors or ALL_KINDS)
 
 
-def beams(folder: Path, effectors: list[dict[str, Any]]) -> BeamRobot:
+def beams(folder: Path, effectors: list[dict[str, Any]]) -> Robot[BeamBody]:
     """A cantilever of five beams along x, with a disc on each node."""
     nodes = np.linspace([0.0, 0.0, 0.0], [0.5, 0.0, 0.0], 6)
     structure = path_of_beams(nodes, (0.0, 0.0, 1.0), "strip")

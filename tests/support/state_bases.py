@@ -6,7 +6,7 @@ import numpy as np
 
 from tauten.model import Robot
 from tauten.model.numerics import Array, Ints
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.reduction.state import StateBasis, StateOrigin
 
 
@@ -21,8 +21,10 @@ def basis_of(robot: Robot, Phi: Array, elements: Ints, weights: Array) -> StateB
     return StateBasis(Phi, elements, weights, origin)
 
 
-def turned_space(robot: TetRobot) -> Array:
+def turned_space(robot: Robot[NodalBody]) -> Array:
     """All of space as modes (n, n), turned so that no coordinate is a node's, with ΦᵀMΦ = m I."""
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(robot.n, robot.n)))[0]
-    Phi: Array = turn / np.sqrt(3.0 * robot.mass / robot.mass.sum())[:, None]
+    Phi: Array = (
+        turn / np.sqrt(3.0 * robot.body.tetrahedra.mass / robot.body.tetrahedra.mass.sum())[:, None]
+    )
     return Phi

@@ -1,6 +1,6 @@
 """Reduced robots made of beams: modes of natural strains."""
 
-from tauten.reduction.state.beams.reduction import ReducibleBeamRobot
-from tauten.reduction.state.beams.robot import ReducedBeamRobot
+from tauten.reduction.state.beams.reduction import ReducibleBeams
+from tauten.reduction.state.beams.strain_body import StrainBody
 
-__all__ = ["ReducedBeamRobot", "ReducibleBeamRobot"]
+__all__ = ["ReducibleBeams", "StrainBody"]

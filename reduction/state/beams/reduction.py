@@ -5,30 +5,30 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import nnls
 
-from tauten.model import State
-from tauten.model.beams import BeamLoopError, BeamRobot, make_tree
+from tauten.model import Robot, State
+from tauten.model.beams import BeamBody, BeamLoopError, make_tree
 from tauten.model.numerics import Array, Ints
-from tauten.reduction.reduced_robot import ElementSample, StateBasisError
-from tauten.reduction.state.beams.robot import ReducedBeamRobot, make_reduced
+from tauten.reduction.reduced_body import ElementSample, StateBasisError
+from tauten.reduction.state.beams.strain_body import StrainBody, make_reduced
 
 STATES = 40  # training states taken of a campaign
 DIRECTIONS = 3  # random directions at each
 
 
-class ReducibleBeamRobot:
+class ReducibleBeams:
     """A robot made of beams as state reduction sees it: deviations are natural strains.
 
     Modes are orthonormal in the stiffness of the strains, Φᵀ D Φ = I, so the strain energy is ½ |α|².
     """
 
-    def __init__(self, robot: BeamRobot) -> None:
+    def __init__(self, robot: Robot[BeamBody]) -> None:
         """Order the beams of a robot.
 
         Raises:
             StateBasisError: they form closed loops, or none of the nodes is fixed.
         """
         try:
-            self.robot, self.tree = robot, make_tree(robot.body, robot.dof < 0)
+            self.robot, self.tree = robot, make_tree(robot.body.beams, robot.body.dof < 0)
         except BeamLoopError as error:
             raise StateBasisError(
                 f"robot {robot.name}: {error}; state bases need beams that branch from fixed nodes without "
@@ -62,16 +62,16 @@ class ReducibleBeamRobot:
 
     def deviations(self, q: Array) -> Array:
         """Natural strains (6 e, s) of configurations (n_q, s)."""
-        poses = [self.robot.pose(State(column, column)) for column in q.T]
+        poses = [self.robot.body.pose(State(column, column)) for column in q.T]
         columns = [self.tree.strains(*pose) for pose in poses]
         return np.stack(columns, axis=1)
 
     def rates(self, q: Array, motion: Array) -> Array:
         """Rates of the strains (6 e, k) of velocities (n, k) at a configuration (n_q,)."""
-        robot, k = self.robot, motion.shape[1]
-        every = np.zeros((2 * robot.n_nodes, 3, k))
-        every[robot.pattern.dof >= 0] = motion.reshape(-1, 3, k)
-        return self.tree.rates(*robot.pose(State(q, q)), every.reshape(-1, 6, k))
+        body, k = self.robot.body, motion.shape[1]
+        every = np.zeros((2 * body.n_nodes, 3, k))
+        every[body.pattern.dof >= 0] = motion.reshape(-1, 3, k)
+        return self.tree.rates(*body.pose(State(q, q)), every.reshape(-1, 6, k))
 
     def sample(self, Phi: Array, alphas: Array, tolerance: float, seed: int) -> ElementSample:
         """The elements that carry loads: those at which the change of J is evaluated for the tangent.
@@ -97,7 +97,7 @@ class ReducibleBeamRobot:
             d /= np.linalg.norm(d, axis=0)
             state = State(alpha, np.zeros_like(alpha))
             K = robot.forces(state, balancing_effort(robot, state), exact=True)[1]
-            rows = robot.work.load_Y.reshape(strain.shape)
+            rows = robot.body.work.load_Y.reshape(strain.shape)
             found = np.swapaxes(strain, 1, 2) @ (rows @ d) + np.swapaxes(rows, 1, 2) @ (strain @ d)
             parts.append(found.reshape(len(every), -1))
             products.append(K @ d)
@@ -123,7 +123,7 @@ class ReducibleBeamRobot:
             "is 1 for every beam"
         )
 
-    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> ReducedBeamRobot:
+    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> Robot[StrainBody]:
         """The robot in the coordinates of a state basis.
 
         Args:
@@ -134,7 +134,7 @@ class ReducibleBeamRobot:
         return make_reduced(self.robot, self.tree, Phi, elements)
 
 
-def balancing_effort(robot: ReducedBeamRobot, state: State) -> Array:
+def balancing_effort(robot: Robot[StrainBody], state: State) -> Array:
     """The efforts (n_a,) that balance the other forces at a state best, without contacts [N]."""
     H = robot.rows(state, contacts=False).actuators.dense()
     both = robot.actuators.laws.bilateral  # these pull, and they push

@@ -2,11 +2,15 @@
 
 from tauten.reduction.state.tetra.ecsw import contributions, sample_elements
 from tauten.reduction.state.tetra.points import integration_points
-from tauten.reduction.state.tetra.reducible import ReducibleTetRobot
+from tauten.reduction.state.tetra.reducible import (
+    reducible_constrained,
+    reducible_nodes,
+)
 
 __all__ = [
-    "ReducibleTetRobot",
     "contributions",
     "integration_points",
+    "reducible_constrained",
+    "reducible_nodes",
     "sample_elements",
 ]

@@ -15,7 +15,7 @@ import numpy as np
 
 from tauten.model.actuators import ActuatorSet
 from tauten.model.numerics import Array
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import TetBody
 from tauten.reduction.state.tetra.arrays import Tendons
 from tauten.reduction.state.tetra.body import ModePoints, mode_points, reduced_tendons
 from tauten.reduction.state.tetra.points import node_rows
@@ -58,43 +58,43 @@ def contracted(T: Array, alpha: Array) -> Array:
     return product.reshape(size, size)
 
 
-def reduced_actuators(robot: TetRobot, Phi: Array) -> ActuatorSet[ModePoints]:
-    """The actuators of a robot in the coordinates of a state basis Φ (n, r)."""
-    full = robot.actuator_set
+def reduced_actuators(body: TetBody, Phi: Array) -> ActuatorSet[ModePoints]:
+    """The actuators of a body in the coordinates of a state basis Φ (n, r)."""
+    full, tetrahedra = body.actuator_set, body.tetrahedra
     return ActuatorSet(
         paths=full.paths,
-        stations=mode_points(robot, Phi, full.stations),
+        stations=mode_points(tetrahedra, Phi, full.stations),
         chambers=full.chambers,
-        walls=mode_points(robot, Phi, full.walls),
+        walls=mode_points(tetrahedra, Phi, full.walls),
         forces=full.forces,
-        pushed=mode_points(robot, Phi, full.pushed),
+        pushed=mode_points(tetrahedra, Phi, full.pushed),
         drives=full.drives,
         coupling=full.coupling,
     )
 
 
-def modal_curvature(robot: TetRobot, Phi: Array) -> ModalCurvature:
+def modal_curvature(body: TetBody, Phi: Array) -> ModalCurvature:
     """The curvature of the actuators in the coordinates of a state basis Φ (n, r)."""
-    r, chambers = Phi.shape[1], robot.actuator_set.chambers
-    volumes = [volume_tensor(robot, Phi, chamber) for chamber in range(len(chambers))]
-    tendons = reduced_tendons(robot, Phi)
+    r, chambers = Phi.shape[1], body.actuator_set.chambers
+    volumes = [volume_tensor(body, Phi, chamber) for chamber in range(len(chambers))]
+    tendons = reduced_tendons(body.tetrahedra, Phi)
     return ModalCurvature(tendons, np.array(volumes).reshape(-1, r + 1, r + 1, r + 1))
 
 
-def volume_tensor(robot: TetRobot, Phi: Array, chamber: int) -> Array:
+def volume_tensor(body: TetBody, Phi: Array, chamber: int) -> Array:
     """T (r + 1, r + 1, r + 1) of (T5).
 
     Args:
-        robot: the full model.
+        body: of the full model.
         Phi: (n, r) state modes.
         chamber: its number.
     """
-    chambers = robot.actuator_set.chambers
+    chambers = body.actuator_set.chambers
     chosen = np.flatnonzero(chambers.owner == chamber)
     size = Phi.shape[1] + 1
     T = np.zeros((size, size, size))
-    every = node_rows(robot, Phi, np.arange(robot.n_nodes))  # (n_nodes, 3, r)
-    columns_of = np.concatenate([robot.mesh.nodes[..., None], every], axis=2)
+    every = node_rows(body.tetrahedra, Phi, np.arange(body.n_nodes))  # (n_nodes, 3, r)
+    columns_of = np.concatenate([body.mesh.nodes[..., None], every], axis=2)
     corners = chambers.corners(columns_of, chosen)  # (t, 3, 3, r + 1)
     corners[..., 0] -= corners[..., 0].mean(axis=(0, 1))  # a volume does not depend on it
     for columns in np.array_split(corners, len(chosen) // TRIANGLES + 1):

@@ -15,7 +15,7 @@ from tauten.model.numerics import LANES, Array, Ints
 from tauten.reduction.state.tetra.product import ROWS
 
 
-class Body(NamedTuple):
+class SampledElements(NamedTuple):
     """Sampled elements, s in b blocks of LANES, and r modes. R is r up to a multiple of ROWS.
 
     Attributes:
@@ -119,7 +119,7 @@ def in_rows(values: Array) -> Array:
     return padded
 
 
-def make_work(body: Body, tendons: Tendons) -> Work:
+def make_work(body: SampledElements, tendons: Tendons) -> Work:
     """A workspace for these elements and cables."""
     blocks, R, _ = body.gradient.shape
     r, rows, entries = len(body.stiffness), 9, 81

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tauten.model import Robot
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.materials import COROTATIONAL
 from tauten.model.numerics import LANES, Array, Ints
@@ -19,8 +20,8 @@ from tauten.model.points import (
     points_at,
     segment_nodes,
 )
-from tauten.model.tetra import TetRobot
-from tauten.reduction.state.tetra.arrays import Body, Tendons, in_lanes, in_rows
+from tauten.model.tetra import TetBody, Tetrahedra
+from tauten.reduction.state.tetra.arrays import SampledElements, Tendons, in_lanes, in_rows
 from tauten.reduction.state.tetra.points import gradients_of, integration_points, node_rows
 
 
@@ -88,35 +89,37 @@ class PlacedByModes(Placed):
         return self.map if self.J is None else self.map @ self.J
 
 
-def mode_points(robot: TetRobot, Phi: Array, points: NodePoints | MeanPoints) -> ModePoints:
+def mode_points(tetrahedra: Tetrahedra, Phi: Array, points: NodePoints | MeanPoints) -> ModePoints:
     """Points of a body in reduced coordinates.
 
     Args:
-        robot: the full model.
+        tetrahedra: of the full model.
         Phi: (n, R) state modes.
         points: of the full model.
     """
-    rest = points.at(robot.mesh.nodes).ravel()
+    rest = points.at(tetrahedra.mesh.nodes).ravel()
     if isinstance(points, MeanPoints):
         return ModePoints(rest, np.asarray(points.C @ Phi))
-    rows = node_rows(robot, Phi, points.nodes)
+    rows = node_rows(tetrahedra, Phi, points.nodes)
     motion = np.einsum("pa,pair->pir", points.weights, rows).reshape(-1, Phi.shape[1])
     return ModePoints(rest, np.ascontiguousarray(motion))
 
 
-def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) -> Body:
+def sampled_body(
+    tetrahedra: Tetrahedra, Phi: Array, elements: Ints, weights: Array
+) -> SampledElements:
     """Sampled elements in reduced coordinates.
 
     Args:
-        robot: the full model.
+        tetrahedra: of the full model.
         Phi: (n, r) state modes.
         elements: (s,) element numbers, ascending.
         weights: (s,) factors of their forces.
     """
-    points = integration_points(robot)
+    points = integration_points(tetrahedra)
     kind, constants = points.kind[elements], points.constants[elements]  # (s,), (s, 5)
     volume = weights * points.volume[elements]  # (s,)
-    G = gradients_of(robot, points, Phi, elements)  # (9 s, r)
+    G = gradients_of(tetrahedra, points, Phi, elements)  # (9 s, r)
     s, r = len(elements), Phi.shape[1]
     corotational = bool((kind == COROTATIONAL).all())
     lame, stiffness = np.zeros((s, 2)), np.zeros((r, r))
@@ -126,7 +129,7 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
         stiffness = G.T @ weighted
     gradient = in_lanes(G.reshape(s, 9, r).swapaxes(1, 2).reshape(s, r * 9))
     filled = np.minimum(np.arange(len(gradient) * LANES), s - 1)  # lanes past the last repeat it
-    return Body(
+    return SampledElements(
         elements=s,
         gradient=in_rows(gradient.reshape(-1, r, 9 * LANES)),
         volume=in_lanes(volume[:, None]),
@@ -139,12 +142,12 @@ def sampled_body(robot: TetRobot, Phi: Array, elements: Ints, weights: Array) ->
     )
 
 
-def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:
+def reduced_tendons(tetrahedra: Tetrahedra, Phi: Array) -> Tendons:
     """The cables in reduced coordinates."""
-    curvature, x0 = robot.curvature, robot.mesh.nodes
+    curvature, x0 = tetrahedra.curvature, tetrahedra.mesh.nodes
     paths, stations = curvature.paths, curvature.stations
     y = stations.at(x0)
-    rows = node_rows(robot, Phi, segment_nodes(paths, stations))
+    rows = node_rows(tetrahedra, Phi, segment_nodes(paths, stations))
     D = np.einsum("sa,sair->ris", curvature.weights, rows)
     return Tendons(
         np.searchsorted(paths.owner, np.arange(paths.n_a + 1)),
@@ -154,7 +157,7 @@ def reduced_tendons(robot: TetRobot, Phi: Array) -> Tendons:
     )
 
 
-def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ModePoints, ContactSet]:
+def contact_surface(robot: Robot[TetBody], Phi: Array) -> tuple[ModePoints, ContactSet]:
     """The vertices that contacts refer to, and the contacts on these vertices only."""
     old = robot.contacts
     parts = [part.ravel() for pair in old.pairs for part in (pair.nodes, pair.triangles)]
@@ -167,5 +170,5 @@ def contact_surface(robot: TetRobot, Phi: Array) -> tuple[ModePoints, ContactSet
         ContactPair(pair.name, number(pair.nodes), pair.weights, number(pair.triangles), pair.apart)
         for pair in old.pairs
     ]
-    surface = mode_points(robot, Phi, points_at(used))
+    surface = mode_points(robot.body.tetrahedra, Phi, points_at(used))
     return surface, ContactSet(pairs, len(used), old.alarm_distance, old.distance)

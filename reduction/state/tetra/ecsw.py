@@ -18,13 +18,11 @@ elements: the sample has the volume of the body.
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 
-from tauten.model import State
 from tauten.model.materials import NO_TANGENT, WORK, response
 from tauten.model.numerics import Array, Ints, kernel, polar_rotations, sparse_nnls
-from tauten.model.tetra import TetRobot
-from tauten.reduction.reduced_robot import ElementSample
+from tauten.model.tetra import Tetrahedra
+from tauten.reduction.reduced_body import ElementSample
 from tauten.reduction.state.tetra.points import gradients_of, integration_points
 
 STATES = 40  # training states taken of a campaign
@@ -36,20 +34,20 @@ STEP = 1e-3  # step of the finite difference, relative to that length
 
 
 def sample_elements(
-    robot: TetRobot, Phi: Array, alphas: Array, tolerance: float, seed: int = 0
+    tetrahedra: Tetrahedra, Phi: Array, alphas: Array, tolerance: float, seed: int = 0
 ) -> ElementSample:
     """A sample of elements for states q₀ + Φ α.
 
     Args:
-        robot: the full model.
+        tetrahedra: of the full model.
         Phi: (n, r) state modes.
         alphas: (r, s) states of a campaign [m]; some of them, far from each other, are training states.
         tolerance: relative residual.
         seed: of the random directions.
     """
-    C = contributions(robot, Phi, alphas[:, farthest_apart(alphas, STATES)], seed)
+    C = contributions(tetrahedra, Phi, alphas[:, farthest_apart(alphas, STATES)], seed)
     d = C.sum(axis=1)
-    volume = integration_points(robot).volume
+    volume = integration_points(tetrahedra).volume
     share = tolerance / VOLUME * np.linalg.norm(d) * volume / volume.sum()  # (e,)
     w = sparse_nnls(np.vstack([C, share]), np.append(d, share.sum()), tolerance)
     elements = np.flatnonzero(w)
@@ -78,11 +76,11 @@ def farthest_apart(alphas: Array, count: int) -> Ints:
     return np.sort(np.array(chosen, dtype=np.int64))
 
 
-def contributions(robot: TetRobot, Phi: Array, alphas: Array, seed: int) -> Array:
+def contributions(tetrahedra: Tetrahedra, Phi: Array, alphas: Array, seed: int) -> Array:
     """The training matrix C, one column for each element.
 
     Args:
-        robot: the full model.
+        tetrahedra: of the full model.
         Phi: (n, r) state modes.
         alphas: (r, s) training states [m].
         seed: of the random directions.
@@ -91,13 +89,13 @@ def contributions(robot: TetRobot, Phi: Array, alphas: Array, seed: int) -> Arra
         ((1 + DIRECTIONS) r s, e) [√J].
     """
     rng = np.random.default_rng(seed)
-    points, r = integration_points(robot), Phi.shape[1]
-    G = gradients_of(robot, points, Phi, np.arange(len(points)))  # (9 e, r)
+    points, r = integration_points(tetrahedra), Phi.shape[1]
+    G = gradients_of(tetrahedra, points, Phi, np.arange(len(points)))  # (9 e, r)
     laws = (points.kind, points.constants)
     C = np.empty((alphas.shape[1] * (1 + DIRECTIONS) * r, len(points)))
     row = 0
     for alpha in np.ascontiguousarray(alphas.T):
-        root = compliance_root(robot, Phi, alpha)  # (r, r)
+        root = compliance_root(tetrahedra, Phi, alpha)  # (r, r)
         blocks = [element_forces(alpha, G, points.volume, laws)]
         for _ in range(DIRECTIONS):
             step = root @ rng.normal(size=r)  # low-energy directions are likelier
@@ -111,21 +109,20 @@ def contributions(robot: TetRobot, Phi: Array, alphas: Array, seed: int) -> Arra
     return C
 
 
-def compliance_root(robot: TetRobot, Phi: Array, alpha: Array) -> Array:
+def compliance_root(tetrahedra: Tetrahedra, Phi: Array, alpha: Array) -> Array:
     """K^(−1/2) of the reduced tangent, positive semidefinite.
 
     Args:
-        robot: the full model.
+        tetrahedra: of the full model.
         Phi: (n, r) state modes.
         alpha: (r,) state [m].
 
     Returns:
         (r, r) [(m/N)^(1/2)].
     """
-    state = State(robot.rest().q + Phi @ alpha, np.zeros(robot.n))
-    _, values = robot.forces(state)
-    pattern = robot.pattern
-    K = sp.csc_array((values, pattern.indices, pattern.indptr), shape=(robot.n, robot.n))
+    x = tetrahedra.placed(tetrahedra.at_rest + Phi @ alpha)
+    _, values = tetrahedra.forces(tetrahedra.elements.semidefinite, x, None)
+    K = tetrahedra.pattern.matrix(values)
     energy, directions = np.linalg.eigh(Phi.T @ (K @ Phi))
     energy = np.maximum(
         energy, FLOOR * energy.max()

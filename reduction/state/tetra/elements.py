@@ -27,13 +27,13 @@ from tauten.model.materials import (
     tangent_at,
 )
 from tauten.model.numerics import LANES, Array, Ints, kernel, polar_lanes, stretch_lanes
-from tauten.reduction.state.tetra.arrays import Body, Response, Work
+from tauten.reduction.state.tetra.arrays import Response, SampledElements, Work
 from tauten.reduction.state.tetra.product import add_symmetric_product
 
 
 @kernel
 def assemble_response(
-    alpha: Array, v: Array, load: Array, damped: bool, body: Body, response: Response
+    alpha: Array, v: Array, load: Array, damped: bool, body: SampledElements, response: Response
 ) -> None:
     """Forces and tangents of the elements at a state.
 
@@ -81,7 +81,7 @@ def assemble_response(
 
 @kernel
 def add_elements(
-    shares: tuple[float, float], exact: bool, response: Response, body: Body, work: Work
+    shares: tuple[float, float], exact: bool, response: Response, body: SampledElements, work: Work
 ) -> None:
     """Add a sum of the stiffness of the material D and the tangent K of the elements to work.lower.
 

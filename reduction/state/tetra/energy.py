@@ -6,12 +6,12 @@ import numpy as np
 
 from tauten.model.materials import WORK, stress
 from tauten.model.numerics import LANES, Array, kernel, polar_lanes
-from tauten.reduction.state.tetra.arrays import Body
+from tauten.reduction.state.tetra.arrays import SampledElements
 from tauten.reduction.state.tetra.elements import add_gradients
 
 
 @kernel
-def sampled_energy(beta: Array, body: Body) -> float:
+def sampled_energy(beta: Array, body: SampledElements) -> float:
     """The sum of energy densities times weighted volumes [J].
 
     Args:

@@ -15,7 +15,7 @@ import numpy as np
 
 from tauten.model.numerics import Array, kernel
 from tauten.model.points import blunted
-from tauten.reduction.state.tetra.arrays import Body, Response, Tendons, Work
+from tauten.reduction.state.tetra.arrays import Response, SampledElements, Tendons, Work
 from tauten.reduction.state.tetra.elements import add_elements
 from tauten.reduction.state.tetra.product import add_symmetric_product
 
@@ -23,7 +23,7 @@ from tauten.reduction.state.tetra.product import add_symmetric_product
 @kernel
 def combine(
     alpha: Array, effort: Array, shares: tuple[float, float], exact: bool, response: Response,
-    body: Body, tendons: Tendons, work: Work,
+    body: SampledElements, tendons: Tendons, work: Work,
 ) -> None:  # fmt: skip
     """A sum of the stiffness of the material D and the tangent K into work.S.
 

@@ -20,8 +20,8 @@ from scipy.spatial.transform import Rotation
 
 from tauten.model.constraints import CoordinateMap, Frames
 from tauten.model.numerics import Array, Ints
-from tauten.model.tetra import TetRobot
-from tauten.reduction.reduced_robot import StateBasisError
+from tauten.model.tetra import Tetrahedra
+from tauten.reduction.reduced_body import StateBasisError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,13 +74,13 @@ class NodeChart:
     """Deviations of a robot made of tetrahedra: displacements of nodes, then coordinates of drives.
 
     Attributes:
-        raw: the robot over all nodes that are not fixed.
+        tetrahedra: the elements, over the nodes that are not fixed.
         rest: (n_q,) configuration of the robot at rest.
         frames: rigid, pinned and drive regions; None: there are none, and
         coordinates: the map from the configuration to the nodes.
     """
 
-    raw: TetRobot
+    tetrahedra: Tetrahedra
     rest: Array
     frames: Frames | None = None
     coordinates: CoordinateMap | None = None
@@ -93,7 +93,7 @@ class NodeChart:
     @property
     def free(self) -> Ints:
         """Free nodes among those that are not fixed."""
-        nodes = np.arange(self.raw.n // 3)
+        nodes = np.arange(self.tetrahedra.m // 3)
         return nodes if self.coordinates is None else self.coordinates.free
 
     @property
@@ -200,8 +200,8 @@ class NodeChart:
         r = Phi.shape[1] - m
         if r < 1 or not np.array_equal(Phi[first:], np.eye(m, r + m, r)) or Phi[:first, r:].any():
             raise StateBasisError(
-                f"the last {m} modes are not the drives of robot {self.raw.name!r}: make the state basis "
-                "again from its robot file with `tauten reduce --states`"
+                f"the last {m} modes of this state basis are not the drives of this robot: make it again "
+                "from the robot file with `tauten reduce --states`"
             )
         frames, map_ = self.frames, self.coordinates
         if frames is None or map_ is None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.numerics import Array, Ints
-from tauten.model.tetra import Domains, TetRobot
+from tauten.model.tetra import Domains, Tetrahedra
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,9 +35,9 @@ class IntegrationPoints:
         return len(self.volume)
 
 
-def integration_points(robot: TetRobot) -> IntegrationPoints:
-    """The integration points of a robot's body."""
-    domains, (kinds, constants) = robot.elements.domains, robot.elements.laws
+def integration_points(tetrahedra: Tetrahedra) -> IntegrationPoints:
+    """The integration points of a body."""
+    domains, (kinds, constants) = tetrahedra.elements.domains, tetrahedra.elements.laws
     law = np.concatenate([np.repeat(part.law, part.volumes.shape[1]) for part in domains])
     return IntegrationPoints(
         domains=domains,
@@ -47,27 +47,29 @@ def integration_points(robot: TetRobot) -> IntegrationPoints:
     )
 
 
-def node_rows(robot: TetRobot, Phi: Array, nodes: Ints) -> Array:
+def node_rows(tetrahedra: Tetrahedra, Phi: Array, nodes: Ints) -> Array:
     """Rows of Φ that belong to nodes, zero where a node is fixed.
 
     Args:
-        robot: the full model.
+        tetrahedra: of the full model.
         Phi: (n, r) state modes.
         nodes: (…,) node numbers.
 
     Returns:
         (…, 3, r).
     """
-    first = robot.pattern.dof[nodes]
+    first = tetrahedra.dof[nodes]
     rows = Phi[np.maximum(first, 0)[..., None] + np.arange(3)]
     return np.where((first >= 0)[..., None, None], rows, 0.0)
 
 
-def gradients_of(robot: TetRobot, points: IntegrationPoints, Phi: Array, chosen: Ints) -> Array:
+def gradients_of(
+    tetrahedra: Tetrahedra, points: IntegrationPoints, Phi: Array, chosen: Ints
+) -> Array:
     """Derivatives of the deformation gradients F_ij with respect to α.
 
     Args:
-        robot: the full model.
+        tetrahedra: of the full model.
         points: all of its integration points.
         Phi: (n, r) state modes.
         chosen: (s,) numbers of the points, ascending.
@@ -80,7 +82,7 @@ def gradients_of(robot: TetRobot, points: IntegrationPoints, Phi: Array, chosen:
     for part in points.domains:
         inside = (chosen >= first) & (chosen < first + part.volumes.size)
         domain, point = np.divmod(chosen[inside] - first, part.volumes.shape[1])
-        rows = node_rows(robot, Phi, part.nodes[domain])  # (k, nodes, 3, r)
+        rows = node_rows(tetrahedra, Phi, part.nodes[domain])  # (k, nodes, 3, r)
         gradients = part.gradients[domain, point]  # (k, nodes, 3)
         G[inside] = np.einsum("sair,saj->sijr", rows, gradients, optimize=True)
         first += part.volumes.size

@@ -1,4 +1,4 @@
-"""Robots of tetrahedra as state reduction sees them."""
+"""Robots of tetrahedra as state reduction sees them, and in the coordinates of a state basis."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model import TetRobot
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot
+from tauten.model.constraints import ConstrainedBody, Drums
 from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Ints
-from tauten.reduction.reduced_robot import ElementSample
+from tauten.model.tetra import NodalBody, TetBody
+from tauten.reduction.reduced_body import ElementSample, StateBasisError
 from tauten.reduction.state.tetra.actuators import modal_curvature, reduced_actuators
 from tauten.reduction.state.tetra.arrays import make_work
 from tauten.reduction.state.tetra.body import contact_surface, mode_points, sampled_body
 from tauten.reduction.state.tetra.ecsw import sample_elements
+from tauten.reduction.state.tetra.modal_body import ModalBody, ReducedSprings, chart_weight
 from tauten.reduction.state.tetra.node_chart import NodeChart
 from tauten.reduction.state.tetra.points import integration_points
-from tauten.reduction.state.tetra.robot import ReducedSprings, ReducedTetRobot, chart_weight
 
 _VOLUME = (
     2.0  # factor between the volume of the weighted elements and the body's; samples reach 1.02
@@ -27,7 +28,7 @@ _VOLUME = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReducibleTetRobot:
+class ReducibleTetBody:
     """A robot made of tetrahedra, with or without constraints; deviations are those of a `NodeChart`.
 
     Modes are orthonormal in the mass, Φᵀ M Φ = m I with the body's mass m, so α is in metres and |α| is the
@@ -36,17 +37,15 @@ class ReducibleTetRobot:
 
     Attributes:
         robot: the robot.
+        chart: the deviations that modes combine.
+        springs: see `FrameJoints`; None: there are none.
+        drums: motors that wind several cables; None: there are none.
     """
 
-    robot: TetRobot | ConstrainedRobot
-
-    @property
-    def chart(self) -> NodeChart:
-        """The deviations that modes combine."""
-        robot, rest = self.robot, self.robot.rest().q
-        if isinstance(robot, TetRobot):
-            return NodeChart(robot, rest)
-        return NodeChart(robot.raw, rest, robot.frames, robot.coordinates)
+    robot: Robot[TetBody]
+    chart: NodeChart
+    springs: sp.csr_array | None = None
+    drums: Drums | None = None
 
     @property
     def own_coordinates(self) -> int:
@@ -71,7 +70,7 @@ class ReducibleTetRobot:
     @property
     def n_elements(self) -> int:
         """Number of integration points."""
-        return len(integration_points(self.chart.raw))
+        return len(integration_points(self.robot.body.tetrahedra))
 
     def deviations(self, q: Array) -> Array:
         """Deviations (m, s) of configurations (n_q, s) [m, rad]."""
@@ -92,7 +91,7 @@ class ReducibleTetRobot:
         """
         chart = self.chart
         E, motion = chart.places(Phi)
-        return sample_elements(chart.raw, E, motion.beta(alphas), tolerance, seed)
+        return sample_elements(chart.tetrahedra, E, motion.beta(alphas), tolerance, seed)
 
     def implausible(self, elements: Ints, weights: Array) -> str:
         """A sentence where the weighted elements have another volume than the body.
@@ -101,7 +100,7 @@ class ReducibleTetRobot:
             elements: (s,) numbers of integration points.
             weights: (s,) their weights.
         """
-        volume = integration_points(self.chart.raw).volume
+        volume = integration_points(self.robot.body.tetrahedra).volume
         with np.errstate(over="ignore"):
             share = float(weights @ volume[elements] / volume.sum())
         if 1.0 / _VOLUME <= share <= _VOLUME:
@@ -111,7 +110,7 @@ class ReducibleTetRobot:
             f"robot {self.robot.name!r}, allowed are {1.0 / _VOLUME} to {_VOLUME}"
         )
 
-    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> ReducedTetRobot:
+    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> Robot[ModalBody]:
         """The robot in the coordinates of a state basis.
 
         Args:
@@ -123,55 +122,86 @@ class ReducibleTetRobot:
             StateBasisError: the last modes are not those of the drives.
         """
         robot, chart = self.robot, self.chart
-        raw = chart.raw
+        full, tetrahedra = robot.body, chart.tetrahedra
         E, motion = chart.places(Phi)
-        body, curvature = sampled_body(raw, E, elements, weights), modal_curvature(raw, E)
-        surface, contacts = contact_surface(raw, E)
-        drives = robot.actuator_set.drives
-        places = raw.effectors.places(raw.motion(raw.rest()))
-        points = mode_points(raw, E, raw.effectors.points)
-        return ReducedTetRobot(
-            names=robot.names,
-            digest=robot.digest,
-            gravity=robot.gravity,
-            tolerance=robot.tolerance,
-            integration=robot.integration,
-            actuators=robot.actuators,
+        sampled, curvature = (
+            sampled_body(tetrahedra, E, elements, weights),
+            modal_curvature(full, E),
+        )
+        surface, contacts = contact_surface(robot, E)
+        drives, effectors = full.actuator_set.drives, robot.effectors
+        places = effectors.places(tetrahedra.motion(full.mesh.nodes))
+        body = ModalBody(
+            gravity=full.gravity,
+            integration=full.integration,
             actuator_set=dataclasses.replace(
-                reduced_actuators(raw, E),
+                reduced_actuators(full, E),
                 drives=dataclasses.replace(drives, columns=motion.modes + drives.travels),
-                coupling=robot.actuator_set.coupling,
             ),
-            limits=robot.limits,
-            effectors=Effectors(raw.effectors.kinds, points),
-            contacts=contacts,
-            vertices=surface,
             full=robot,
             Phi=Phi,
             chart=chart,
             E=E,
             drive_motion=motion,
-            body=body,
+            sampled=sampled,
             curvature=curvature,
-            mass=E.T @ (raw.mass[:, None] * E),
-            load=E.T @ raw.load,
-            springs=self.springs(E),
-            drums=None if isinstance(robot, TetRobot) else robot.drums,
+            mass=E.T @ (tetrahedra.mass[:, None] * E),
+            load=E.T @ tetrahedra.load,
+            springs=self.reduced_springs(E),
+            drums=self.drums,
+            contact_points=surface,
             effector_places=np.asarray(places.H @ E),
-            work=make_work(body, curvature.tendons),
+            work=make_work(sampled, curvature.tendons),
         )
+        points = mode_points(tetrahedra, E, effectors.points)
+        return robot.with_body(body, Effectors(effectors.kinds, points), contacts, surface)
 
-    def springs(self, E: Array) -> ReducedSprings | None:
+    def reduced_springs(self, E: Array) -> ReducedSprings | None:
         """The springs of hinges in the coordinates β; None: there are none.
 
         Args:
             E: (3 n_nodes, R) from `NodeChart.places`.
         """
-        robot = self.robot
-        if isinstance(robot, TetRobot) or robot.joints is None:
+        if self.springs is None:
             return None
-        free = robot.raw.pattern.dof >= 0
-        S = sp.csc_array(robot.joints.springs)
-        stretched = S[:, np.repeat(free, 3)] @ E
-        at_rest = S @ robot.mesh.nodes.ravel()
+        body, S = self.robot.body, sp.csc_array(self.springs)
+        stretched = S[:, np.repeat(body.tetrahedra.dof >= 0, 3)] @ E
+        at_rest = S @ body.mesh.nodes.ravel()
         return ReducedSprings(stretched.T @ stretched, stretched.T @ at_rest)
+
+
+def reducible_nodes(robot: Robot[NodalBody]) -> ReducibleTetBody:
+    """A robot whose nodes move freely, as state reduction sees it.
+
+    Raises:
+        StateBasisError: its materials are viscous.
+    """
+    require_elastic(robot)
+    return ReducibleTetBody(robot, NodeChart(robot.body.tetrahedra, robot.rest().q))
+
+
+def reducible_constrained(robot: Robot[ConstrainedBody]) -> ReducibleTetBody:
+    """A robot some of whose nodes follow others, as state reduction sees it.
+
+    Raises:
+        StateBasisError: its materials are viscous, or it has beams.
+    """
+    require_elastic(robot)
+    body = robot.body
+    if body.joints is not None and len(body.joints.nodes) > 0:
+        raise StateBasisError(
+            f"robot {robot.name}: robots with beams beside bodies of tetrahedra have no state bases; use "
+            "the full model"
+        )
+    chart = NodeChart(body.tetrahedra, robot.rest().q, body.frames, body.coordinates)
+    springs = None if body.joints is None else body.joints.springs
+    return ReducibleTetBody(robot, chart, springs, body.drums)
+
+
+def require_elastic(robot: Robot[TetBody]) -> None:
+    """Raise a StateBasisError where materials are viscous."""
+    if robot.body.tetrahedra.viscosity is not None:
+        raise StateBasisError(
+            f"robot {robot.name}: viscous materials have no state bases; leave out material.viscosity, "
+            "or use the full model"
+        )

@@ -19,11 +19,12 @@ from support.robots.bodies import (
     without,
 )
 
+from tauten.model import Robot
 from tauten.model.load import build_robot, load_robot
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Ints
 from tauten.model.schema import RobotConfig, RobotFileError, validated
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.service.check import CheckSettings, check_robot
 from tauten.service.process import StopFlag
 
@@ -35,13 +36,13 @@ DRUM = {"name": "drum", "members": ["tendon"], "gains": [1.0], "max_position": 0
         "max_effort": 5.0, "max_rate": 0.1}  # fmt: skip
 
 
-def built(**changes: object) -> TetRobot:
+def built(**changes: object) -> Robot[NodalBody]:
     """A robot of a file with changes; what is wrong raises as a file does."""
     config = validated(RobotConfig, pneumatic_config(**changes), "balloon.toml")
     return build_robot(config, hollow_beam(), "balloon.toml")
 
 
-def surface_of(robot: TetRobot) -> set[tuple[int, ...]]:
+def surface_of(robot: Robot[NodalBody]) -> set[tuple[int, ...]]:
     return {tuple(sorted(triangle)) for triangle in robot.actuator_set.chambers.nodes.tolist()}
 
 
@@ -74,7 +75,7 @@ def test_three_ways_to_name_a_cavity_give_the_same_surface(tmp_path: Path) -> No
     triangles = inside.actuator_set.chambers.nodes
     box = built(surfaces=[{"name": "wall", "box": CAVITY}], chambers=[{**PLACE, "surface": "wall"}])
     stl = load_robot(file_with_stl(tmp_path, mesh, triangles))
-    assert isinstance(stl, TetRobot)
+    assert isinstance(stl.body, NodalBody)
     assert surface_of(inside) == surface_of(box) == surface_of(stl)
     assert len(surface_of(inside)) == len(triangles) > 0
 
@@ -87,7 +88,7 @@ def test_a_surface_that_is_inside_out_is_turned_and_said(
     triangles = pneumatic_robot(mesh).actuator_set.chambers.nodes
     file = file_with_stl(tmp_path, mesh, triangles[:, ::-1] if turned else triangles)
     robot = load_robot(file)
-    assert isinstance(robot, TetRobot)
+    assert isinstance(robot.body, NodalBody)
     assert robot.actuator_set.chambers.rest_volume[0] > 0.0
     assert ("cavity.stl is inside out: its normals point into" in caplog.text) is turned
     checked = check_robot(CheckSettings(str(file), shares=()), StopFlag(), lambda share, text: None)

@@ -17,11 +17,12 @@ from support.robots.bodies import (
     sphere_surface,
 )
 
-from tauten.model import Simulator, State, TetRobot
+from tauten.model import Robot, Simulator, State
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import RobotConfig, RobotFileError, validated
+from tauten.model.tetra import NodalBody
 from tauten.reduction.state.tetra.actuators import reduced_actuators
 from tauten.reduction.state.tetra.body import ModeMotion
 
@@ -38,7 +39,7 @@ def egg() -> tuple[Array, Ints]:
 
 def built(
     folder: Path, points: Array, triangles: Ints, body: TetMesh | None = None, **changes: object
-) -> TetRobot:
+) -> Robot[NodalBody]:
     """A beam, by default without a cavity, whose chamber has this surface."""
     meshio.write_points_cells(folder / "air.stl", points, [("triangle", triangles)])
     settings = pneumatic_config(
@@ -47,11 +48,11 @@ def built(
     config = validated(RobotConfig, settings, "balloon.toml")
     mesh = box_mesh(HOLLOW_SIZE, (10, 4, 4)) if body is None else body
     robot = build_robot(config, mesh, str(folder / "balloon.toml"))
-    assert isinstance(robot, TetRobot)
+    assert isinstance(robot.body, NodalBody)
     return robot
 
 
-def deformed(robot: TetRobot) -> State:
+def deformed(robot: Robot[NodalBody]) -> State:
     rest = robot.rest()
     return State(rest.q + 1e-3 * np.random.default_rng(0).standard_normal(robot.n), rest.v)
 
@@ -60,7 +61,7 @@ def test_the_surface_of_the_cavity_gives_what_the_cavity_gives(tmp_path: Path) -
     """As a file with the boundary of the mesh, beside a chamber with this boundary itself."""
     whole = pneumatic_robot()
     triangles = whole.actuator_set.chambers.nodes
-    robot = built(tmp_path, whole.mesh.nodes, triangles, whole.mesh)
+    robot = built(tmp_path, whole.body.mesh.nodes, triangles, whole.body.mesh)
     state = deformed(robot)
     rows = robot.rows(state, contacts=False).actuators
     np.testing.assert_allclose(rows.delta[0], rows.delta[1], rtol=1e-9)
@@ -94,7 +95,7 @@ def test_rows_and_tangent_are_derivatives(tmp_path: Path) -> None:
     rows, (_, K) = robot.rows(state, contacts=False).actuators, robot.forces(state, lam, exact=True)
     slopes = [(up - down) / (2.0 * step) for up, down in zip(at(step), at(-step), strict=True)]
     np.testing.assert_allclose(slopes[0], rows.dense() @ direction, rtol=1e-6)
-    tangent = sp.csc_array((K, robot.pattern.indices, robot.pattern.indptr))
+    tangent = sp.csc_array((K, robot.body.pattern.indices, robot.body.pattern.indptr))
     np.testing.assert_allclose(tangent @ direction, -slopes[1], atol=1e-6 * np.abs(slopes[1]).max())
 
 
@@ -103,7 +104,7 @@ def test_the_reduced_volume_is_that_of_the_full_model(tmp_path: Path) -> None:
     Phi, _ = np.linalg.qr(np.random.default_rng(0).standard_normal((robot.n, 6)))
     alpha = np.array([2.0, -1.0, 3.0, 1.0, -2.0, 1.5]) * 1e-3
     full = robot.rows(State(robot.rest().q + Phi @ alpha, robot.rest().v), contacts=False).actuators
-    reduced = reduced_actuators(robot, Phi).rows(ModeMotion(alpha, None, np.zeros(0)))
+    reduced = reduced_actuators(robot.body, Phi).rows(ModeMotion(alpha, None, np.zeros(0)))
     np.testing.assert_allclose(reduced.delta, full.delta, rtol=1e-9)
     np.testing.assert_allclose(reduced.H, full.H @ Phi, atol=1e-9 * np.abs(reduced.H).max())
 

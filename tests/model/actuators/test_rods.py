@@ -8,9 +8,10 @@ import scipy.sparse as sp
 from support.robots.bodies import CABLE, beam_robot, box_mesh, pneumatic_config
 
 from tauten.controller import Controller, ControllerSettings, Status
-from tauten.model import Simulator, State, TetRobot
+from tauten.model import Robot, Simulator, State
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig, RobotFileError, validated
+from tauten.model.tetra import NodalBody
 
 SIZE = (0.1, 0.02, 0.02)
 ROD = {"name": "rod", "points": [[0.01, 0.01, 0.002], [0.05, 0.01, 0.002], [0.1, 0.01, 0.002]],
@@ -18,10 +19,10 @@ ROD = {"name": "rod", "points": [[0.01, 0.01, 0.002], [0.05, 0.01, 0.002], [0.1,
        "max_rate": 0.1}  # fmt: skip
 
 
-def built(**changes: object) -> TetRobot:
+def built(**changes: object) -> Robot[NodalBody]:
     rod = {**ROD, **changes}
     robot = beam_robot(box_mesh(SIZE, (10, 2, 2)), SIZE, cables=[rod])
-    assert isinstance(robot, TetRobot)
+    assert isinstance(robot.body, NodalBody)
     return robot
 
 
@@ -57,7 +58,11 @@ def test_the_tangent_is_the_derivative_of_all_forces(effort: float) -> None:
 
     matrices = [
         sp.csc_array(
-            (robot.forces(state, lam, exact)[1], robot.pattern.indices, robot.pattern.indptr)
+            (
+                robot.forces(state, lam, exact)[1],
+                robot.body.pattern.indices,
+                robot.body.pattern.indptr,
+            )
         )
         for exact in (True, False)
     ]

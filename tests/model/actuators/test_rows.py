@@ -7,10 +7,10 @@ import pytest
 import scipy.sparse as sp
 from support.robots.bodies import CABLE, CHAMBER, beam_robot, box_mesh, pneumatic_robot
 
-from tauten.model import State
+from tauten.model import Robot, State
 from tauten.model.numerics import Array
 from tauten.model.points import NodeMotion
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 PUSH = {"name": "push", "point": [0.1, 0.01, 0.01], "direction": [0.0, 3.0, 4.0],
         "max_force": 1.0, "max_travel": 0.1, "max_rate": 1.0}  # fmt: skip
@@ -28,7 +28,7 @@ KINDS = {
 }
 
 
-def deformed(robot: TetRobot, seed: int = 0) -> State:
+def deformed(robot: Robot[NodalBody], seed: int = 0) -> State:
     """A state in which every free node is off its place by about a millimetre."""
     rest = robot.rest()
     return State(rest.q + 1e-3 * np.random.default_rng(seed).standard_normal(robot.n), rest.v)
@@ -65,7 +65,7 @@ def test_the_tangent_is_the_derivative_of_all_forces(kind: str) -> None:
         return total + robot.rows(moved, contacts=False).actuators.H.T @ lam
 
     _, K = robot.forces(state, lam, exact=True)
-    tangent = sp.csc_array((K, robot.pattern.indices, robot.pattern.indptr))
+    tangent = sp.csc_array((K, robot.body.pattern.indices, robot.body.pattern.indptr))
     change = -(force(step) - force(-step)) / (2.0 * step)
     np.testing.assert_allclose(tangent @ direction, change, atol=1e-6 * np.abs(change).max())
     assert abs(tangent - tangent.T).max() < 1e-9 * abs(tangent).max()
@@ -83,7 +83,7 @@ def test_offsets_of_a_coupling_are_part_of_the_potential() -> None:
 def test_the_pressure_moves_no_free_body() -> None:
     """The forces of a pressure on all nodes, fixed ones included, have no resultant and no moment."""
     robot = pneumatic_robot(fixed=[{"lower": [0.0, 0.0, 0.0], "upper": [1e-3, 0.02, 0.02]}])
-    chambers, x = robot.actuator_set.chambers, robot.nodes(deformed(robot))
+    chambers, x = robot.actuator_set.chambers, robot.body.nodes(deformed(robot))
     every = 3 * np.arange(len(x))
     walls = NodeMotion(x, every, x.size).placed(robot.actuator_set.walls)
     forces = chambers.rows(walls).dense().reshape(-1, 3)

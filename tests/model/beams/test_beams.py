@@ -12,7 +12,7 @@ from tauten.model.beams import (
     BeamError,
     bar,
     element,
-    make_body,
+    make_beams,
     natural_stiffness,
     stretch_functions,
     tube,
@@ -181,8 +181,8 @@ def test_bodies_that_are_none() -> None:
     with pytest.raises(BeamError, match=r"beams\.1 from node 1 to node 2 has a length of 0 m"):
         chain(nodes, up, rod, STEEL)
     with pytest.raises(BeamError, match=r"node 2 is not connected to node 0: .* 3 parts"):
-        make_body(nodes, np.array([[0, 1]]), up[None], [rod], STEEL)
+        make_beams(nodes, np.array([[0, 1]]), up[None], [rod], STEEL)
     with pytest.raises(BeamError, match=r"beams\.0: up \[1\.0, 0\.0, 0\.0\] lies along the beam"):
         chain(nodes[:2], np.array([1.0, 0, 0]), rod, STEEL)
     with pytest.raises(BeamError, match="ends among the nodes 0 to 1"):
-        make_body(nodes[:2], np.array([[0, 2]]), up[None], [rod], STEEL)
+        make_beams(nodes[:2], np.array([[0, 2]]), up[None], [rod], STEEL)

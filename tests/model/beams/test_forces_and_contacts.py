@@ -13,8 +13,8 @@ from support.robots.beam_robots import build, path_of_beams, rectangle
 from support.robots.joined import push
 from support.robots.short_arm import short_arm, write_short_arm
 
-from tauten.model import Simulator, State, load_robot
-from tauten.model.beams import BeamRobot, bar
+from tauten.model import Robot, Simulator, State, load_robot
+from tauten.model.beams import BeamBody, bar
 from tauten.model.numerics import Array
 
 L, THIN, E, NU = 1.0, 0.01, 1e9, 0.3
@@ -22,7 +22,7 @@ SECTION = bar(2.0 * THIN, THIN)
 EI, GJ = E * SECTION.bending[0], E / (2.0 * (1.0 + NU)) * SECTION.torsion
 
 
-def column(folder: Path, count: int, **changes: object) -> BeamRobot:
+def column(folder: Path, count: int, **changes: object) -> Robot[BeamBody]:
     """A column along z that is clamped at its foot; it is thin along x."""
     nodes = np.outer(np.linspace(0.0, L, count + 1), [0.0, 0.0, 1.0])
     beams = path_of_beams(nodes, (1.0, 0.0, 0.0), "column")
@@ -35,13 +35,13 @@ def pushed(point: list[float], direction: list[float]) -> dict[str, object]:
     return {"cables": [], "forces": [push("push", point, direction, max_outside=1.0)]}
 
 
-def dense(robot: BeamRobot, K: Array) -> Array:
+def dense(robot: Robot[BeamBody], K: Array) -> Array:
     """CSC values as a matrix (n, n)."""
-    full: Array = sp.csc_array((K, robot.pattern.indices, robot.pattern.indptr)).toarray()
+    full: Array = sp.csc_array((K, robot.body.pattern.indices, robot.body.pattern.indptr)).toarray()
     return full
 
 
-def curved(robot: BeamRobot) -> State:
+def curved(robot: Robot[BeamBody]) -> State:
     """A state that is bent and turned, within a tenth of a radian a node."""
     rng, system = np.random.default_rng(2), robot.linearise(robot.rest())
     return robot.advance(robot.rest(), system, rng.normal(scale=0.1, size=robot.n) / system.h)

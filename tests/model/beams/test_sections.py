@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from support.robots.beam_robots import build, under_force
 
-from tauten.model.beams import BeamRobot, tube
+from tauten.model import Robot
+from tauten.model.beams import BeamBody, tube
 from tauten.model.load import make_robot
 from tauten.model.schema import Changes, RobotFileError
 
@@ -28,7 +29,7 @@ STIFFNESSES = {
 }  # fmt: skip
 
 
-def cantilever(folder: Path, profile: dict[str, object], **changes: object) -> BeamRobot:
+def cantilever(folder: Path, profile: dict[str, object], **changes: object) -> Robot[BeamBody]:
     return build(folder, NODES, BEAMS, [profile], (E, NU, RHO), [0], COUNT, **changes)
 
 
@@ -37,9 +38,9 @@ def test_stiffnesses_of_a_tube_make_the_tube(tmp_path: Path) -> None:
         tmp_path, {"kind": "tube", "name": "spine", "outer": 0.01, "inner": 0.006}
     )
     by_numbers = cantilever(tmp_path, STIFFNESSES)
-    assert pytest.approx(by_shape.body.D) == by_numbers.body.D
+    assert pytest.approx(by_shape.body.beams.D) == by_numbers.body.beams.D
     assert by_numbers.body.mass == pytest.approx(by_shape.body.mass)
-    assert by_numbers.mass == pytest.approx(by_shape.mass)
+    assert by_numbers.body.mass == pytest.approx(by_shape.body.mass)
 
 
 def test_a_measured_bending_stiffness_gives_the_deflection(tmp_path: Path) -> None:
@@ -70,8 +71,8 @@ def test_the_scale_of_stiffness_applies_to_them(tmp_path: Path) -> None:
         "effectors": [{"name": "tip", "point": NODES[-1].tolist()}],
     }  # fmt: skip
     stiffer = make_robot(file, tmp_path / "robot.toml", Changes(young_scale=3.0))
-    assert isinstance(stiffer, BeamRobot)
-    assert pytest.approx(3.0 * robot.body.D) == stiffer.body.D
+    assert isinstance(stiffer.body, BeamBody)
+    assert pytest.approx(3.0 * robot.body.beams.D) == stiffer.body.beams.D
 
 
 def test_a_stiffness_that_is_none_is_refused(tmp_path: Path) -> None:

@@ -26,19 +26,19 @@ from support.robots.small_bodies import (
 )
 
 from tauten.controller import Controller, Status
-from tauten.model import Simulator, State
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot, Simulator, State
+from tauten.model.constraints import ConstrainedBody
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
 
 
-def pair(**changes: object) -> ConstrainedRobot:
+def pair(**changes: object) -> Robot[ConstrainedBody]:
     """Two boxes one after the other."""
     given = {"bodies": [FIRST, SECOND], "mesh": None, "fixed": [], "material": RUBBER, **changes}
     return constrained([MESH, MESH], **given)
 
 
-def with_everything() -> ConstrainedRobot:
+def with_everything() -> Robot[ConstrainedBody]:
     """Glue, whose masters are partly in a rigid region; a servo, a slider and a hinge on the frame."""
     return pair(
         gravity=[0.0, 0.0, -9.81],
@@ -57,38 +57,38 @@ def with_everything() -> ConstrainedRobot:
 
 
 @pytest.fixture(scope="module")
-def robot() -> ConstrainedRobot:
+def robot() -> Robot[ConstrainedBody]:
     return with_everything()
 
 
 @pytest.fixture(scope="module")
-def state(robot: ConstrainedRobot) -> State:
+def state(robot: Robot[ConstrainedBody]) -> State:
     """Far from rest: frames turned by a fifth of a turn and more, nodes scattered."""
     rng = np.random.default_rng(1)
-    frames = np.arange(robot.n) >= robot.n - robot.frames.n_velocities
+    frames = np.arange(robot.n) >= robot.n - robot.body.frames.n_velocities
     bent = moved(robot, robot.rest(), 2e-3 * rng.standard_normal(robot.n) * ~frames)
     return moved(robot, bent, np.where(frames, 0.02, 0.0) * rng.standard_normal(robot.n))
 
 
-def derivative(robot: ConstrainedRobot, state: State, value: object, d: Array) -> Array:
+def derivative(robot: Robot[ConstrainedBody], state: State, value: object, d: Array) -> Array:
     step = 1e-6
     ahead, behind = (value(moved(robot, state, sign * step * d)) for sign in (1.0, -1.0))  # type: ignore[operator]
     return np.asarray((ahead - behind) / (2.0 * step))
 
 
 @pytest.fixture(scope="module")
-def direction(robot: ConstrainedRobot) -> Array:
+def direction(robot: Robot[ConstrainedBody]) -> Array:
     return np.random.default_rng(2).standard_normal(robot.n)
 
 
-def test_velocities_of_nodes(robot: ConstrainedRobot, state: State, direction: Array) -> None:
-    found = derivative(robot, state, lambda at: robot.placed(at)[0], direction)
-    T = robot.coordinates.matrix(robot.placed(state)[1].T)
+def test_velocities_of_nodes(robot: Robot[ConstrainedBody], state: State, direction: Array) -> None:
+    found = derivative(robot, state, lambda at: robot.body.placed(at)[0], direction)
+    T = robot.body.coordinates.matrix(robot.body.placed(state)[1].T)
     assert np.abs(T @ direction - found).max() < 1e-8 * np.abs(found).max()
 
 
 @pytest.mark.parametrize("kind", ["effectors", "actuators", "contacts"])
-def test_rows(robot: ConstrainedRobot, state: State, direction: Array, kind: str) -> None:
+def test_rows(robot: Robot[ConstrainedBody], state: State, direction: Array, kind: str) -> None:
     rows = getattr(robot.rows(state), kind)
     found = derivative(
         robot,
@@ -104,7 +104,7 @@ def test_rows(robot: ConstrainedRobot, state: State, direction: Array, kind: str
 
 
 def test_forces_are_the_derivative_of_the_potential(
-    robot: ConstrainedRobot, state: State, direction: Array
+    robot: Robot[ConstrainedBody], state: State, direction: Array
 ) -> None:
     slope = derivative(robot, state, robot.potential, direction)
     force, _ = robot.forces(state)
@@ -112,14 +112,16 @@ def test_forces_are_the_derivative_of_the_potential(
 
 
 def test_the_tangent_is_the_derivative_of_the_forces(
-    robot: ConstrainedRobot, state: State, direction: Array
+    robot: Robot[ConstrainedBody], state: State, direction: Array
 ) -> None:
     """Of rigid rotations the symmetric part of it: without moment of forces on them it is all."""
     effort = np.zeros(robot.n_a)
     _, values = robot.forces(state, effort, exact=True)
-    K = sp.csc_array((values, robot.pattern.indices, robot.pattern.indptr), shape=(robot.n,) * 2)
+    K = sp.csc_array(
+        (values, robot.body.pattern.indices, robot.body.pattern.indptr), shape=(robot.n,) * 2
+    )
     found = -derivative(robot, state, lambda at: robot.forces(at)[0], direction)
-    first = 3 * len(robot.coordinates.free)
+    first = 3 * len(robot.body.coordinates.free)
     turning = np.arange(first + 3, first + 6)
     difference = K @ direction - found
     # the antisymmetric part of the derivative is half of the cross product with the moment
@@ -129,38 +131,45 @@ def test_the_tangent_is_the_derivative_of_the_forces(
 
 
 def test_the_semidefinite_tangent_is_that_of_the_nodes(
-    robot: ConstrainedRobot, state: State
+    robot: Robot[ConstrainedBody], state: State
 ) -> None:
-    q, through = robot.placed(state)
-    T = robot.coordinates.matrix(through.T).toarray()
-    raw, n = robot.raw.pattern, robot.raw.n
-    _, raw_values = robot.raw.forces(State(q, q), robot.actuator_set.efforts(None))
-    nodes = sp.csc_array((raw_values, raw.indices, raw.indptr), shape=(n, n)).toarray()
+    q, through = robot.body.placed(state)
+    T = robot.body.coordinates.matrix(through.T).toarray()
+    held, actuators = robot.body.tetrahedra, robot.actuator_set
+    loads = actuators.loads(actuators.efforts(None), exact=False)
+    _, raw_values = held.forces(held.elements.semidefinite, held.placed(q), loads)
+    nodes = held.pattern.matrix(raw_values).toarray()
     _, values = robot.forces(state)
-    pattern = robot.pattern
+    pattern = robot.body.pattern
     found = sp.csc_array((values, pattern.indices, pattern.indptr), shape=(robot.n,) * 2).toarray()
     expected = T.T @ nodes @ T
     assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
-    mass = T.T @ (robot.raw.mass[:, None] * T)
-    assert np.abs(robot.mass_matrix(state).toarray() - mass).max() < 1e-12 * mass.max()
+    mass = T.T @ (robot.body.tetrahedra.mass[:, None] * T)
+    assert np.abs(robot.body.mass_matrix(state).toarray() - mass).max() < 1e-12 * mass.max()
 
 
-def test_centripetal_accelerations(robot: ConstrainedRobot, state: State, direction: Array) -> None:
+def test_centripetal_accelerations(
+    robot: Robot[ConstrainedBody], state: State, direction: Array
+) -> None:
     """The second derivative of the nodes along a motion with constant velocities of the coordinates."""
     step = 1e-4
-    q = [robot.placed(moved(robot, state, s * step * direction))[0] for s in (-1.0, 0.0, 1.0)]
+    q = [robot.body.placed(moved(robot, state, s * step * direction))[0] for s in (-1.0, 0.0, 1.0)]
     second = (q[0] - 2.0 * q[1] + q[2]) / step**2
-    levers = robot.placed(state)[1].levers
-    rate = robot.frames.centripetal(levers, direction[3 * len(robot.coordinates.free) :])
-    found = robot.coordinates.gather.T @ rate.ravel()
+    levers = robot.body.placed(state)[1].levers
+    rate = robot.body.frames.centripetal(levers, direction[3 * len(robot.body.coordinates.free) :])
+    found = robot.body.coordinates.gather.T @ rate.ravel()
     assert np.abs(found - second).max() < 1e-5 * np.abs(second).max()
 
 
-def test_a_fork_and_a_load_keep_the_constraints(robot: ConstrainedRobot, state: State) -> None:
+def test_a_fork_and_a_load_keep_the_constraints(
+    robot: Robot[ConstrainedBody], state: State
+) -> None:
     other = robot.fork().loaded(np.array([0.0, 9.81, 0.0]), np.zeros(3))
-    assert np.array_equal(other.nodes(state), robot.nodes(state))
-    T = robot.coordinates.matrix(robot.placed(state)[1].T)
-    weight = T.T @ (robot.raw.mass * np.tile([0.0, 9.81, 9.81], robot.raw.n // 3))
+    assert np.array_equal(other.body.nodes(state), robot.body.nodes(state))
+    T = robot.body.coordinates.matrix(robot.body.placed(state)[1].T)
+    weight = T.T @ (
+        robot.body.tetrahedra.mass * np.tile([0.0, 9.81, 9.81], robot.body.tetrahedra.m // 3)
+    )
     assert other.forces(state)[0] - robot.forces(state)[0] == pytest.approx(weight)
 
 
@@ -272,15 +281,16 @@ def test_glue_does_not_need_matching_nodes() -> None:
     given = {"bodies": [FIRST, SECOND], "mesh": None, "fixed": [], "material": RUBBER}
     robot = constrained([MESH, fine], attachments=[GLUE], **given)
     rng = np.random.default_rng(0)
-    x = robot.nodes(moved(robot, robot.rest(), 1e-3 * rng.standard_normal(robot.n)))
-    glued = np.flatnonzero(np.isclose(robot.mesh.nodes[:, 0], 0.1))[9:]
+    x = robot.body.nodes(moved(robot, robot.rest(), 1e-3 * rng.standard_normal(robot.n)))
+    glued = np.flatnonzero(np.isclose(robot.body.mesh.nodes[:, 0], 0.1))[9:]
     assert len(glued) == 16
     # the corners of both faces are nodes of both bodies
-    corners = robot.mesh.nodes[:, 1:].reshape(-1, 2)
+    corners = robot.body.mesh.nodes[:, 1:].reshape(-1, 2)
     for y in (0.0, 0.02):
         for z in (0.0, 0.02):
             same = np.flatnonzero(
-                np.isclose(robot.mesh.nodes[:, 0], 0.1) & np.isclose(corners, [y, z]).all(axis=1)
+                np.isclose(robot.body.mesh.nodes[:, 0], 0.1)
+                & np.isclose(corners, [y, z]).all(axis=1)
             )
             assert len(same) == 2
             assert np.allclose(x[same[0]], x[same[1]], atol=1e-15)

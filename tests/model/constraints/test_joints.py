@@ -9,8 +9,8 @@ from support.robots.bodies import CABLE
 from support.robots.joined import RUBBER, joined, joined_config, push, rod
 from support.robots.small_bodies import moved
 
-from tauten.model import State
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot, State
+from tauten.model.constraints import ConstrainedBody
 from tauten.model.load import beam_mesh
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
@@ -23,7 +23,7 @@ def node(x: float, y: float = 0.01, z: float = 0.01, body: str = "rod") -> dict[
     return {"body": body, "kind": "sphere", "centre": [x, y, z], "radius": 1e-6}
 
 
-def everything() -> ConstrainedRobot:
+def everything() -> Robot[ConstrainedBody]:
     """A rod that a servo turns, pinned in a soft box, glued to a rigid one; two more on a hinge and a pin."""
     whole = [{"kind": "all", "body": name} for name in ("soft", "first", "second", "third")]
     line = [[-0.02, 0.01, 0.01], [0.04, 0.01, 0.01]]
@@ -64,46 +64,46 @@ def everything() -> ConstrainedRobot:
 
 
 @pytest.fixture(scope="module")
-def robot() -> ConstrainedRobot:
+def robot() -> Robot[ConstrainedBody]:
     return everything()
 
 
 @pytest.fixture(scope="module")
-def state(robot: ConstrainedRobot) -> State:
+def state(robot: Robot[ConstrainedBody]) -> State:
     """Far from rest: rotations of a few tenths, everything else moved by millimetres."""
     rng = np.random.default_rng(1)
     scale = np.full(robot.n, 2e-3)
-    first = 3 * len(robot.coordinates.free)
-    scale[first + robot.frames.rotations[:, None] + np.arange(3)] = 0.1
-    scale[first + robot.frames.drives] = 0.3
+    first = 3 * len(robot.body.coordinates.free)
+    scale[first + robot.body.frames.rotations[:, None] + np.arange(3)] = 0.1
+    scale[first + robot.body.frames.drives] = 0.3
     return moved(robot, robot.rest(), scale * rng.standard_normal(robot.n))
 
 
 @pytest.fixture(scope="module")
-def direction(robot: ConstrainedRobot) -> Array:
+def direction(robot: Robot[ConstrainedBody]) -> Array:
     return np.random.default_rng(2).standard_normal(robot.n)
 
 
-def derivative(robot: ConstrainedRobot, state: State, value: object, d: Array) -> Array:
+def derivative(robot: Robot[ConstrainedBody], state: State, value: object, d: Array) -> Array:
     step = 1e-6
     ahead, behind = (value(moved(robot, state, sign * step * d)) for sign in (1.0, -1.0))  # type: ignore[operator]
     return np.asarray((ahead - behind) / (2.0 * step))
 
 
-def test_frames_of_each_kind(robot: ConstrainedRobot) -> None:
+def test_frames_of_each_kind(robot: Robot[ConstrainedBody]) -> None:
     """Free nodes of the beam and two bodies are rigid regions, three parts are pinned, one drive."""
-    frames = robot.frames
+    frames = robot.body.frames
     assert (frames.n_rigid, frames.n_pinned, frames.n_drives) == (4, 4, 1)
     assert robot.displacement(robot.rest(), np.ones(robot.n)) > 1.0
 
 
-def test_velocities_of_nodes(robot: ConstrainedRobot, state: State, direction: Array) -> None:
-    found = derivative(robot, state, lambda at: robot.placed(at)[0], direction)
-    T = robot.coordinates.matrix(robot.placed(state)[1].T)
+def test_velocities_of_nodes(robot: Robot[ConstrainedBody], state: State, direction: Array) -> None:
+    found = derivative(robot, state, lambda at: robot.body.placed(at)[0], direction)
+    T = robot.body.coordinates.matrix(robot.body.placed(state)[1].T)
     assert np.abs((T @ direction)[: len(found)] - found).max() < 1e-7 * np.abs(found).max()
 
 
-def test_beams_are_drawn_around_their_axis(robot: ConstrainedRobot, state: State) -> None:
+def test_beams_are_drawn_around_their_axis(robot: Robot[ConstrainedBody], state: State) -> None:
     """The outline of a rod of 2 mm, a millimetre from the line between its nodes, which it moves with."""
     points, triangles = robot.points(robot.rest()), robot.triangles
     drawn = np.unique(triangles)
@@ -111,23 +111,23 @@ def test_beams_are_drawn_around_their_axis(robot: ConstrainedRobot, state: State
     outline = points[robot.n_nodes :]
     radius = np.linalg.norm(outline[:, 1:] - 0.01, axis=1)
     assert radius == pytest.approx(np.full(len(outline), 1e-3))
-    beams = robot.joints
+    beams = robot.body.joints
     assert beams is not None
     # no corner beside a node is part of the surface
     corners = (beams.nodes[:, None] + np.arange(4)).ravel()
     assert not np.isin(drawn, corners).any()
     at = robot.points(state)
-    nodes = robot.nodes(state)[beams.nodes]
+    nodes = robot.body.nodes(state)[beams.nodes]
     away = np.linalg.norm(at[robot.n_nodes :, None] - nodes, axis=2).min(axis=1)
     assert away == pytest.approx(np.full(len(outline), 1e-3))
 
 
-def test_rest_is_where_the_bodies_are(robot: ConstrainedRobot) -> None:
-    assert np.abs(robot.nodes(robot.rest()) - robot.mesh.nodes).max() < 1e-15
+def test_rest_is_where_the_bodies_are(robot: Robot[ConstrainedBody]) -> None:
+    assert np.abs(robot.body.nodes(robot.rest()) - robot.body.mesh.nodes).max() < 1e-15
 
 
 @pytest.mark.parametrize("kind", ["effectors", "actuators"])
-def test_rows(robot: ConstrainedRobot, state: State, direction: Array, kind: str) -> None:
+def test_rows(robot: Robot[ConstrainedBody], state: State, direction: Array, kind: str) -> None:
     rows = getattr(robot.rows(state), kind)
     found = derivative(robot, state, lambda at: getattr(robot.rows(at), kind).delta, direction)
     assert len(found) > 0
@@ -135,7 +135,7 @@ def test_rows(robot: ConstrainedRobot, state: State, direction: Array, kind: str
 
 
 def test_forces_are_the_derivative_of_the_potential(
-    robot: ConstrainedRobot, state: State, direction: Array
+    robot: Robot[ConstrainedBody], state: State, direction: Array
 ) -> None:
     slope = derivative(robot, state, robot.potential, direction)
     force, _ = robot.forces(state)
@@ -143,16 +143,18 @@ def test_forces_are_the_derivative_of_the_potential(
 
 
 def test_the_tangent_is_the_derivative_of_the_forces(
-    robot: ConstrainedRobot, state: State, direction: Array
+    robot: Robot[ConstrainedBody], state: State, direction: Array
 ) -> None:
     """Its symmetric part; half of the cross product with the moment on a rotation is what it lacks."""
     _, values = robot.forces(state, np.zeros(robot.n_a), exact=True)
-    K = sp.csc_array((values, robot.pattern.indices, robot.pattern.indptr), shape=(robot.n,) * 2)
+    K = sp.csc_array(
+        (values, robot.body.pattern.indices, robot.body.pattern.indptr), shape=(robot.n,) * 2
+    )
     assert np.abs(K - K.T).max() < 1e-9 * np.abs(K).max()
     found = -derivative(robot, state, lambda at: robot.forces(at)[0], direction)
     moment = robot.forces(state)[0]
     lacking = np.zeros(robot.n)
-    for first in 3 * len(robot.coordinates.free) + robot.frames.rotations:
+    for first in 3 * len(robot.body.coordinates.free) + robot.body.frames.rotations:
         three = slice(first, first + 3)
         lacking[three] = 0.5 * np.cross(moment[three], direction[three])
     assert np.abs(lacking).max() > 0.0
@@ -160,10 +162,12 @@ def test_the_tangent_is_the_derivative_of_the_forces(
 
 
 def test_the_semidefinite_tangent_has_no_negative_direction(
-    robot: ConstrainedRobot, state: State
+    robot: Robot[ConstrainedBody], state: State
 ) -> None:
     _, values = robot.forces(state)
-    K = sp.csc_array((values, robot.pattern.indices, robot.pattern.indptr), shape=(robot.n,) * 2)
+    K = sp.csc_array(
+        (values, robot.body.pattern.indices, robot.body.pattern.indptr), shape=(robot.n,) * 2
+    )
     lowest = np.linalg.eigvalsh(K.toarray())
     assert lowest[0] > -1e-9 * lowest[-1]
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from benchmarks.contact_basis import solve_pgs
-from tauten.model import Simulator
+from tauten.model import Robot, Simulator
 from tauten.model.contact import ContactPair, ContactSet, contact_rows
 from tauten.model.numerics import Array, Ints, solve_lcp
 from tauten.model.points import NodeMotion, Placed, points_at
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 PULL = 0.022  # closes the mouths of all notches
 
@@ -21,7 +21,7 @@ def placed_nodes(x: Array, dof: Ints, n: int) -> Placed:
 
 
 @pytest.fixture(scope="module")
-def closed(finger: TetRobot) -> Simulator:
+def closed(finger: Robot[NodalBody]) -> Simulator:
     sim = Simulator(finger, contact="full")
     assert sim.settle(position=[PULL]).converged
     return sim
@@ -40,9 +40,9 @@ def test_no_candidate_is_left_out(closed: Simulator) -> None:
     Given vertices of their own, the same candidates are in range.
     """
     finger = closed.robot
-    n = len(finger.mesh.nodes)
+    n = len(finger.body.mesh.nodes)
     pairs = [dataclasses.replace(p, nodes=p.nodes + n) for p in finger.contacts.pairs]
-    x = finger.nodes(closed.state)
+    x = finger.body.nodes(closed.state)
     everywhere = ContactSet(pairs, 2 * n, finger.contacts.alarm_distance).detect(np.vstack([x, x]))
     found = finger.contacts.detect(x)
     assert len(found.slots) > 100
@@ -52,7 +52,7 @@ def test_no_candidate_is_left_out(closed: Simulator) -> None:
 def test_contact_forces_balance(closed: Simulator) -> None:
     """Both faces belong to the body: contact exerts neither a net force nor a net moment on it."""
     finger = closed.robot
-    x = finger.nodes(closed.state)
+    x = finger.body.nodes(closed.state)
     everything_free = 3 * np.arange(len(x))
     rows = contact_rows(finger.contacts.detect(x), placed_nodes(x, everything_free, x.size))
     force = (rows.rows.H.T @ closed.lam_c[rows.slots]).reshape(-1, 3)  # (n_nodes, 3)
@@ -83,7 +83,7 @@ def test_mirrored_finger_has_mirrored_gaps(closed: Simulator) -> None:
     """Detection is invariant under reflection: the mirror image has the same gaps and mirrored normals."""
     mirror = np.array([1.0, -1.0, 1.0])
     finger = closed.robot
-    x = finger.nodes(closed.state)
+    x = finger.body.nodes(closed.state)
     detection = finger.contacts.detect(x)
     pairs = [
         ContactPair(p.name, p.nodes, p.weights, p.triangles[:, ::-1]) for p in finger.contacts.pairs

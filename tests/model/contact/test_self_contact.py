@@ -10,8 +10,9 @@ import pytest
 from support.processes import ROBOT
 from support.robots.bodies import box_mesh
 
-from tauten.model import Robot, RobotFileError, Simulator, TetRobot, load_robot
+from tauten.model import Robot, RobotFileError, Simulator, load_robot
 from tauten.model.numerics import Array, Ints
+from tauten.model.tetra import NodalBody
 
 LENGTH, SLIT = 0.06, 0.001  # m
 
@@ -59,20 +60,22 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Robot:
     return load_robot(folder / "hairpin.toml")
 
 
-def test_defaults_come_from_the_mesh(robot: TetRobot) -> None:
+def test_defaults_come_from_the_mesh(robot: Robot[NodalBody]) -> None:
     (pair,) = robot.contacts.pairs
     assert pair.name == "skin on itself"
-    edges = robot.mesh.nodes[pair.triangles][:, [1, 2, 0]] - robot.mesh.nodes[pair.triangles]
+    edges = (
+        robot.body.mesh.nodes[pair.triangles][:, [1, 2, 0]] - robot.body.mesh.nodes[pair.triangles]
+    )
     edge = np.linalg.norm(edges, axis=2).mean()
     assert robot.contacts.alarm_distance == pytest.approx(0.5 * edge, rel=0.05)
     area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum()
     assert robot.n_c == pytest.approx(area / edge**2, rel=0.1)
 
 
-def test_at_rest_only_the_slit_is_in_range(robot: TetRobot) -> None:
+def test_at_rest_only_the_slit_is_in_range(robot: Robot[NodalBody]) -> None:
     """Not the other side of a leaf, 4 mm away through material, nor what is beside a candidate."""
-    found = robot.contacts.detect(robot.mesh.nodes)
-    points = robot.contacts.positions(robot.mesh.nodes)[found.slots]
+    found = robot.contacts.detect(robot.body.mesh.nodes)
+    points = robot.contacts.positions(robot.body.mesh.nodes)[found.slots]
     # on the flat sides of the leaves a few points beside the slit see the edge of the other leaf
     beside = np.abs(points[:, 2] - 0.005) - 0.5 * SLIT  # from the slit into the leaves
     np.testing.assert_allclose(found.gap, SLIT + beside, atol=1e-9)
@@ -82,7 +85,7 @@ def test_at_rest_only_the_slit_is_in_range(robot: TetRobot) -> None:
     assert len(found) > 20
 
 
-def test_bent_it_neither_pushes_itself_nor_passes_through_itself(robot: TetRobot) -> None:
+def test_bent_it_neither_pushes_itself_nor_passes_through_itself(robot: Robot[NodalBody]) -> None:
     """Closing the slit: without contact the leaves overlap, with contact they do not."""
     position = np.array([0.002])
     through, beside = Simulator(robot, contact="none"), Simulator(robot, contact="full")

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from support.effectors import BEAM_KINDS, END, beams, disturbed, moved, solid
 
-from tauten.model import EffectorLayout, Pose, State
+from tauten.model import EffectorLayout, Pose, Robot, State
 from tauten.model.effectors import FrameMeasure, frame_coefficients
 from tauten.model.numerics import Array, matrix_quaternion, rotated_by, rotation_between
 from tauten.model.points import NodeMotion
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 FRAME = {"name": "tool", "kind": "frame", "region": END, "point": [0.12, 0.0, 0.01]}
 vectors = st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3).map(np.array)
@@ -27,7 +27,7 @@ def wxyz(rotation: Rotation) -> Array:
 
 
 @pytest.fixture(scope="module")
-def framed() -> TetRobot:
+def framed() -> Robot[NodalBody]:
     """A solid with a frame."""
     return solid([FRAME])
 
@@ -35,11 +35,11 @@ def framed() -> TetRobot:
 @settings(max_examples=50)
 @given(turn=vectors, shift=vectors)
 def test_a_rigid_motion_of_all_nodes_is_that_of_the_frame(
-    framed: TetRobot, turn: Array, shift: Array
+    framed: Robot[NodalBody], turn: Array, shift: Array
 ) -> None:
     robot, rotation = framed, Rotation.from_rotvec(turn)
-    x = rotation.apply(robot.mesh.nodes) + shift
-    values = robot.effectors.values(NodeMotion(x, robot.pattern.dof, robot.n))
+    x = rotation.apply(robot.body.mesh.nodes) + shift
+    values = robot.effectors.values(NodeMotion(x, robot.body.pattern.dof, robot.n))
     np.testing.assert_allclose(values[:3], rotation.apply([0.12, 0.0, 0.01]) + shift, atol=1e-12)
     assert Rotation.from_quat(values[[4, 5, 6, 3]]).approx_equal(rotation, atol=1e-10)
 
@@ -61,7 +61,7 @@ def test_quaternion_matrix_and_vector_are_one_rotation(turn: Array) -> None:
 def test_a_frame_of_beams_is_that_of_its_node(tmp_path: Path) -> None:
     robot = beams(tmp_path, [BEAM_KINDS[1]])
     state = disturbed(robot, np.random.default_rng(4), 0.1)
-    values, (x, Q) = robot.effector_values(state), robot.pose(state)
+    values, (x, Q) = robot.effector_values(state), robot.body.pose(state)
     assert abs(values[3:] @ Q[5]) == pytest.approx(1.0, abs=1e-12)
     turned = Rotation.from_quat(Q[5][[1, 2, 3, 0]]).apply([0.05, 0.01, 0.0])
     np.testing.assert_allclose(values[:3], x[5] + turned, atol=1e-12)

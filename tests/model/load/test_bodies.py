@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.robots.bodies import beam_config, box_mesh
 
-from tauten.model import Simulator, TetRobot
+from tauten.model import Robot, Simulator
 from tauten.model.load import build_robot, make_robot
 from tauten.model.mesh import MeshError
 from tauten.model.numerics import Array
@@ -23,6 +23,7 @@ from tauten.model.schema import (
     RotationSettings,
     validated,
 )
+from tauten.model.tetra import NodalBody
 
 SIZE = (0.1, 0.02, 0.02)
 MESH = box_mesh(SIZE, (8, 2, 2))
@@ -71,12 +72,12 @@ def gripper_settings(**changes: object) -> dict[str, object]:
     return settings | {"bodies": [finger_table(angle) for angle in ANGLES]} | changes
 
 
-def built(settings: dict[str, object], count: int = 3) -> TetRobot:
+def built(settings: dict[str, object], count: int = 3) -> Robot[NodalBody]:
     config = validated(RobotConfig, settings, "gripper.toml")
     return build_robot(config, [MESH] * count, "gripper.toml")
 
 
-def settled(robot: TetRobot, position: list[float]) -> Simulator:
+def settled(robot: Robot[NodalBody], position: list[float]) -> Simulator:
     simulator = Simulator(robot, contact="none")
     assert simulator.settle(position=position, tolerance=1e-10).converged
     return simulator
@@ -93,17 +94,17 @@ def test_three_fingers_of_one_mesh_move_like_one(element: str) -> None:
     bodies = [finger_table(angle, mesh=mesh) for angle in ANGLES]
     three = settled(built(gripper_settings(bodies=bodies)), [0.01] * 3)
     assert three.effort == pytest.approx(one.effort[0], rel=1e-6)
-    nodes = three.robot.nodes(three.state).reshape(3, -1, 3)  # type: ignore[attr-defined]
+    nodes = three.robot.body.nodes(three.state).reshape(3, -1, 3)  # type: ignore[attr-defined]
     for angle, found in zip(ANGLES, nodes, strict=True):
         turn, place = pose(angle)
-        expected = turn.apply(one.robot.nodes(one.state)) + place  # type: ignore[attr-defined]
+        expected = turn.apply(one.robot.body.nodes(one.state)) + place  # type: ignore[attr-defined]
         assert np.allclose(found, expected, atol=1e-8)
-    assert three.robot.elements.is_plain == (element == "linear")  # type: ignore[attr-defined]
+    assert three.robot.body.tetrahedra.elements.is_plain == (element == "linear")  # type: ignore[attr-defined]
 
 
 def test_bodies_do_not_couple_without_attachments() -> None:
     simulator = settled(built(gripper_settings()), [0.01, 0.0, 0.0])
-    moved = simulator.robot.nodes(simulator.state) - simulator.robot.mesh.nodes  # type: ignore[attr-defined]
+    moved = simulator.robot.body.nodes(simulator.state) - simulator.robot.body.mesh.nodes  # type: ignore[attr-defined]
     moved = np.linalg.norm(moved.reshape(3, -1, 3), axis=2).max(axis=1)
     assert moved[0] > 5e-3
     assert moved[1:].max() < 1e-9
@@ -127,12 +128,12 @@ def test_scale_and_materials_of_each_body() -> None:
     settings = beam_config(SIZE, bodies=bodies, regions=[region], material=RUBBER, fixed=[])
     del settings["mesh"]
     robot = built(settings, 2)
-    assert not robot.elements.is_plain
+    assert not robot.body.tetrahedra.elements.is_plain
     volume = np.prod(SIZE)
-    assert robot.mesh.volumes.sum() == pytest.approx(9.0 * volume)
-    assert np.ptp(robot.mesh.nodes[:, 0]) == pytest.approx(0.2)
-    assert (robot.pattern.dof < 0).sum() == 18
-    (domains,) = robot.elements.domains
+    assert robot.body.mesh.volumes.sum() == pytest.approx(9.0 * volume)
+    assert np.ptp(robot.body.mesh.nodes[:, 0]) == pytest.approx(0.2)
+    assert (robot.body.pattern.dof < 0).sum() == 18
+    (domains,) = robot.body.tetrahedra.elements.domains
     share = domains.volumes[domains.law == 1].sum()
     assert share == pytest.approx(4.0 * volume)
 
@@ -141,8 +142,8 @@ def test_the_total_mass_replaces_densities() -> None:
     material = {"young_modulus": 1e6, "poisson_ratio": 0.3, "total_mass": 0.25}
     tables = [finger_table(angle) for angle in ANGLES]
     heavy = [finger_table(ANGLES[0], material=material), *tables[1:]]
-    mass = built(gripper_settings(bodies=heavy)).mass.reshape(3, -1)
-    reference = built(gripper_settings(bodies=tables)).mass.reshape(3, -1)
+    mass = built(gripper_settings(bodies=heavy)).body.tetrahedra.mass.reshape(3, -1)
+    reference = built(gripper_settings(bodies=tables)).body.tetrahedra.mass.reshape(3, -1)
     assert mass[0] == pytest.approx(reference[0] * 0.25 / (1000.0 * np.prod(SIZE)))
     assert np.array_equal(mass[1:], reference[1:])
 
@@ -154,14 +155,18 @@ def test_densities_of_parts_may_be_left_out_beside_a_total_mass(density: float |
     whole = {"young_modulus": 1e6, "poisson_ratio": 0.3, "total_mass": 0.25, **given}
     part = {"young_modulus": 5e6, "poisson_ratio": 0.3, "region": OUTER_HALF}
     settings = beam_config(SIZE, material=whole, materials=[part])
-    mass = build_robot(validated(RobotConfig, settings, "robot.toml"), MESH, "robot.toml").mass
+    mass = build_robot(
+        validated(RobotConfig, settings, "robot.toml"), MESH, "robot.toml"
+    ).body.tetrahedra.mass
     alike = beam_config(SIZE, material=whole)
-    reference = build_robot(validated(RobotConfig, alike, "robot.toml"), MESH, "robot.toml").mass
+    reference = build_robot(
+        validated(RobotConfig, alike, "robot.toml"), MESH, "robot.toml"
+    ).body.tetrahedra.mass
     np.testing.assert_allclose(mass, reference, rtol=1e-12)
     tables = [{**finger_table(angle), "material": None} for angle in ANGLES]
     tables[0] = {**tables[0], "materials": [part]}
     bodies = [{k: v for k, v in table.items() if v is not None} for table in tables]
-    assert built(gripper_settings(material=whole, bodies=bodies)).mass.sum() > 0.0
+    assert built(gripper_settings(material=whole, bodies=bodies)).body.moving_mass > 0.0
     without = {"young_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000.0}
     with pytest.raises(RobotFileError, match=r"materials\.0\.density: Field required"):
         validated(RobotConfig, beam_config(SIZE, material=without, materials=[part]), "r.toml")
@@ -173,7 +178,7 @@ def test_a_file_with_bodies_loads_refined_and_stiffer(tmp_path: Path) -> None:
     robot = make_robot(contents, tmp_path / "gripper.toml", Changes())
     finer = make_robot(contents, tmp_path / "gripper.toml", Changes(refinements=1))
     stiffer = make_robot(contents, tmp_path / "gripper.toml", Changes(young_scale=2.0))
-    assert finer.n_elements == 8 * robot.n_elements == 8 * 3 * len(MESH.tets)
+    assert finer.body.n_elements == 8 * robot.body.n_elements == 8 * 3 * len(MESH.tets)
     efforts = [settled(one, [0.005] * 3).effort[1] for one in (robot, stiffer)]  # type: ignore[arg-type]
     assert efforts[1] == pytest.approx(2.0 * efforts[0], rel=1e-6)
     with pytest.raises(MeshError, match=r"none.vtu: no such mesh file"):
@@ -220,7 +225,7 @@ def test_axis_and_angle_are_the_quaternion() -> None:
     by_axis = finger_table(0.0, rotation={"axis": [0.0, 2.0, 0.0], "angle_deg": 90.0})
     rest = [finger_table(angle) for angle in ANGLES[1:]]
     nodes = [
-        built(gripper_settings(bodies=[table, *rest])).mesh.nodes
+        built(gripper_settings(bodies=[table, *rest])).body.mesh.nodes
         for table in (by_axis, finger_table(0.0))
     ]
     assert np.allclose(*nodes, atol=1e-15)
@@ -245,7 +250,7 @@ def test_the_same_mass_on_every_node() -> None:
     tables = [finger_table(angle) for angle in ANGLES]
     heavy = [finger_table(ANGLES[0], material=material), *tables[1:]]
     robots = [built(gripper_settings(bodies=bodies)) for bodies in (heavy, tables)]
-    mass, reference = (robot.mass.reshape(3, -1) for robot in robots)
+    mass, reference = (robot.body.tetrahedra.mass.reshape(3, -1) for robot in robots)
     np.testing.assert_allclose(mass[0], 0.25 / len(MESH.nodes), rtol=1e-12)
     assert np.array_equal(mass[1:], reference[1:])
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from support.robots.bodies import beam_config, box_mesh
 
-from tauten.model import Simulator, State
+from tauten.model import Robot, Simulator, State
 from tauten.model.load import build_robot, load_robot
 from tauten.model.materials import find_silicone
 from tauten.model.mesh import MeshError, QuadraticMesh, quadratic_mesh, read_quadratic_mesh
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import RobotConfig, RobotFileError
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 SIZE = (0.1, 0.02, 0.02)
 MESH = box_mesh(SIZE, (10, 2, 2))
@@ -32,16 +32,16 @@ def settings_of(
     return settings
 
 
-def beam(element: str = "linear", material: object = None, **changes: object) -> TetRobot:
+def beam(element: str = "linear", material: object = None, **changes: object) -> Robot[NodalBody]:
     settings = settings_of(element, material, **changes)
     return build_robot(RobotConfig.model_validate(settings), MESH, "beam.toml")
 
 
 def test_the_default_is_linear_corotational() -> None:
     robot = beam()
-    assert robot.elements.is_plain
+    assert robot.body.tetrahedra.elements.is_plain
     assert robot.digest == beam(material={**RUBBER, "law": "corotational"}).digest
-    assert robot.n_elements == len(MESH.tets)
+    assert robot.body.n_elements == len(MESH.tets)
 
 
 @pytest.mark.parametrize("element", ["linear", "quadratic", "smoothed"])
@@ -59,7 +59,7 @@ def test_forces_are_the_derivative_of_the_potential(element: str, law: str) -> N
     assert robot.potential(rest) == pytest.approx(0.0, abs=1e-15)
 
 
-def bending_tension(robot: TetRobot) -> float:
+def bending_tension(robot: Robot[NodalBody]) -> float:
     simulator = Simulator(robot, contact="none")
     report = simulator.settle(position=[0.004])
     assert report.converged
@@ -87,7 +87,7 @@ def test_robots_of_other_elements_step_fork_and_pickle() -> None:
 
 def test_silicone_gives_what_is_not_said() -> None:
     silicone = {"silicone": "ecoflex-00-30"}
-    assert not beam(material=silicone).elements.is_plain
+    assert not beam(material=silicone).body.tetrahedra.elements.is_plain
     config = RobotConfig.model_validate(settings_of(material=silicone))
     assert config.material is not None
     assert config.material.poisson_ratio == 0.49
@@ -116,12 +116,12 @@ def test_young_scale_scales_every_region(tmp_path: Path) -> None:
     material = 'silicone = "ecoflex-00-50"'
     path.write_text(FILE.format(mesh="", material=material, more=region), encoding="utf-8")
     soft, stiff = load_robot(path), load_robot(path, young_scale=3.0)
-    assert isinstance(soft, TetRobot)
-    assert isinstance(stiff, TetRobot)
+    assert isinstance(soft.body, NodalBody)
+    assert isinstance(stiff.body, NodalBody)
     state = soft.rest()
     bent = replace(state, q=state.q + 1e-4 * np.random.default_rng(2).standard_normal(soft.n))
     energy, tripled = (robot.potential(bent) for robot in (soft, stiff))
-    work = soft.load @ (bent.q - state.q)
+    work = soft.body.tetrahedra.load @ (bent.q - state.q)
     assert tripled + work == pytest.approx(3.0 * (energy + work))
 
 
@@ -133,18 +133,18 @@ def test_a_stiff_region(element: str) -> None:
     stiff = {**base, "young_modulus": 1e6, "density": 2000.0, "region": region}
     robot = beam(element, base, materials=[stiff])
     middle, end, share = 0.05, 0.1, 1e-3
-    x = robot.mesh.nodes
+    x = robot.body.mesh.nodes
     stretch = np.where(
         x[:, 0] < middle, share * x[:, 0], share * middle + 0.1 * share * (x[:, 0] - middle)
     )
     moved = x + np.stack([stretch, 0.0 * stretch, 0.0 * stretch], axis=1)
-    state = State(moved[robot.pattern.dof >= 0].ravel(), robot.rest().v)
+    state = State(moved[robot.body.pattern.dof >= 0].ravel(), robot.rest().v)
     force = robot.forces(state)[0].reshape(-1, 3)
-    free = x[robot.pattern.dof >= 0]
+    free = x[robot.body.pattern.dof >= 0]
     at_end = free[:, 0] > end - 1e-9
     assert force[at_end, 0].sum() == pytest.approx(-1e5 * share * 0.02**2, rel=1e-3)
     assert np.abs(force[~at_end]).max() < 1e-3 * np.abs(force[at_end]).max()
-    mass = robot.mass.reshape(-1, 3)[:, 0]
+    mass = robot.body.tetrahedra.mass.reshape(-1, 3)[:, 0]
     halves = [(free[:, 0] > low) & (free[:, 0] < low + 0.039) for low in (0.0055, 0.0555)]
     assert mass[halves[1]].sum() == pytest.approx(2.0 * mass[halves[0]].sum())
 
@@ -267,8 +267,8 @@ def test_quadratic_file_for_linear_elements(tmp_path: Path) -> None:
     path.write_text(
         FILE.format(mesh='element = "quadratic"', material=GOOD, more=""), encoding="utf-8"
     )
-    assert load_robot(path).n_elements == len(MESH.tets)
-    assert load_robot(path, refinements=1).n_elements == 8 * len(MESH.tets)
+    assert load_robot(path).body.n_elements == len(MESH.tets)
+    assert load_robot(path, refinements=1).body.n_elements == 8 * len(MESH.tets)
 
 
 def test_smoothed_elements_where_every_domain_of_a_size_is_held() -> None:
@@ -284,7 +284,7 @@ def test_smoothed_elements_where_every_domain_of_a_size_is_held() -> None:
     alone = settings_of("smoothed")
     robot = build_robot(config, meshes, "beam.toml")
     beside = build_robot(RobotConfig.model_validate(alone), meshes[0], "beam.toml")
-    assert max(slot.shape[1] for slot in robot.elements.slots) > max(
-        slot.shape[1] for slot in beside.elements.slots
+    assert max(slot.shape[1] for slot in robot.body.tetrahedra.elements.slots) > max(
+        slot.shape[1] for slot in beside.body.tetrahedra.elements.slots
     )
     assert bending_tension(robot) == pytest.approx(bending_tension(beside), rel=1e-9)

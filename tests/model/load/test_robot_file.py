@@ -66,10 +66,10 @@ def load(folder: Path, text: str):  # type: ignore[no-untyped-def]
 def test_a_good_file_loads_in_si(folder: Path) -> None:
     robot = load(folder, GOOD)
     assert (robot.n_a, robot.layout.n_e, robot.n_c) == (1, 3, 7)
-    assert robot.n == 3 * (len(robot.mesh.nodes) - 9)
+    assert robot.n == 3 * (len(robot.body.mesh.nodes) - 9)
     assert robot.actuator_set.paths.rest_length == pytest.approx([0.08])
     assert robot.effector(robot.rest()) == pytest.approx(np.array([[0.1, 0.01, 0.01]]))
-    assert robot.mass.sum() / 3 == pytest.approx(1000.0 * 0.1 * 0.02**2, rel=0.1)
+    assert robot.body.tetrahedra.mass.sum() / 3 == pytest.approx(1000.0 * 0.1 * 0.02**2, rel=0.1)
     assert robot.actuators.names == ("tendon",)
 
 
@@ -209,13 +209,13 @@ def test_digest_follows_contact_physics_and_nothing_else() -> None:
 def test_our_finger_is_the_papers(shipped_finger) -> None:  # type: ignore[no-untyped-def]
     finger = shipped_finger
     assert finger.n_c == 495 and finger.n_a == 1
-    assert 800 <= len(finger.mesh.nodes) <= 3500
-    assert np.ptp(finger.mesh.nodes, axis=0) == pytest.approx([0.015, 0.015, 0.1])
+    assert 800 <= len(finger.body.mesh.nodes) <= 3500
+    assert np.ptp(finger.body.mesh.nodes, axis=0) == pytest.approx([0.015, 0.015, 0.1])
 
 
 def test_our_finger_is_made_by_its_script(tmp_path: Path, shipped_finger) -> None:  # type: ignore[no-untyped-def]
     from benchmarks.robots.make_finger import FingerShape, make_finger
 
     nodes, tets = make_finger(FingerShape())
-    mesh = shipped_finger.mesh
+    mesh = shipped_finger.body.mesh
     assert np.allclose(mesh.nodes, nodes) and np.array_equal(mesh.tets, tets)

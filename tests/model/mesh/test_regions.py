@@ -217,7 +217,7 @@ def test_names_serve_wherever_something_is_selected() -> None:
     )  # described otherwise, and the same:
     for one, other in zip(first.contacts.pairs, second.contacts.pairs, strict=True):
         np.testing.assert_array_equal(one.nodes, other.nodes)
-    masks: list[Bools] = [robot.pattern.dof < 0 for robot in (first, second)]
+    masks: list[Bools] = [robot.body.pattern.dof < 0 for robot in (first, second)]
     assert np.array_equal(*masks)
 
 

@@ -6,9 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
+from tauten.model import Robot
 from tauten.model.mesh import boundary_triangles, spread_points, triangle_areas
 from tauten.model.numerics import Array, Ints
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 
 def rectangle(width: float, height: float) -> tuple[Array, Ints]:
@@ -19,9 +20,9 @@ def rectangle(width: float, height: float) -> tuple[Array, Ints]:
     return x, np.array([[0, 1, 4], [4, 1, 2], [4, 2, 3], [0, 4, 3]])
 
 
-def test_boundary_of_the_finger_encloses_its_volume(finger: TetRobot) -> None:
+def test_boundary_of_the_finger_encloses_its_volume(finger: Robot[NodalBody]) -> None:
     """Gauss: ∮ x·n dA = 3 V, which fails when a triangle is missing or turned over."""
-    mesh = finger.mesh
+    mesh = finger.body.mesh
     corners = mesh.nodes[boundary_triangles(mesh.tets)]  # (t, 3, 3)
     area = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     np.testing.assert_allclose(area.sum(axis=0), 0.0, atol=1e-15)
@@ -29,8 +30,8 @@ def test_boundary_of_the_finger_encloses_its_volume(finger: TetRobot) -> None:
     assert volume == pytest.approx(mesh.volumes.sum(), rel=1e-12)
 
 
-def test_boundary_edges_are_shared_by_two(finger: TetRobot) -> None:
-    triangles = boundary_triangles(finger.mesh.tets)
+def test_boundary_edges_are_shared_by_two(finger: Robot[NodalBody]) -> None:
+    triangles = boundary_triangles(finger.body.mesh.tets)
     edges = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     assert len(np.unique(edges, axis=0)) == len(edges)  # each sense once
     assert {tuple(edge) for edge in edges} == {tuple(edge) for edge in edges[:, ::-1]}
@@ -74,9 +75,9 @@ def test_area_per_point_is_even() -> None:
     assert 0.5 < share.min() < share.max() < 1.6
 
 
-def test_same_surface_same_points(finger: TetRobot) -> None:
+def test_same_surface_same_points(finger: Robot[NodalBody]) -> None:
     triangles = finger.contacts.pairs[0].triangles
-    first, again = (spread_points(finger.mesh.nodes, triangles, 99) for _ in range(2))
+    first, again = (spread_points(finger.body.mesh.nodes, triangles, 99) for _ in range(2))
     np.testing.assert_array_equal(first[0], again[0])
     np.testing.assert_array_equal(first[1], again[1])
 

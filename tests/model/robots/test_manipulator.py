@@ -13,8 +13,8 @@ import scipy.sparse as sp
 
 from benchmarks.robots.arm import ArmShape, make_structure
 from benchmarks.robots.make_manipulator import make_file
-from tauten.model import Simulator, State, load_robot
-from tauten.model.beams import BeamRobot
+from tauten.model import Robot, Simulator, State, load_robot
+from tauten.model.beams import BeamBody
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
 
@@ -22,9 +22,9 @@ INNER = [0, 3, 6]  # one tendon of each section, 40° apart
 
 
 @pytest.fixture(scope="module")
-def arm() -> BeamRobot:
+def arm() -> Robot[BeamBody]:
     robot = load_robot("manipulator_1290")
-    assert isinstance(robot, BeamRobot)
+    assert isinstance(robot.body, BeamBody)
     return robot
 
 
@@ -35,7 +35,7 @@ def efforts(value: float) -> Array:
 
 
 @pytest.fixture(scope="module")
-def bent(arm: BeamRobot) -> Simulator:
+def bent(arm: Robot[BeamBody]) -> Simulator:
     """Pulled far beyond the first touch."""
     simulator = Simulator(arm, contact="full")
     for value in (15.0, 30.0, 45.0, 60.0):
@@ -43,7 +43,7 @@ def bent(arm: BeamRobot) -> Simulator:
     return simulator
 
 
-def moved(arm: BeamRobot, state: State, dq: Array) -> State:
+def moved(arm: Robot[BeamBody], state: State, dq: Array) -> State:
     """The state with its nodes moved and turned by dq (n,)."""
     system = arm.linearise(state)
     return arm.advance(state, system, dq / system.h - system.v)
@@ -51,14 +51,14 @@ def moved(arm: BeamRobot, state: State, dq: Array) -> State:
 
 def test_sizes() -> None:
     fine = load_robot("manipulator")
-    assert isinstance(fine, BeamRobot)
+    assert isinstance(fine.body, BeamBody)
     assert (fine.n_a, fine.layout.n_e, fine.n_c) == (9, 3, 4500)
     assert load_robot("manipulator_1290").n_c == 1290
     assert len(fine.pairs) == 15
     assert fine.pairs[14].end == 4500
-    assert np.ptp(fine.body.nodes[:, 2]) == pytest.approx(0.8)
+    assert np.ptp(fine.body.beams.nodes[:, 2]) == pytest.approx(0.8)
     assert fine.effector(fine.rest()) == pytest.approx(np.array([[0.0, 0.0, -0.82]]))
-    assert 0.3 < fine.body.mass.sum() < 1.5  # kg of printed plastic
+    assert 0.3 < fine.body.beams.mass.sum() < 1.5  # kg of printed plastic
 
 
 def test_shipped_files_are_what_the_generator_makes() -> None:
@@ -71,7 +71,7 @@ def test_shipped_files_are_what_the_generator_makes() -> None:
         assert (folder / f"{name}.toml").read_text() == make_file(shape, name, candidates)
 
 
-def test_rows_are_derivatives(arm: BeamRobot, bent: Simulator) -> None:
+def test_rows_are_derivatives(arm: Robot[BeamBody], bent: Simulator) -> None:
     state = bent.state
     rows, eps = arm.rows(state), 1e-7
     assert len(rows.contacts) > 200
@@ -89,7 +89,7 @@ def test_rows_are_derivatives(arm: BeamRobot, bent: Simulator) -> None:
         assert np.isclose(found, gaps, atol=1e-4 * np.abs(found).max()).mean() > 0.98
 
 
-def test_settled_arm_is_in_balance(arm: BeamRobot, bent: Simulator) -> None:
+def test_settled_arm_is_in_balance(arm: Robot[BeamBody], bent: Simulator) -> None:
     """Elastic, gravity, tendon and contact forces add up to nothing on every node."""
     rows = arm.rows(bent.state)
     force, _ = arm.forces(bent.state)
@@ -101,23 +101,23 @@ def test_settled_arm_is_in_balance(arm: BeamRobot, bent: Simulator) -> None:
     assert bent.gaps.min() > -1e-6
 
 
-def test_base_carries_weight_and_nothing_else(arm: BeamRobot) -> None:
+def test_base_carries_weight_and_nothing_else(arm: Robot[BeamBody]) -> None:
     """Tendons are anchored in the base: what holds the arm up is its weight."""
     hanging = Simulator(arm, contact="none")
     assert hanging.settle(effort=np.zeros(9)).converged
     weightless = arm.loaded(np.zeros(3), np.zeros(3))
     inner, _ = weightless.forces(hanging.state)
     carried = inner.reshape(-1, 6)[:, 2].sum()
-    free = arm.dof >= 0
-    assert carried == pytest.approx(9.81 * arm.body.mass[free].sum(), rel=1e-6)
+    free = arm.body.dof >= 0
+    assert carried == pytest.approx(9.81 * arm.body.beams.mass[free].sum(), rel=1e-6)
 
 
-def test_tangent_of_tendons_is_their_derivative(arm: BeamRobot, bent: Simulator) -> None:
+def test_tangent_of_tendons_is_their_derivative(arm: Robot[BeamBody], bent: Simulator) -> None:
     """−∂(H_aᵀ λ_a)/∂q along random directions, the symmetric part: dᵀ K d."""
     state, eps = bent.state, 1e-6
     effort = np.linspace(5.0, 40.0, 9)
     plain, curved = (arm.forces(state, held, exact=True)[1] for held in (None, effort))
-    K = sp.csc_array((curved - plain, arm.pattern.indices, arm.pattern.indptr))
+    K = sp.csc_array((curved - plain, arm.body.pattern.indices, arm.body.pattern.indptr))
     for seed in range(3):
         d = np.random.default_rng(seed).standard_normal(arm.n)
         positions = [
@@ -129,7 +129,7 @@ def test_tangent_of_tendons_is_their_derivative(arm: BeamRobot, bent: Simulator)
 
 
 def test_ribs_collide_well_before_the_limits_and_stiffen_the_arm(
-    arm: BeamRobot, bent: Simulator
+    arm: Robot[BeamBody], bent: Simulator
 ) -> None:
     first = Simulator(arm, contact="full")
     assert first.settle(effort=efforts(20.0)).converged
@@ -146,7 +146,7 @@ def test_ribs_collide_well_before_the_limits_and_stiffen_the_arm(
     assert (bent.position[INNER] < through.position[INNER]).all()
 
 
-def test_pull_and_tension_hold_the_same_equilibrium(arm: BeamRobot) -> None:
+def test_pull_and_tension_hold_the_same_equilibrium(arm: Robot[BeamBody]) -> None:
     by_tension, by_pull = Simulator(arm), Simulator(arm)
     assert by_tension.settle(effort=efforts(25.0), tolerance=1e-8).converged
     assert by_pull.settle(position=by_tension.position, tolerance=1e-8).converged
@@ -154,7 +154,7 @@ def test_pull_and_tension_hold_the_same_equilibrium(arm: BeamRobot) -> None:
     np.testing.assert_allclose(by_pull.effort, by_tension.effort, atol=1e-3)
 
 
-def test_released_arm_swings_and_comes_to_rest(arm: BeamRobot) -> None:
+def test_released_arm_swings_and_comes_to_rest(arm: Robot[BeamBody]) -> None:
     """Implicit steps dissipate: bent and let go, the arm ends where it hangs."""
     simulator = Simulator(arm, contact="full")
     assert simulator.settle(effort=efforts(15.0)).converged
@@ -165,25 +165,25 @@ def test_released_arm_swings_and_comes_to_rest(arm: BeamRobot) -> None:
     np.testing.assert_allclose(simulator.effector[0], [0.0, 0.0, -0.82], atol=2e-3)
 
 
-def test_robot_survives_pickling(arm: BeamRobot, bent: Simulator) -> None:
+def test_robot_survives_pickling(arm: Robot[BeamBody], bent: Simulator) -> None:
     other = pickle.loads(pickle.dumps(arm))
     assert other.digest == arm.digest
     system, again = arm.linearise(bent.state), other.linearise(bent.state)
     np.testing.assert_allclose(again.v_free, system.v_free, rtol=1e-9, atol=1e-12)
 
 
-def test_different_robots_have_different_digests(arm: BeamRobot, tmp_path: Path) -> None:
+def test_different_robots_have_different_digests(arm: Robot[BeamBody], tmp_path: Path) -> None:
     assert load_robot("manipulator_1290").digest == arm.digest
     assert load_robot("manipulator").digest != arm.digest
     assert load_robot("manipulator_1290", young_scale=1.01).digest != arm.digest
 
 
-def test_halved_beams_are_the_same_body(arm: BeamRobot) -> None:
+def test_halved_beams_are_the_same_body(arm: Robot[BeamBody]) -> None:
     """Mass and equilibrium under gravity; the spring of the whole is that of its parts in series."""
     halved = load_robot("manipulator_1290", refinements=1)
-    assert isinstance(halved, BeamRobot)
-    assert halved.n_nodes == arm.n_nodes + len(arm.body.ends)
-    assert halved.body.mass.sum() == pytest.approx(arm.body.mass.sum(), rel=1e-12)
+    assert isinstance(halved.body, BeamBody)
+    assert halved.n_nodes == arm.n_nodes + len(arm.body.beams.ends)
+    assert halved.body.beams.mass.sum() == pytest.approx(arm.body.beams.mass.sum(), rel=1e-12)
     tips = []
     for robot in (arm, halved):
         simulator = Simulator(robot, contact="none")

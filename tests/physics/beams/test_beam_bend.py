@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 from support.exact_rod import AXIS, Rod, stiffness
 from support.robots.beam_robots import build, path_of_beams, rectangle, under_force, with_profile
 
-from tauten.model.beams import BeamRobot, Profile, bar
+from tauten.model import Robot
+from tauten.model.beams import BeamBody, Profile, bar
 from tauten.model.body import Material
 from tauten.model.numerics import Array
 
@@ -48,7 +49,7 @@ def parabola(count: int) -> Array:
     return np.stack([np.polyval(PARABOLA, y), y, 0.0 * y], axis=1)
 
 
-def bend(folder: Path, nodes: Array, profile: Profile) -> BeamRobot:
+def bend(folder: Path, nodes: Array, profile: Profile) -> Robot[BeamBody]:
     """The bend through these nodes."""
     last = len(nodes) - 1
     beams = path_of_beams(nodes, (0.0, 0.0, 1.0), "square")
@@ -57,7 +58,7 @@ def bend(folder: Path, nodes: Array, profile: Profile) -> BeamRobot:
     return with_profile(robot, profile, MATERIAL)
 
 
-def tip(robot: BeamRobot, load: float, increments: int, tolerance: float = 1e-9) -> Array:
+def tip(robot: Robot[BeamBody], load: float, increments: int, tolerance: float = 1e-9) -> Array:
     """Position of the tip (3,) [m] under a load [N] in equal increments."""
     forces = [force * Z for force in np.linspace(0.0, load, increments + 1)[1:]]
     _, positions = under_force(robot, forces, tolerance)

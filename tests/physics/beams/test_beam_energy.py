@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from support.robots.beam_robots import build, path_of_beams, rectangle, under_force
 
-from tauten.model import Simulator, State, load_robot
-from tauten.model.beams import BeamRobot, assemble_beams, bar
+from tauten.model import Robot, Simulator, State, load_robot
+from tauten.model.beams import BeamBody, assemble_beams, bar
 from tauten.model.numerics import Array
 
 LENGTH, SIDES = 0.3, (0.02, 0.01)
 SOFT, STIFF = 1e6, 1e9  # Young's modulus [Pa]
 
 
-def cantilever(folder: Path, young_modulus: float, rate: float) -> BeamRobot:
+def cantilever(folder: Path, young_modulus: float, rate: float) -> Robot[BeamBody]:
     """A beam of ten elements along x."""
     nodes = np.outer(np.linspace(0.0, LENGTH, 11), [1.0, 0.0, 0.0])
     beams = path_of_beams(nodes, (0.0, 0.0, 1.0), "beam")
@@ -27,15 +27,15 @@ def cantilever(folder: Path, young_modulus: float, rate: float) -> BeamRobot:
     )  # fmt: skip
 
 
-def energy(robot: BeamRobot, state: State) -> float:
+def energy(robot: Robot[BeamBody], state: State) -> float:
     """Elastic and kinetic energy [J]."""
-    x, Q = robot.pose(state)
-    force, K = np.zeros((2 * robot.n_nodes, 3)), np.zeros(len(robot.pattern.indices))
-    stored = assemble_beams(x, Q, robot.body.arrays, False, robot.beam_slot, force, K)
-    return stored + 0.5 * float(robot.mass @ state.v**2)
+    x, Q = robot.body.pose(state)
+    force, K = np.zeros((2 * robot.n_nodes, 3)), np.zeros(len(robot.body.pattern.indices))
+    stored = assemble_beams(x, Q, robot.body.beams.arrays, False, robot.body.beam_slot, force, K)
+    return stored + 0.5 * float(robot.body.mass @ state.v**2)
 
 
-def bent(robot: BeamRobot, young_modulus: float, load: float) -> State:
+def bent(robot: Robot[BeamBody], young_modulus: float, load: float) -> State:
     """At rest under a force P across the tip, load = P L² / E I."""
     P = load * young_modulus * bar(*SIDES).bending[0] / LENGTH**2
     forces = [share * P * np.array([0.0, 0.6, 0.8]) for share in np.linspace(0.125, 1.0, 8)]
@@ -43,7 +43,7 @@ def bent(robot: BeamRobot, young_modulus: float, load: float) -> State:
 
 
 def released(
-    robot: BeamRobot, state: State, duration: float, converged: bool = False
+    robot: Robot[BeamBody], state: State, duration: float, converged: bool = False
 ) -> tuple[Array, Array]:
     """Energies (k + 1,) [J] and heights of the tip (k + 1,) [m] of a free motion."""
     simulator = Simulator(robot, contact="none")
@@ -100,9 +100,11 @@ def test_random_velocities_calm_down(tmp_path: Path) -> None:
 def test_energy_of_the_shipped_manipulator_falls_when_a_cable_is_cut() -> None:
     """At its own control rate, without its damping, weight and contacts."""
     shipped = load_robot("manipulator")
-    assert isinstance(shipped, BeamRobot)
+    assert isinstance(shipped.body, BeamBody)
     plain = replace(shipped.integration, rayleigh_mass=0.0, rayleigh_stiffness=0.0)
-    robot = replace(shipped, gravity=np.zeros(3), integration=plain)
+    robot = shipped.loaded(np.zeros(3), np.zeros(3 * len(shipped.effector_names))).with_integration(
+        plain
+    )
     simulator = Simulator(robot, contact="none")
     assert simulator.settle(effort=10.0 * np.eye(robot.n_a)[0]).converged
     energies, _ = released(robot, simulator.state, 0.5)
@@ -117,7 +119,7 @@ def test_energy_of_a_stiff_beam_falls_when_it_is_released(tmp_path: Path, conver
     energies, _ = released(robot, start, 0.2, converged)
     assert np.diff(energies).max() < 0.0
     if not converged:
-        straight, _ = released(replace(robot, tree=None), start, 0.2)
+        straight, _ = released(replace(robot, body=replace(robot.body, tree=None)), start, 0.2)
         assert np.diff(straight).max() > energy(robot, start)
 
 
@@ -135,6 +137,6 @@ def test_rolling_over_a_potential_hill_gains_no_energy(tmp_path: Path) -> None:
     for _ in range(400):
         assert simulator.step(effort=[0.0], converged=True).converged
         state = simulator.state
-        total.append(loaded.potential(state) + loaded.kinetic_energy(state))
+        total.append(loaded.potential(state) + loaded.body.kinetic_energy(state))
     assert np.diff(total).max() <= 1e-12 * np.ptp(total)
     assert np.linalg.norm(simulator.effector[0, 1:]) > 0.3 * LENGTH, "it has snapped aside"

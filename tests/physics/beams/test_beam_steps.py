@@ -9,15 +9,17 @@ import numpy as np
 import pytest
 from support.robots.beam_robots import build, path_of_beams, rectangle
 
-from tauten.model import Simulator
-from tauten.model.beams import BeamRobot
+from tauten.model import Robot, Simulator
+from tauten.model.beams import BeamBody
 from tauten.model.numerics import Array
-from tauten.model.robot import State
+from tauten.model.state import State
 
 LENGTH, RATE = 0.5, 50.0
 
 
-def cantilever(folder: Path, rate: float = RATE, count: int = 8, held: bool = True) -> BeamRobot:
+def cantilever(
+    folder: Path, rate: float = RATE, count: int = 8, held: bool = True
+) -> Robot[BeamBody]:
     """A strip along x, held at its first node, or at both ends, damped as the manipulator is."""
     nodes = np.zeros((count + 1, 3))
     nodes[:, 0] = np.linspace(0.0, LENGTH, count + 1)
@@ -30,7 +32,7 @@ def cantilever(folder: Path, rate: float = RATE, count: int = 8, held: bool = Tr
     )  # fmt: skip
 
 
-def moved(robot: BeamRobot, start: State, step: Array) -> State:
+def moved(robot: Robot[BeamBody], start: State, step: Array) -> State:
     """The state after displacements and turns (n,) of the nodes."""
     still = replace(robot.linearise(start), v=np.zeros(robot.n))
     return robot.advance(start, still, step / robot.h)
@@ -40,7 +42,7 @@ def test_a_beam_that_turns_at_its_clamp_keeps_its_length(tmp_path: Path) -> None
     """Straight lines would stretch it by half the square of the angle, here 18 %."""
     robot, angle = cantilever(tmp_path), 0.6
     rest = robot.rest()
-    x = robot.pose(rest)[0]
+    x = robot.body.pose(rest)[0]
     turn = np.array([0.0, angle, 0.0])
     # the first element bends, the others turn with its end
     bent = x[1] + np.array([0.0, 0.0, -0.5 * angle * x[1, 0]])
@@ -48,11 +50,13 @@ def test_a_beam_that_turns_at_its_clamp_keeps_its_length(tmp_path: Path) -> None
     step[1:, :3] = bent - x[1] + np.cross(turn, x[1:] - x[1])
     step[1:, 3:] = turn
     end = moved(robot, rest, step[1:].ravel())
-    after = robot.pose(end)[0]
+    after = robot.body.pose(end)[0]
     lengths = np.linalg.norm(np.diff(after, axis=0), axis=1)
     arc = (LENGTH / 8) * np.sin(angle / 2) / (angle / 2)  # the chord of the first one
     np.testing.assert_allclose(lengths, [arc, *[LENGTH / 8] * 7], rtol=1e-12)
-    np.testing.assert_allclose(robot.velocity(rest, end) * robot.h, step[1:].ravel(), atol=1e-12)
+    np.testing.assert_allclose(
+        robot.body.velocity(rest, end) * robot.h, step[1:].ravel(), atol=1e-12
+    )
 
 
 def test_small_steps_are_straight_to_first_order(tmp_path: Path) -> None:
@@ -63,30 +67,32 @@ def test_small_steps_are_straight_to_first_order(tmp_path: Path) -> None:
     step = rng.normal(size=(robot.n // 6, 6)) * [0.01, 0.01, 0.01, 0.1, 0.1, 0.1]
     errors = []
     for share in (0.1, 0.05):
-        after = robot.pose(moved(robot, start, share * step.ravel()))[0][1:]
-        errors.append(np.abs(after - robot.pose(start)[0][1:] - share * step[:, :3]).max())
+        after = robot.body.pose(moved(robot, start, share * step.ravel()))[0][1:]
+        errors.append(np.abs(after - robot.body.pose(start)[0][1:] - share * step[:, :3]).max())
     assert errors[0] == pytest.approx(4.0 * errors[1], rel=0.1)
 
 
 def test_beams_in_a_loop_move_along_straight_lines(tmp_path: Path) -> None:
     robot = cantilever(tmp_path, held=False)
-    assert robot.tree is None
+    assert robot.body.tree is None
     step = 0.01 * np.random.default_rng(1).normal(size=(robot.n // 6, 6))
     end = moved(robot, robot.rest(), step.ravel())
     np.testing.assert_allclose(
-        robot.pose(end)[0][1:-1] - robot.pose(robot.rest())[0][1:-1], step[:, :3], atol=1e-15
+        robot.body.pose(end)[0][1:-1] - robot.body.pose(robot.rest())[0][1:-1],
+        step[:, :3],
+        atol=1e-15,
     )
     np.testing.assert_allclose(
-        robot.velocity(robot.rest(), end) * robot.h, step.ravel(), atol=1e-12
+        robot.body.velocity(robot.rest(), end) * robot.h, step.ravel(), atol=1e-12
     )
 
 
-def fallen(robot: BeamRobot, steps: int, converged: bool) -> Array:
+def fallen(robot: Robot[BeamBody], steps: int, converged: bool) -> Array:
     """The tip (3,) after some steps of a fall from rest."""
     simulator = Simulator(robot, contact="none")
     for _ in range(steps):
         simulator.step(effort=[0.0], converged=converged)
-    return robot.pose(simulator.state)[0][-1]
+    return robot.body.pose(simulator.state)[0][-1]
 
 
 @pytest.mark.parametrize("converged", [False, True])
@@ -95,8 +101,8 @@ def test_a_strip_that_falls_meets_shorter_steps(tmp_path: Path, converged: bool)
     tips = {}
     for part in (1, 16):
         arcs = cantilever(tmp_path, part * RATE).loaded(np.array([0.0, 0.0, -9.81]), np.zeros(3))
-        for robot in (arcs, replace(arcs, tree=None)):
-            tips[part, robot.tree is None] = fallen(robot, 15 * part, converged)
+        for robot in (arcs, replace(arcs, body=replace(arcs.body, tree=None))):
+            tips[part, robot.body.tree is None] = fallen(robot, 15 * part, converged)
     along, straight = (np.linalg.norm(tips[1, flat] - tips[16, False]) for flat in (False, True))
     assert along < 0.06 * LENGTH
     assert straight > 3.0 * along

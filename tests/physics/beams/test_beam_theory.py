@@ -81,9 +81,9 @@ def test_energy_never_grows_without_input() -> None:
     rng = np.random.default_rng(0)
     v = 0.5 * rng.standard_normal(robot.n)
     simulator.start_from(State(simulator.state.q, v))
-    kinetic = [0.5 * float(robot.mass @ v**2)]
+    kinetic = [0.5 * float(robot.body.tetrahedra.mass @ v**2)]
     for _ in range(60):
         simulator.step(effort=[0.0])
-        kinetic.append(0.5 * float(robot.mass @ simulator.state.v**2))
+        kinetic.append(0.5 * float(robot.body.tetrahedra.mass @ simulator.state.v**2))
     assert max(kinetic[1:]) < kinetic[0]
     assert kinetic[-1] < 0.2 * kinetic[0]  # implicit Euler damps what a step cannot resolve

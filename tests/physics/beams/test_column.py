@@ -17,8 +17,8 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 from support.robots.beam_robots import build, path_of_beams, rectangle, under_force
 
-from tauten.model import Ending, Simulator, State
-from tauten.model.beams import BeamRobot, bar
+from tauten.model import Ending, Robot, Simulator, State
+from tauten.model.beams import BeamBody, bar
 from tauten.model.numerics import Array
 
 L, THIN, E = 1.0, 0.005, 1e9  # the thin side is 1 / 200 of the length
@@ -28,7 +28,7 @@ DEAD = np.pi**2 * EI / (4.0 * L**2)  # Euler's load of a cantilever under a dead
 TIED = np.pi**2 * EI / L**2  # and under a cable from the tip to the clamp
 
 
-def column(folder: Path, count: int) -> BeamRobot:
+def column(folder: Path, count: int) -> Robot[BeamBody]:
     """The column along z; it is thin along x. Its cable runs from the clamp to the tip."""
     nodes = np.outer(np.linspace(0.0, L, count + 1), [0.0, 0.0, 1.0])
     beams = path_of_beams(nodes, (1.0, 0.0, 0.0), "column")
@@ -41,14 +41,14 @@ def down(load: float) -> Array:
     return np.array([0.0, 0.0, -load * DEAD])
 
 
-def lowest_stiffness(robot: BeamRobot, state: State) -> float:
+def lowest_stiffness(robot: Robot[BeamBody], state: State) -> float:
     """Smallest eigenvalue of the exact tangent [N/m]."""
     _, K = robot.forces(state, exact=True)
-    tangent = sp.csc_array((K, robot.pattern.indices, robot.pattern.indptr))
+    tangent = sp.csc_array((K, robot.body.pattern.indices, robot.body.pattern.indptr))
     return float(np.linalg.eigvalsh(tangent.toarray())[0])
 
 
-def compressed(robot: BeamRobot, load: float) -> State:
+def compressed(robot: Robot[BeamBody], load: float) -> State:
     """The straight equilibrium under a load, a multiple of Euler's, stable or not."""
     rest = robot.rest()
     q = rest.q.reshape(-1, 7).copy()

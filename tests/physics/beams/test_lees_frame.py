@@ -17,8 +17,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 from support.robots.beam_robots import build, cable, path_of_beams, rectangle
 
-from tauten.model import Ending, Simulator, State
-from tauten.model.beams import BeamRobot, bar
+from tauten.model import Ending, Robot, Simulator, State
+from tauten.model.beams import BeamBody, bar
 from tauten.model.numerics import Array
 
 HEIGHT, WIDTH = (
@@ -32,7 +32,9 @@ PUBLISHED = 18.7
 BELOW = 80.0  # m, how far the winch is below the frame: its cable is nearly vertical
 
 
-def frame(folder: Path, count: int, winch: bool = False, spring: float | None = None) -> BeamRobot:
+def frame(
+    folder: Path, count: int, winch: bool = False, spring: float | None = None
+) -> Robot[BeamBody]:
     """The frame in the plane z = 0 with `count` beams in column and beam each."""
     length = 1e-4 if winch else 1e-5  # of a flexure; the shortest beam is 1e-6 of the robot's size
     thin = HEIGHT * (1e-3 * length) ** (
@@ -131,7 +133,7 @@ def exact_limit() -> float:
     return float(c - b * b / (4.0 * a))
 
 
-def carries(robot: BeamRobot, load: float, start: State) -> State | None:
+def carries(robot: Robot[BeamBody], load: float, start: State) -> State | None:
     """The equilibrium near a state under a dead load [E I / L²], None where the frame snaps through."""
     simulator = Simulator(robot.loaded(np.zeros(3), np.array([0.0, -load * EI, 0.0])), "none")
     simulator.start_from(start)
@@ -140,7 +142,7 @@ def carries(robot: BeamRobot, load: float, start: State) -> State | None:
     return simulator.state if report.converged and above else None
 
 
-def limit_load(robot: BeamRobot) -> float:
+def limit_load(robot: Robot[BeamBody]) -> float:
     """Largest dead load that the frame carries before it snaps through, by bisection [E I / L²]."""
     state = robot.rest()
     for load in (5.0, 10.0, 15.0, 18.0):

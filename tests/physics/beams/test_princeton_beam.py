@@ -15,7 +15,8 @@ import pytest
 from support.exact_rod import Rod, stiffness
 from support.robots.beam_robots import build, path_of_beams, rectangle, under_force
 
-from tauten.model.beams import BeamRobot, bar
+from tauten.model import Robot
+from tauten.model.beams import BeamBody, bar
 from tauten.model.body import Material
 from tauten.model.numerics import Array
 
@@ -34,7 +35,7 @@ THIN_SIDE = {
 }
 
 
-def strip(folder: Path, count: int) -> BeamRobot:
+def strip(folder: Path, count: int) -> Robot[BeamBody]:
     """The beam along x, its wide side along y."""
     nodes = np.outer(np.linspace(0.0, LENGTH, count + 1), [1.0, 0.0, 0.0])
     beams = path_of_beams(nodes, (0.0, 0.0, 1.0), "strip")
@@ -42,7 +43,7 @@ def strip(folder: Path, count: int) -> BeamRobot:
     return build(folder, nodes, beams, [profile], (E, NU, RHO), [0], count)
 
 
-def moved(robot: BeamRobot, load: float, angle: float) -> Array:
+def moved(robot: Robot[BeamBody], load: float, angle: float) -> Array:
     """Displacement of the tip (3,) [m] under a force [N] at an angle [rad] from −y."""
     force = load * np.array([0.0, -np.cos(angle), np.sin(angle)])
     _, positions = under_force(robot, [0.5 * force, force], 1e-9)

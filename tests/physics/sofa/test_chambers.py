@@ -17,10 +17,10 @@ from support.robots.sofa_robots import pneumatic_finger, robots_folder
 from support.sofa_elements import MM, cable_forces, corotational_forces, pressure_forces
 
 from tauten.controller import Controller, ControllerSettings, Status
-from tauten.model import Simulator
+from tauten.model import Robot, Simulator
 from tauten.model.mesh import MeshError, checked
 from tauten.model.numerics import Array, Ints
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 BALANCE = 1e-5  # of the largest force on a node; a surface of other triangles is out by 2e-2
 SOFAS_ERROR = 0.03 * MM  # m, the least that SOFA's inverse of the diamond leaves
@@ -33,16 +33,16 @@ def data(reference: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def inflated(data: Path, tmp_path_factory: pytest.TempPathFactory) -> TetRobot:
+def inflated(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Robot[NodalBody]:
     robot = port(data, tmp_path_factory.mktemp("pneunets"), "pneunets")
-    assert isinstance(robot, TetRobot)
+    assert isinstance(robot.body, NodalBody)
     return robot
 
 
 @pytest.fixture(scope="module")
-def bellows(data: Path, tmp_path_factory: pytest.TempPathFactory) -> TetRobot:
+def bellows(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Robot[NodalBody]:
     robot = port(data, tmp_path_factory.mktemp("accordion"), "accordion")
-    assert isinstance(robot, TetRobot)
+    assert isinstance(robot.body, NodalBody)
     return robot
 
 
@@ -79,7 +79,7 @@ def imbalance(
     "pressure", [2e3, pytest.param(500.0, marks=slow), pytest.param(3.4e3, marks=slow)]
 )
 def test_the_pneunets_are_in_equilibrium_in_sofas_equations(
-    data: Path, inflated: TetRobot, pressure: float
+    data: Path, inflated: Robot[NodalBody], pressure: float
 ) -> None:
     """Up to the pressure at which the sliver of this mesh turns inside out."""
     model, robot = np.load(data / "pneunets_model.npz"), inflated
@@ -87,18 +87,20 @@ def test_the_pneunets_are_in_equilibrium_in_sofas_equations(
     assert simulator.settle(effort=[pressure], tolerance=1e-10).converged
     tets = model["tets"].tolist()
     young = np.where([sorted(tet) == sorted(model["stiff_tets"][0]) for tet in tets], 300e3, 100e3)
-    x = robot.nodes(simulator.state)[: len(model["nodes"])]
+    x = robot.body.nodes(simulator.state)[: len(model["nodes"])]
     left, largest = imbalance(x, model, young, pressure, np.zeros(0))
     assert left < BALANCE * largest
 
 
-def test_the_sliver_of_the_pneunets_inverts_where_it_does_in_sofa(inflated: TetRobot) -> None:
+def test_the_sliver_of_the_pneunets_inverts_where_it_does_in_sofa(
+    inflated: Robot[NodalBody],
+) -> None:
     """From 3.5 kPa on; equilibria go on beyond it."""
     robot = inflated
     simulator = Simulator(robot, "none")
     for pressure, inverted in ((3.4e3, 0), (4e3, 1), (7e3, 1)):
         assert simulator.settle(effort=[pressure]).converged
-        assert robot.inverted(simulator.state) == inverted
+        assert robot.body.inverted(simulator.state) == inverted
 
 
 def test_the_mesh_of_the_accordion_is_refused(data: Path) -> None:
@@ -119,22 +121,22 @@ LOADS = [
 
 @pytest.mark.parametrize(("position", "pressure"), LOADS)
 def test_the_accordion_is_in_equilibrium_in_sofas_equations(
-    data: Path, bellows: TetRobot, position: list[float], pressure: float
+    data: Path, bellows: Robot[NodalBody], position: list[float], pressure: float
 ) -> None:
     model, robot = np.load(data / "accordion_model.npz"), bellows
     simulator = Simulator(robot, "none")
     given = [*position, np.nan], [np.nan] * 3 + [pressure]
     assert simulator.settle(*given, tolerance=1e-10).converged
-    x = robot.nodes(simulator.state)[: len(model["nodes"])]
+    x = robot.body.nodes(simulator.state)[: len(model["nodes"])]
     young = np.full(len(model["tets"]), 500e3)
     left, largest = imbalance(x, model, young, pressure, simulator.effort[:3])
     assert largest > 0.004  # N
     assert left < 4e-11 * max(1.0, abs(pressure) / 2e3)  # N
 
 
-def follow(robot: TetRobot, target: Array) -> tuple[Array, Array]:
+def follow(robot: Robot[NodalBody], target: Array) -> tuple[Array, Array]:
     """Where a quasi-static controller comes to rest: effector (3,) and efforts (n_a,)."""
-    robot = replace(robot, integration=replace(robot.integration, static=True))
+    robot = robot.with_integration(replace(robot.integration, static=True))
     controller = Controller(robot, settings=ControllerSettings(regularisation=1e-5))
     before = controller.effector[0]
     for _ in range(100):
@@ -148,7 +150,7 @@ def follow(robot: TetRobot, target: Array) -> tuple[Array, Array]:
 
 @pytest.mark.parametrize(("position", "pressure"), LOADS)
 def test_the_inverse_of_the_accordion_reaches_what_can_be_reached(
-    bellows: TetRobot, position: list[float], pressure: float
+    bellows: Robot[NodalBody], position: list[float], pressure: float
 ) -> None:
     """Three cables and a chamber for three coordinates of its top."""
     robot = bellows
@@ -160,7 +162,7 @@ def test_the_inverse_of_the_accordion_reaches_what_can_be_reached(
 
 @pytest.mark.parametrize("pressure", [3e3, pytest.param(1e3, marks=slow)])
 def test_the_inverse_of_the_pneunets_finds_the_pressure(
-    inflated: TetRobot, pressure: float
+    inflated: Robot[NodalBody], pressure: float
 ) -> None:
     simulator = Simulator(inflated, "none")
     assert simulator.settle(effort=[pressure]).converged

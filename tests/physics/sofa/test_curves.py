@@ -17,9 +17,9 @@ from support.sofa_elements import MM, assemble_with, large_frames, points_as_in_
 
 from benchmarks.physics import diamond, trunk
 from tauten.controller import Controller, ControllerSettings
-from tauten.model import Simulator
+from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.model.tetra import solid as solid_module
 
 SETTLED = 2e-6  # mm; rows of SOFA that moved more in their last step are no equilibria
@@ -56,9 +56,9 @@ class Reached:
     effort: Array
 
 
-def follow(robot: TetRobot, targets: Array, regularisation: float) -> list[Reached]:
+def follow(robot: Robot[NodalBody], targets: Array, regularisation: float) -> list[Reached]:
     """Follow each target (3,) [mm] until nothing moves any more."""
-    still = replace(robot, integration=replace(robot.integration, static=True))
+    still = robot.with_integration(replace(robot.integration, static=True))
     controller = Controller(still, settings=ControllerSettings(regularisation=regularisation))
     reached = []
     for target in targets:
@@ -124,7 +124,7 @@ def test_diamond_with_sofas_elements_and_points_has_sofas_digits(
     """The 17 settled states of SOFA's inverse: under its tensions the tip and all lengths are the same."""
     with points_as_in_sofa(np.load(data / "diamond_model.npz"), "pts"):
         robot = diamond(data)
-    patched = assemble_with(large_frames, robot.mesh)
+    patched = assemble_with(large_frames, robot.body.mesh)
     monkeypatch.setattr(solid_module, "assemble_corotational", patched)
     simulator = Simulator(robot, contact="none")
     for row in read_curve(data / "diamond_large_settled.csv")[states]:

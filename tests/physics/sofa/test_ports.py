@@ -46,7 +46,7 @@ def test_the_diamond_has_them_with_the_elements_of_sofa(
     """Under the tensions of SOFA's inverse; its mesh file has single precision."""
     robot = port(data, tmp_path, "diamond")
     monkeypatch.setattr(
-        solid_module, "assemble_corotational", assemble_with(large_frames, robot.mesh)
+        solid_module, "assemble_corotational", assemble_with(large_frames, robot.body.mesh)
     )
     curve = CURVES["diamond"](data, robot, every)
     assert curve.tip_error < DIGITS

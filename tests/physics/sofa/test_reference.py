@@ -15,16 +15,16 @@ import pytest
 from support.sofa_elements import assemble_with, polar_frames
 
 from benchmarks.physics import finger
-from tauten.model import Simulator
+from tauten.model import Robot, Simulator
 from tauten.model.load import build_robot
 from tauten.model.mesh import checked, read_mesh
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.model.tetra import solid as solid_module
 
 
-def pull_curve(robot: TetRobot, reference: Path, every: int) -> tuple[Array, Array, Array]:
+def pull_curve(robot: Robot[NodalBody], reference: Path, every: int) -> tuple[Array, Array, Array]:
     """Pulls [mm], tip errors [mm] and relative tension errors against the reference curve."""
     curve = np.loadtxt(reference / "softrobots_finger_pull_polar.csv", delimiter=",", skiprows=1)
     simulator, tips, efforts = Simulator(robot, contact="none"), [], []
@@ -71,7 +71,7 @@ def test_refined_finger_is_softer_and_converges(reference: Path) -> None:
     assert 0.0 < second < 0.6 * first
 
 
-def beam(reference: Path) -> TetRobot:
+def beam(reference: Path) -> Robot[NodalBody]:
     nodes = np.loadtxt(reference / "beam_coarse_nodes.csv", delimiter=",")
     tets = np.loadtxt(reference / "beam_coarse_tets.csv", delimiter=",").astype(np.int64)
     config = RobotConfig.model_validate(
@@ -102,18 +102,20 @@ def test_beam_under_gravity_follows_sofas_load_curve(
 ) -> None:
     robot = beam(reference)
     if sofas_rotations:
-        patched = assemble_with(polar_frames, robot.mesh)
+        patched = assemble_with(polar_frames, robot.body.mesh)
         monkeypatch.setattr(solid_module, "assemble_corotational", patched)
     curve = np.loadtxt(reference / "beam_coarse_gravity_polar.csv", delimiter=",", skiprows=1)
-    end = robot.mesh.nodes[:, 0] > 1.0 - 1e-9
+    end = robot.body.mesh.nodes[:, 0] > 1.0 - 1e-9
     state = Simulator(robot, contact="none").state
     # past nine tenths, Newton without the turning of SOFA's rotations needs hundreds of iterations
     for fraction, *displacement in curve[:9, :4]:
-        simulator = Simulator(replace(robot, load=fraction * robot.load), contact="none")
+        held = robot.body.tetrahedra
+        part = replace(robot.body, tetrahedra=held.loaded(fraction * held.load))
+        simulator = Simulator(replace(robot, body=part), contact="none")
         simulator.start_from(state)
         assert simulator.settle(effort=[0.0], tolerance=1e-9).converged
         state = simulator.state
-        moved = (robot.nodes(state) - robot.mesh.nodes)[end].mean(axis=0)
+        moved = (robot.body.nodes(state) - robot.body.mesh.nodes)[end].mean(axis=0)
         if sofas_rotations:
             assert np.abs(moved - displacement).max() < 1e-8  # m
         else:  # 1-2 % apart in force, which is up to 4 % in the deflection of a beam this soft

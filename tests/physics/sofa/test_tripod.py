@@ -11,8 +11,8 @@ from sofa_robots import port
 from support.robots.sofa_robots import MM, robots_folder
 
 from tauten.controller import Controller, ControllerSettings
-from tauten.model import Simulator
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot, Simulator
+from tauten.model.constraints import ConstrainedBody
 from tauten.model.numerics import Array
 
 SETTLED = 2e-6  # rows of SOFA that moved more in their last step are no equilibria
@@ -24,9 +24,9 @@ def data(reference: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def robot(data: Path, tmp_path_factory: pytest.TempPathFactory) -> ConstrainedRobot:
+def robot(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Robot[ConstrainedBody]:
     made = port(data, tmp_path_factory.mktemp("tripod"), "tripod")
-    assert isinstance(made, ConstrainedRobot)
+    assert isinstance(made.body, ConstrainedBody)
     return made
 
 
@@ -35,7 +35,7 @@ def angles(row: Array) -> Array:
 
 
 def test_the_centre_its_orientation_and_torques_are_those_of_sofa(
-    data: Path, robot: ConstrainedRobot
+    data: Path, robot: Robot[ConstrainedBody]
 ) -> None:
     """19 states, each from the one before: 0.1 µm, 1e-7 of a rotation and 1e-6 of the torques."""
     curve = np.genfromtxt(data / "tripod_low_fpolar.csv", delimiter=",", names=True)
@@ -58,7 +58,7 @@ def test_the_centre_its_orientation_and_torques_are_those_of_sofa(
     assert compared == len(curve)
 
 
-def test_the_work_of_the_servos_is_the_energy_stored(robot: ConstrainedRobot) -> None:
+def test_the_work_of_the_servos_is_the_energy_stored(robot: Robot[ConstrainedBody]) -> None:
     simulator = Simulator(robot, contact="none")
     path = np.linspace(0.0, np.radians([-30.0, -50.0, -10.0]), 25)
     energy, power = [], []
@@ -70,7 +70,7 @@ def test_the_work_of_the_servos_is_the_energy_stored(robot: ConstrainedRobot) ->
     assert work == pytest.approx(energy[-1] - energy[0], rel=1e-4)
 
 
-def test_the_inverse_finds_the_angles_of_a_pose(robot: ConstrainedRobot) -> None:
+def test_the_inverse_finds_the_angles_of_a_pose(robot: Robot[ConstrainedBody]) -> None:
     """Position and orientation that three servos can reach lead back to the angles that gave them."""
     goal = np.radians([-25.0, -40.0, -35.0])
     simulator = Simulator(robot, contact="none")

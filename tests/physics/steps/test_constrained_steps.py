@@ -30,8 +30,8 @@ from support.robots.small_bodies import (
     rigid_box,
 )
 
-from tauten.model import Simulator, State
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot, Simulator, State
+from tauten.model.constraints import ConstrainedBody
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
 
@@ -44,7 +44,7 @@ SPRING = {"stiffness": 5e3, "pretension": 2.0}
 LIMITS = {"max_tension": 50.0, "max_pull": 0.05, "max_rate": 1.0}
 
 
-def mixed() -> ConstrainedRobot:
+def mixed() -> Robot[ConstrainedBody]:
     """Two soft bodies, glued, with a rigid plate, a servo, a slider and a hinge on the frame."""
     return constrained(
         [MESH, MESH], mesh=None, fixed=[], bodies=[FIRST, SECOND], material=RUBBER, gravity=DOWN,
@@ -55,7 +55,7 @@ def mixed() -> ConstrainedRobot:
     )  # fmt: skip
 
 
-def chain() -> ConstrainedRobot:
+def chain() -> Robot[ConstrainedBody]:
     """A soft bar, a rigid box that hangs from its end by a pin, and a beam that is glued to the box."""
     start = {"body": "rod", "kind": "sphere", "centre": LINE[0], "radius": 1e-6}
     box, soft = ({"kind": "all", "body": name} for name in ("box", "soft"))
@@ -75,7 +75,7 @@ def chain() -> ConstrainedRobot:
     )  # fmt: skip
 
 
-def wound() -> ConstrainedRobot:
+def wound() -> Robot[ConstrainedBody]:
     """A soft bar with a cable below and one above on one drum."""
     cables = [
         {"name": name, "points": [[0.01, 0.01, z], [0.1, 0.01, z]], "spring": SPRING, **LIMITS}
@@ -93,16 +93,16 @@ def wound() -> ConstrainedRobot:
 ROBOTS = [mixed, chain, wound]
 
 
-def shaken(robot: ConstrainedRobot, speed: float) -> State:
+def shaken(robot: Robot[ConstrainedBody], speed: float) -> State:
     """At rest in place, with velocities of nodes and regions of about this speed [m/s]."""
     v = speed * np.random.default_rng(4).standard_normal(robot.n)
-    first = 3 * len(robot.coordinates.free)
-    v[first + robot.frames.rotations[:, None] + np.arange(3)] *= 50.0  # rad/s
-    v[first + robot.frames.drives] = 0.0
+    first = 3 * len(robot.body.coordinates.free)
+    v[first + robot.body.frames.rotations[:, None] + np.arange(3)] *= 50.0  # rad/s
+    v[first + robot.body.frames.drives] = 0.0
     return State(robot.rest().q, v)
 
 
-def swing(robot: ConstrainedRobot, start: State, steps: int, **command: Array) -> Array:
+def swing(robot: Robot[ConstrainedBody], start: State, steps: int, **command: Array) -> Array:
     """Energy (steps + 1,) [J] of a motion under constant actuators."""
     simulator = Simulator(robot, contact="none")
     simulator.start_from(start)
@@ -115,20 +115,22 @@ def swing(robot: ConstrainedRobot, start: State, steps: int, **command: Array) -
 
 @pytest.mark.parametrize("make", ROBOTS)
 def test_the_balance_of_a_step_is_the_derivative_of_its_potential(
-    make: Callable[[], ConstrainedRobot],
+    make: Callable[[], Robot[ConstrainedBody]],
 ) -> None:
     """Central differences of Φ at an iterate far from the start are what an iteration has out of balance."""
     robot = make()
     scheme = replace(robot.integration, rayleigh_mass=3.0, rayleigh_stiffness=1e-3)
-    robot = replace(robot, integration=scheme)
+    robot = robot.with_integration(scheme)
     rng = np.random.default_rng(5)
-    start = robot.step_start(shaken(robot, 0.1))
+    start = robot.body.step_start(shaken(robot, 0.1))
     state = moved(robot, start.state, robot.h * shaken(robot, 0.05).v)
 
     def potential(at: State) -> float:
-        return robot.step_energy(start, robot.velocity(start.state, at)) + robot.potential(at)
+        return robot.body.step_energy(
+            start, robot.body.velocity(start.state, at)
+        ) + robot.potential(at)
 
-    system = robot.linearise_iterate(state, start, np.zeros(robot.n_a))
+    system = robot.body.linearise_iterate(state, start, np.zeros(robot.n_a))
     for _ in range(3):
         e = rng.standard_normal(robot.n)
         d = system.solve(e[:, None])[:, 0]  # so that d · balance = e · A⁻¹ balance
@@ -146,7 +148,7 @@ def test_a_compound_pendulum_takes_implicit_eulers_steps() -> None:
     robot = constrained(
         material=STIFF, fixed=[], gravity=DOWN, attachments=[hinge], controller={"rate": 50.0}
     )
-    mass, r = robot.raw.mass[::3], robot.mesh.nodes - np.array([0.0, 0.01, 0.02])
+    mass, r = robot.body.tetrahedra.mass[::3], robot.body.mesh.nodes - np.array([0.0, 0.01, 0.02])
     about, centre = float(mass @ (r[:, 0] ** 2 + r[:, 2] ** 2)), mass @ r  # kg m², kg m
     h, theta, omega = robot.h, 0.0, 0.0
     simulator = Simulator(robot, contact="none")
@@ -165,7 +167,7 @@ def test_a_compound_pendulum_takes_implicit_eulers_steps() -> None:
 
 
 @pytest.mark.parametrize("make", ROBOTS)
-def test_energy_never_grows_while_motors_hold(make: Callable[[], ConstrainedRobot]) -> None:
+def test_energy_never_grows_while_motors_hold(make: Callable[[], Robot[ConstrainedBody]]) -> None:
     """From wild velocities; drives and drums are held, cables slack."""
     robot = make()
     position = np.where([one in ("tendon", "push") for one in robot.actuators.names], np.nan, 0.0)
@@ -197,7 +199,7 @@ def test_a_tumbling_body_keeps_its_energy_and_follows_eulers_equations() -> None
     far = []
     for rate in (200.0, 800.0):
         robot = rigid_box(controller={"rate": rate})
-        mass, x = robot.raw.mass[::3], robot.mesh.nodes
+        mass, x = robot.body.tetrahedra.mass[::3], robot.body.mesh.nodes
         r = x - np.average(x, axis=0, weights=mass)
         tensor = np.einsum("n,nij->ij", mass, np.eye(3) * (r**2).sum(1)[:, None, None])
         values, axes = np.linalg.eigh(tensor - np.einsum("n,ni,nj->ij", mass, r, r))
@@ -213,8 +215,8 @@ def test_a_tumbling_body_keeps_its_energy_and_follows_eulers_equations() -> None
         for _ in range(int(0.5 * rate)):
             assert simulator.step(effort=np.zeros(robot.n_a), converged=True).converged
         last = simulator.state
-        assert robot.kinetic_energy(last) <= robot.kinetic_energy(start) * (1.0 + 1e-12)
-        assert robot.kinetic_energy(last) > 0.9 * robot.kinetic_energy(start)
+        assert robot.body.kinetic_energy(last) <= robot.body.kinetic_energy(start) * (1.0 + 1e-12)
+        assert robot.body.kinetic_energy(last) > 0.9 * robot.body.kinetic_energy(start)
         inverse = last.q[3:7] * np.array([1.0, -1.0, -1.0, -1.0])
         w, u = inverse[0], inverse[1:]
         across = np.cross(u, last.v[3:])
@@ -226,13 +228,13 @@ def test_a_tumbling_body_keeps_its_energy_and_follows_eulers_equations() -> None
 
 @pytest.mark.parametrize("make", ROBOTS)
 def test_the_first_iteration_is_the_step_with_one_linearisation(
-    make: Callable[[], ConstrainedRobot],
+    make: Callable[[], Robot[ConstrainedBody]],
 ) -> None:
     """Both steps become the same as the time step becomes short, at second order of it or better."""
     plain = make()
     apart = []
     for rate in (400.0, 1600.0):
-        robot = replace(plain, integration=replace(plain.integration, rate=rate))
+        robot = plain.with_integration(replace(plain.integration, rate=rate))
         ends = []
         for converged in (False, True):
             simulator = Simulator(robot, contact="none")
@@ -269,12 +271,12 @@ def test_a_glued_pair_takes_the_steps_of_one_mesh() -> None:
         **common,
     )  # fmt: skip
     one = beam_robot(whole, SIZE, **common)
-    order = [int(np.linalg.norm(whole.nodes - x, axis=1).argmin()) for x in pair.mesh.nodes]
+    order = [int(np.linalg.norm(whole.nodes - x, axis=1).argmin()) for x in pair.body.mesh.nodes]
     first, second = Simulator(pair, contact="none"), Simulator(one, contact="none")
     for _ in range(15):
         for simulator in (first, second):
             assert simulator.step(effort=[8.0], converged=True).converged
-    x = one.nodes(second.state)[order]
-    assert np.abs(x - pair.mesh.nodes).max() > 0.01, "it has bent far"
-    assert np.abs(pair.nodes(first.state) - x).max() < 1e-7
+    x = one.body.nodes(second.state)[order]
+    assert np.abs(x - pair.body.mesh.nodes).max() > 0.01, "it has bent far"
+    assert np.abs(pair.body.nodes(first.state) - x).max() < 1e-7
     assert pair.energy(first.state) == pytest.approx(one.energy(second.state), rel=1e-6)

@@ -23,8 +23,8 @@ from support.robots.small_bodies import (
     constrained,
 )
 
-from tauten.model import Simulator, State
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot, Simulator
+from tauten.model.constraints import ConstrainedBody
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
 
@@ -32,7 +32,7 @@ SIDE, E = 0.02, 1e5  # m; Pa, without lateral contraction, so that a block under
 MIXED = {"shear_viscosity": 20.0, "volume_viscosity": 10.0, "shares": [0.5], "times": [0.05]}
 
 
-def pulled_block(viscosity: dict[str, object], rate: float, element: str) -> ConstrainedRobot:
+def pulled_block(viscosity: dict[str, object], rate: float, element: str) -> Robot[ConstrainedBody]:
     """A block of next to no weight, held at x = 0; a slider moves its other end. A rigid slice is inside."""
     slider = {
         "name": "slider", "motion": "translation", "axis": [1.0, 0.0, 0.0],
@@ -104,20 +104,20 @@ def test_a_viscous_glued_pair_moves_as_one_mesh(converged: bool) -> None:
         attachments=[{"kind": "glue", "region": face, "to": {"kind": "all", "body": "left"}}],
     )  # fmt: skip
     one = beam_robot(whole, SIZE, material=material)
-    order = [int(np.linalg.norm(whole.nodes - x, axis=1).argmin()) for x in pair.mesh.nodes]
+    order = [int(np.linalg.norm(whole.nodes - x, axis=1).argmin()) for x in pair.body.mesh.nodes]
     simulators = [Simulator(robot, contact="none") for robot in (pair, one)]
     for _ in range(12):
         for simulator in simulators:
             assert simulator.step(effort=[8.0], converged=converged).converged
     first, second = (simulator.state for simulator in simulators)
-    x = one.nodes(second)[order]
-    assert np.abs(x - pair.mesh.nodes).max() > 5e-3, "it has bent far"
-    assert np.abs(pair.nodes(first) - x).max() < 1e-7
+    x = one.body.nodes(second)[order]
+    assert np.abs(x - pair.body.mesh.nodes).max() > 5e-3, "it has bent far"
+    assert np.abs(pair.body.nodes(first) - x).max() < 1e-7
     assert np.abs(first.memory).max() > 0.0
     assert pair.energy(first) == pytest.approx(one.energy(second), rel=1e-6)
 
 
-def joined_bars(viscosity: dict[str, object]) -> ConstrainedRobot:
+def joined_bars(viscosity: dict[str, object]) -> Robot[ConstrainedBody]:
     """Two viscous bodies, glued, with a rigid plate, a servo and a slider."""
     return constrained(
         [MESH, MESH], mesh=None, fixed=[], bodies=[FIRST, SECOND],
@@ -128,10 +128,10 @@ def joined_bars(viscosity: dict[str, object]) -> ConstrainedRobot:
     )  # fmt: skip
 
 
-def energies(robot: ConstrainedRobot, converged: bool) -> Array:
+def energies(robot: Robot[ConstrainedBody], converged: bool) -> Array:
     """Energy [J] of a free motion of 20 steps from velocities at random."""
     simulator, v = Simulator(robot, contact="none"), np.zeros(robot.n)
-    free = 3 * len(robot.coordinates.free)
+    free = 3 * len(robot.body.coordinates.free)
     v[:free] = 0.1 * np.random.default_rng(3).standard_normal(free)
     simulator.start_from(replace(robot.rest(), v=v))
     found = [robot.energy(simulator.state)]
@@ -157,16 +157,17 @@ def test_viscous_forces_are_those_of_the_nodes() -> None:
     for _ in range(10):
         simulator.step(effort=np.array([20.0, 0.01, 0.5]))
     state = simulator.state
-    force, values = robot.viscosity_at(state, robot.h)
+    force, values = robot.body.viscosity_at(state, robot.h)
     assert force is not None
     assert values is not None
     v = rng.standard_normal(robot.n)
-    positions, through = robot.placed(state)
-    on_nodes = (robot.coordinates.matrix(through.T) @ v)[: robot.raw.n]
-    raw_force, raw_C = robot.raw.viscosity_at(State(positions, positions, state.memory), robot.h)
-    assert raw_force is not None
-    assert raw_C is not None
-    C, raw = robot.matrix(values), robot.raw.matrix(raw_C)
+    positions, through = robot.body.placed(state)
+    on_nodes = (robot.body.coordinates.matrix(through.T) @ v)[: robot.body.tetrahedra.m]
+    held = robot.body.tetrahedra
+    viscous = held.viscous(held.placed(positions), state.memory, robot.h)
+    assert viscous is not None
+    raw_force, raw_C = viscous
+    C, raw = robot.body.matrix(values), held.pattern.matrix(raw_C)
     assert v @ (C @ v) == pytest.approx(on_nodes @ (raw @ on_nodes), rel=1e-9)
     assert force @ v == pytest.approx(raw_force @ on_nodes, rel=1e-9)
     assert abs(force @ v) > 0.0

@@ -10,32 +10,32 @@ import pytest
 from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.model import Robot, Simulator, load_robot
-from tauten.model.beams import BeamRobot
-from tauten.model.body import SparseRobot
+from tauten.model.beams import BeamBody
+from tauten.model.body import SparseBody
 from tauten.model.numerics import Array
-from tauten.model.robot import State
-from tauten.model.tetra import TetRobot
+from tauten.model.state import State
+from tauten.model.tetra import NodalBody
 
 SIZE, CELLS = (0.1, 0.02, 0.02), (6, 2, 2)
 
 
-def undamped(robot: Robot) -> SparseRobot:
+def undamped(robot: Robot) -> Robot[SparseBody]:
     """The robot without its damping."""
-    assert isinstance(robot, SparseRobot)
+    assert isinstance(robot.body, SparseBody)
     plain = replace(robot.integration, rayleigh_mass=0.0, rayleigh_stiffness=0.0)
-    return replace(robot, integration=plain)
+    return robot.with_integration(plain)
 
 
-def bar_robot() -> TetRobot:
+def bar_robot() -> Robot[NodalBody]:
     return beam_robot(box_mesh(SIZE, CELLS), SIZE)
 
 
-def energy(robot: TetRobot | BeamRobot, state: State) -> float:
+def energy(robot: Robot[NodalBody] | Robot[BeamBody], state: State) -> float:
     """Potential and kinetic energy [J]."""
-    return robot.potential(state) + robot.kinetic_energy(state)
+    return robot.potential(state) + robot.body.kinetic_energy(state)
 
 
-def swing(robot: TetRobot | BeamRobot, start: State, steps: int) -> Array:
+def swing(robot: Robot[NodalBody] | Robot[BeamBody], start: State, steps: int) -> Array:
     """Energy (steps + 1,) [J] of a free motion, cables slack."""
     simulator = Simulator(robot, contact="none")
     simulator.start_from(start)
@@ -48,15 +48,17 @@ def swing(robot: TetRobot | BeamRobot, start: State, steps: int) -> Array:
 
 def test_end_of_a_step_balances_the_forces_there() -> None:
     """M (v − v₀) / h = f(q) − C v: the defining equation, with the forces of the model itself."""
-    robot = replace(
-        bar_robot(), integration=replace(bar_robot().integration, rayleigh_mass=3.0)
-    ).loaded(np.array([0.0, 0.0, -9.81]), np.zeros(3))
+    damped = replace(bar_robot().integration, rayleigh_mass=3.0)
+    robot = bar_robot().with_integration(damped).loaded(np.array([0.0, 0.0, -9.81]), np.zeros(3))
     simulator = Simulator(robot, contact="none")
     v = np.random.default_rng(0).standard_normal(robot.n)
     simulator.start_from(State(robot.rest().q, v))
     simulator.step(effort=[0.0], converged=True)
     state, a = simulator.state, 3.0
-    balance = robot.mass * (state.v - v) / robot.h + a * robot.mass * state.v
+    balance = (
+        robot.body.tetrahedra.mass * (state.v - v) / robot.h
+        + a * robot.body.tetrahedra.mass * state.v
+    )
     force = robot.forces(state)[0]
     assert np.abs(balance - force).max() < 1e-4 * np.abs(force).max()
     assert np.abs((state.q - robot.rest().q) / robot.h - state.v).max() < 1e-9
@@ -65,7 +67,7 @@ def test_end_of_a_step_balances_the_forces_there() -> None:
 def test_momentum_of_rotating_nodes_is_the_derivative_of_their_kinetic_energy() -> None:
     """By central differences over turns of the end about the fixed axes."""
     robot = load_robot("manipulator")
-    assert isinstance(robot, BeamRobot)
+    assert isinstance(robot.body, BeamBody)
     generator = np.random.default_rng(1)
     v0, v = generator.standard_normal((2, robot.n)) * 20.0
     start = State(robot.rest().q, v0)
@@ -75,12 +77,12 @@ def test_momentum_of_rotating_nodes_is_the_derivative_of_their_kinetic_energy() 
         return robot.advance(state, replace(system, v=np.zeros(robot.n)), dq / robot.h)
 
     end = moved(start, robot.h * v)
-    np.testing.assert_allclose(robot.velocity(start, end), v, rtol=1e-9, atol=1e-9)
-    force = robot.at_end(start, end, robot.mass * (v - v0) / robot.h)
+    np.testing.assert_allclose(robot.body.velocity(start, end), v, rtol=1e-9, atol=1e-9)
+    force = robot.body.at_end(start, end, robot.body.mass * (v - v0) / robot.h)
     for _ in range(5):
         d = generator.standard_normal(robot.n)
-        ends = [robot.velocity(start, moved(end, sign * 1e-5 * d)) for sign in (1.0, -1.0)]
-        energies = [robot.kinetic_energy(replace(start, v=v - v0)) for v in ends]
+        ends = [robot.body.velocity(start, moved(end, sign * 1e-5 * d)) for sign in (1.0, -1.0)]
+        energies = [robot.body.kinetic_energy(replace(start, v=v - v0)) for v in ends]
         slope = (energies[0] - energies[1]) / 2e-5
         assert slope == pytest.approx(force @ d, rel=1e-6)
 
@@ -91,12 +93,12 @@ def test_momentum_of_rotating_nodes_is_the_derivative_of_their_kinetic_energy() 
 def test_energy_of_a_free_swing_falls_in_every_step(make: Callable[[], Robot]) -> None:
     """From wild velocities, which one linearisation a step turns into energy."""
     robot = undamped(make())
-    assert isinstance(robot, TetRobot | BeamRobot)
+    assert isinstance(robot.body, NodalBody | BeamBody)
     robot = robot.loaded(np.zeros(3), np.zeros(3 * len(robot.effector_names)))
     v = np.zeros((robot.n // 3, 3))
-    v[:: 2 if isinstance(robot, BeamRobot) else 1] = 5.0 * np.random.default_rng(2).standard_normal(
-        3
-    )
+    v[:: 2 if isinstance(robot.body, BeamBody) else 1] = 5.0 * np.random.default_rng(
+        2
+    ).standard_normal(3)
     energies = swing(robot, State(robot.rest().q, v.ravel()), 60)
     assert np.diff(energies).max() < 1e-13 * energies[0], "beyond rounding"
     assert np.diff(energies[:15]).max() < 0.0

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from support.robots.small_bodies import constrained
 
-from tauten.model.tetra import TetRobot
+from tauten.model import Robot
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import (
     Design,
     Ranges,
@@ -53,7 +54,7 @@ def short_chunks() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def design(thumb: TetRobot, short_chunks: None) -> Design:
+def design(thumb: Robot[NodalBody], short_chunks: None) -> Design:
     """Three runs of two chunks each, the second shorter."""
     ranges = Ranges(position=(0.5, 1.0), tilt=0.8, force=0.05)
     return latin_hypercube(thumb, ranges, runs=3, seed=1, steps=STEPS)
@@ -66,12 +67,12 @@ def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def snapshots(thumb: TetRobot, design: Design, complete: Path) -> Snapshots:
+def snapshots(thumb: Robot[NodalBody], design: Design, complete: Path) -> Snapshots:
     return run_campaign(thumb, design, complete, show_progress=False)
 
 
 def test_snapshots_are_as_in_the_design(
-    thumb: TetRobot, design: Design, snapshots: Snapshots
+    thumb: Robot[NodalBody], design: Design, snapshots: Snapshots
 ) -> None:
     assert len(snapshots) == design.size
     assert np.count_nonzero(~snapshots.converged) <= 2
@@ -85,7 +86,7 @@ def test_snapshots_are_as_in_the_design(
 
 
 def test_recorded_forces_hold_the_robot_in_place(
-    thumb: TetRobot, design: Design, snapshots: Snapshots
+    thumb: Robot[NodalBody], design: Design, snapshots: Snapshots
 ) -> None:
     """Force balance at a recorded equilibrium: body, cable and contact forces sum to zero."""
     for i in (STEPS - 1, len(snapshots) - 1):
@@ -103,7 +104,7 @@ def test_recorded_forces_hold_the_robot_in_place(
 
 @pytest.mark.parametrize("chunks", [*(pytest.param(n, marks=pytest.mark.slow) for n in (0, 1)), 4])
 def test_interrupted_campaign_goes_on_to_the_same_result(
-    thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path, chunks: int
+    thumb: Robot[NodalBody], design: Design, snapshots: Snapshots, tmp_path: Path, chunks: int
 ) -> None:
     with pytest.raises(KeyboardInterrupt):
         run_campaign(thumb, design, tmp_path, Interrupted(chunks), show_progress=False)
@@ -113,13 +114,13 @@ def test_interrupted_campaign_goes_on_to_the_same_result(
 
 
 def test_complete_campaign_is_not_done_again(
-    thumb: TetRobot, design: Design, snapshots: Snapshots, complete: Path
+    thumb: Robot[NodalBody], design: Design, snapshots: Snapshots, complete: Path
 ) -> None:
     assert_same(run_campaign(thumb, design, complete, Interrupted(0), False), snapshots)
 
 
 def test_workers_do_not_change_the_result(
-    thumb: TetRobot, design: Design, snapshots: Snapshots, tmp_path: Path
+    thumb: Robot[NodalBody], design: Design, snapshots: Snapshots, tmp_path: Path
 ) -> None:
     """To rounding: kernels that a worker has just compiled may round otherwise than those on disk."""
     with executors.processes(2) as pool:
@@ -129,7 +130,9 @@ def test_workers_do_not_change_the_result(
     np.testing.assert_allclose(found.lam, snapshots.lam, atol=1e-6)
 
 
-def test_ctrl_c_saves_what_is_under_way(thumb: TetRobot, design: Design, tmp_path: Path) -> None:
+def test_ctrl_c_saves_what_is_under_way(
+    thumb: Robot[NodalBody], design: Design, tmp_path: Path
+) -> None:
     """The interrupt comes when the first of three chunks is back: all three are kept."""
     with pytest.raises(KeyboardInterrupt):
         run_campaign(thumb, design, tmp_path, Interrupted(chunks=3), show_progress=False)
@@ -137,7 +140,7 @@ def test_ctrl_c_saves_what_is_under_way(thumb: TetRobot, design: Design, tmp_pat
     assert starts == [f"run{run:04d}-000000.snapshots" for run in range(3)]
 
 
-def test_folder_of_another_campaign_is_left_alone(thumb: TetRobot, tmp_path: Path) -> None:
+def test_folder_of_another_campaign_is_left_alone(thumb: Robot[NodalBody], tmp_path: Path) -> None:
     run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
     with pytest.raises(SnapshotError, match="holds another campaign"):
@@ -145,7 +148,7 @@ def test_folder_of_another_campaign_is_left_alone(thumb: TetRobot, tmp_path: Pat
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
-def test_damaged_chunk_is_named(thumb: TetRobot, tmp_path: Path) -> None:
+def test_damaged_chunk_is_named(thumb: Robot[NodalBody], tmp_path: Path) -> None:
     run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
     (path,) = tmp_path.iterdir()
     path.write_bytes(path.read_bytes()[:1000])
@@ -153,7 +156,9 @@ def test_damaged_chunk_is_named(thumb: TetRobot, tmp_path: Path) -> None:
         run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
 
 
-def test_impossible_equilibrium_is_recorded_as_such(thumb: TetRobot, tmp_path: Path) -> None:
+def test_impossible_equilibrium_is_recorded_as_such(
+    thumb: Robot[NodalBody], tmp_path: Path
+) -> None:
     """A force that tears the robot out of the linear range: not converged, and the run goes on."""
     (run,) = ramp(thumb, step=0.002).runs
     force = np.zeros((3, len(run)))
@@ -165,14 +170,16 @@ def test_impossible_equilibrium_is_recorded_as_such(thumb: TetRobot, tmp_path: P
     np.testing.assert_array_equal(found.q[:, 2], found.q[:, 1])
 
 
-def test_gravity_and_force_change_the_weight_alone(thumb: TetRobot) -> None:
+def test_gravity_and_force_change_the_weight_alone(thumb: Robot[NodalBody]) -> None:
     same = thumb.loaded(thumb.gravity, np.zeros(3))
-    np.testing.assert_allclose(same.load, thumb.load)
+    np.testing.assert_allclose(same.body.tetrahedra.load, thumb.body.tetrahedra.load)
     pushed = thumb.loaded(np.zeros(3), np.array([0.0, 0.0, 0.3]))
-    np.testing.assert_allclose(pushed.load.reshape(-1, 3).sum(axis=0), [0.0, 0.0, 0.3])
+    np.testing.assert_allclose(
+        pushed.body.tetrahedra.load.reshape(-1, 3).sum(axis=0), [0.0, 0.0, 0.3]
+    )
 
 
-def test_worker_counts(thumb: TetRobot) -> None:
+def test_worker_counts(thumb: Robot[NodalBody]) -> None:
     with pytest.raises(ValueError, match="0 workers requested"), executors.processes(0):
         pass
 

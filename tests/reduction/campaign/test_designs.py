@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from support.robots.small_bodies import MIDDLE, TURN, constrained
 
 from tauten.model import Robot
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import (
     Design,
     DesignError,
@@ -33,13 +33,13 @@ def test_ramp_is_the_papers(finger: Robot) -> None:
         ramp(finger, step=0.05)
 
 
-def test_exploring_tilts_and_loads_the_robot_on_all_sides(thumb: TetRobot) -> None:
+def test_exploring_tilts_and_loads_the_robot_on_all_sides(thumb: Robot[NodalBody]) -> None:
     design = exploring(thumb)
     own, *loaded = design.runs
     np.testing.assert_array_equal(own.gravity, np.tile(thumb.gravity[:, None], len(own)))
     assert not own.effector_force.any()
     down = np.array([0.0, 0.0, -1.0])
-    weight = 9.81 * thumb.moving_mass
+    weight = 9.81 * thumb.body.moving_mass
     sides = []
     for run in loaded:
         gravity, force = run.gravity[:, 0], run.effector_force[:, 0]

@@ -8,10 +8,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.robots.thumb import thumb_mesh, thumb_settings
 
-from tauten.model import Robot, Simulator, TetRobot
+from tauten.model import Robot, Simulator
 from tauten.model.load import build_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Design, Run, Snapshots, run_campaign
 from tauten.reduction.contact import (
     ContactProblem,
@@ -134,11 +135,11 @@ PUSH = {
 }  # fmt: skip
 
 
-def thumb_with(**changes: object) -> TetRobot:
+def thumb_with(**changes: object) -> Robot[NodalBody]:
     """The thumb with other actuators, without gravity."""
     config = RobotConfig.model_validate({**thumb_settings(), "gravity": [0.0, 0.0, 0.0], **changes})
     robot = build_robot(config, thumb_mesh(), "thumb")
-    assert isinstance(robot, TetRobot)
+    assert isinstance(robot.body, NodalBody)
     return robot
 
 

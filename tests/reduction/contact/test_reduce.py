@@ -136,7 +136,7 @@ def test_modes_keep_the_tip_in_place(thumb: Robot, reduction: Reduction) -> None
     path = reduction.snapshots.select(np.arange(3, len(reduction.snapshots), 4))
     reduced = tip_errors(thumb, path, reduction.basis)
     assert reduced.converged.all()
-    assert np.nanmax(reduced.error) < 0.003 * thumb.mesh.size
+    assert np.nanmax(reduced.error) < 0.003 * thumb.body.mesh.size
     assert not reduced.extra_columns.any()
 
 

@@ -13,13 +13,13 @@ from support.robots.short_arm import COUPLING, short_arm
 from support.state_bases import basis_of
 
 from tauten.controller import Controller
-from tauten.model import Integration, Simulator, State
-from tauten.model.beams import BeamRobot
+from tauten.model import Integration, Robot, Simulator, State
+from tauten.model.beams import BeamBody
 from tauten.model.numerics import Array, FactorisationError
 from tauten.reduction.campaign import Ranges, Snapshots, latin_hypercube, run_campaign
 from tauten.reduction.contact import ContactBasis, ReduceSettings, make_basis
 from tauten.reduction.state import (
-    ReducedRobot,
+    ReducedBody,
     StateBasis,
     StateBasisError,
     StateSettings,
@@ -29,56 +29,56 @@ from tauten.reduction.state import (
     reduced_robot,
     reducible,
 )
-from tauten.reduction.state.beams import ReducedBeamRobot, ReducibleBeamRobot
+from tauten.reduction.state.beams import ReducibleBeams, StrainBody
 
 DYNAMIC = Integration(100.0, False, 0.3, 0.02)
 
 
 @pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> BeamRobot:
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot[BeamBody]:
     return short_arm(tmp_path_factory.mktemp("arm"))
 
 
 @pytest.fixture(scope="module")
-def snapshots(arm: BeamRobot, tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
+def snapshots(arm: Robot[BeamBody], tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
     design = latin_hypercube(arm, Ranges(tilt=0.0, force=0.0, effort=(0.0, 1.0)), 6, 0, 12)
     found = run_campaign(arm, design, tmp_path_factory.mktemp("arm"), show_progress=False)
     return found.select(found.converged)
 
 
-def with_all_modes(arm: BeamRobot) -> ReducedBeamRobot:
+def with_all_modes(arm: Robot[BeamBody]) -> Robot[StrainBody]:
     """All strains as modes, turned so that no coordinate is one element's; every element carries loads."""
-    body = ReducibleBeamRobot(arm)
+    body = ReducibleBeams(arm)
     n = len(body.weight)
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(n, n)))[0]
     Phi, every = turn / np.sqrt(body.weight)[:, None], np.arange(body.n_elements)
     found = reduced_robot(arm, basis_of(arm, Phi, every, np.ones(len(every))))
-    assert isinstance(found, ReducedBeamRobot)
+    assert isinstance(found.body, StrainBody)
     return found
 
 
 @pytest.fixture(scope="module")
-def complete(arm: BeamRobot) -> ReducedBeamRobot:
+def complete(arm: Robot[BeamBody]) -> Robot[StrainBody]:
     return with_all_modes(arm)
 
 
 @pytest.fixture(scope="module")
-def basis(arm: BeamRobot, snapshots: Snapshots) -> ContactBasis:
+def basis(arm: Robot[BeamBody], snapshots: Snapshots) -> ContactBasis:
     return make_basis(arm, snapshots, ReduceSettings(k=6))[0]
 
 
 @pytest.fixture(scope="module")
-def states(arm: BeamRobot, snapshots: Snapshots, basis: ContactBasis) -> StateBasis:
+def states(arm: Robot[BeamBody], snapshots: Snapshots, basis: ContactBasis) -> StateBasis:
     return reduce_states(arm, snapshots, basis, StateSettings(r=14, responses=4))
 
 
 @pytest.fixture(scope="module")
-def reduced(arm: BeamRobot, states: StateBasis) -> ReducedRobot:
+def reduced(arm: Robot[BeamBody], states: StateBasis) -> Robot[ReducedBody]:
     return reduced_robot(arm, states)
 
 
 @pytest.fixture
-def bent(arm: BeamRobot, snapshots: Snapshots) -> State:
+def bent(arm: Robot[BeamBody], snapshots: Snapshots) -> State:
     """The arm bent into contact, with velocities."""
     pushing = (snapshots.lam > 0.0).sum(axis=0)
     q = snapshots.q[:, int(np.argmax(pushing))]
@@ -86,61 +86,61 @@ def bent(arm: BeamRobot, snapshots: Snapshots) -> State:
 
 
 def test_displacement_belongs_to_the_state_that_is_given(
-    complete: ReducedBeamRobot, arm: BeamRobot, bent: State
+    complete: Robot[StrainBody], arm: Robot[BeamBody], bent: State
 ) -> None:
     """Whatever state was evaluated last; in a bent arm it is what the nodes move by."""
-    alpha = complete.projected(bent)
+    alpha = complete.body.projected(bent)
     dq = 1e-6 * np.random.default_rng(4).standard_normal(complete.n)
     before = complete.displacement(alpha, dq)
     straight = complete.displacement(complete.rest(), dq)
     assert complete.displacement(alpha, dq) == before
     assert abs(straight - before) > 0.02 * before
     moved = State(alpha.q + dq, alpha.v)
-    x, there = (arm.pose(complete.lifted(state))[0] for state in (alpha, moved))
+    x, there = (arm.body.pose(complete.body.lifted(state))[0] for state in (alpha, moved))
     assert np.abs(there - x).max() < 1.01 * before
 
 
-def motion_of(reduced: ReducedBeamRobot, alpha: Array) -> Array:
+def motion_of(reduced: Robot[StrainBody], alpha: Array) -> Array:
     """Derivatives (n, r) of the full robot's degrees of freedom by α."""
-    J = reduced.moved(alpha).motion.J.reshape(-1, 6, reduced.n)
-    return J[reduced.full.dof >= 0].reshape(-1, reduced.n)
+    J = reduced.body.moved(alpha).motion.J.reshape(-1, 6, reduced.n)
+    return J[reduced.body.full.body.dof >= 0].reshape(-1, reduced.n)
 
 
 def test_strains_determine_the_configuration(
-    arm: BeamRobot, complete: ReducedBeamRobot, bent: State
+    arm: Robot[BeamBody], complete: Robot[StrainBody], bent: State
 ) -> None:
-    back = complete.lifted(complete.projected(bent))
-    x, Q = arm.pose(back)
-    known_x, known_Q = arm.pose(bent)
+    back = complete.body.lifted(complete.body.projected(bent))
+    x, Q = arm.body.pose(back)
+    known_x, known_Q = arm.body.pose(bent)
     np.testing.assert_allclose(x, known_x, atol=1e-12)
     np.testing.assert_allclose(np.abs(np.sum(Q * known_Q, axis=1)), 1.0, atol=1e-12)
     np.testing.assert_allclose(back.v, bent.v, atol=1e-9)
 
 
 def test_strain_energy_is_that_of_the_beams(
-    arm: BeamRobot, complete: ReducedBeamRobot, bent: State
+    arm: Robot[BeamBody], complete: Robot[StrainBody], bent: State
 ) -> None:
     light = complete.loaded(np.zeros(3), np.zeros(3))
-    state = light.projected(bent)
+    state = light.body.projected(bent)
     assert light.potential(state) == pytest.approx(0.5 * state.q @ state.q, rel=1e-9)
 
 
 def test_forces_are_those_of_the_full_robot(
-    arm: BeamRobot, complete: ReducedBeamRobot, bent: State
+    arm: Robot[BeamBody], complete: Robot[StrainBody], bent: State
 ) -> None:
     outer = np.array([0.3, -0.2, 0.1])
     full, other = arm.loaded(arm.gravity, outer), complete.loaded(arm.gravity, outer)
-    state = other.projected(bent)
-    force, _ = full.forces(other.lifted(state))
+    state = other.body.projected(bent)
+    force, _ = full.forces(other.body.lifted(state))
     found, _ = other.forces(state)
     expected = motion_of(other, state.q).T @ force
     np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
 
 
 def test_rows_are_those_of_the_full_robot(
-    arm: BeamRobot, complete: ReducedBeamRobot, bent: State
+    arm: Robot[BeamBody], complete: Robot[StrainBody], bent: State
 ) -> None:
-    state = complete.projected(bent)
+    state = complete.body.projected(bent)
     J, expected, found = motion_of(complete, state.q), arm.rows(bent), complete.rows(state)
     assert len(expected.contacts) > 10
     for known, rows in (
@@ -155,8 +155,8 @@ def test_rows_are_those_of_the_full_robot(
     np.testing.assert_allclose(complete.candidates(state), arm.candidates(bent), atol=1e-11)
 
 
-def test_rows_are_derivatives(reduced: ReducedRobot, bent: State) -> None:
-    state, step = reduced.projected(bent), 1e-6
+def test_rows_are_derivatives(reduced: Robot[ReducedBody], bent: State) -> None:
+    state, step = reduced.body.projected(bent), 1e-6
     direction = np.random.default_rng(2).normal(size=reduced.n)
     ahead = reduced.rows(State(state.q + step * direction, state.v), contacts=False)
     behind = reduced.rows(State(state.q - step * direction, state.v), contacts=False)
@@ -171,7 +171,7 @@ def test_rows_are_derivatives(reduced: ReducedRobot, bent: State) -> None:
 
 @pytest.mark.parametrize("size", [1.0, 6.0])
 def test_tangent_is_the_derivative_of_forces_and_cables(
-    complete: ReducedBeamRobot, size: float
+    complete: Robot[StrainBody], size: float
 ) -> None:
     """With gravity, tension and an outer force, at small and large strains."""
     robot = complete.loaded(np.array([2.0, -3.0, -9.81]), np.array([2.0, -1.0, 3.0]))
@@ -193,23 +193,23 @@ def test_tangent_is_the_derivative_of_forces_and_cables(
 
 
 def test_tangent_in_equilibrium_is_that_of_the_full_robot(
-    arm: BeamRobot, complete: ReducedBeamRobot
+    arm: Robot[BeamBody], complete: Robot[StrainBody]
 ) -> None:
     """Where all forces are in balance the change of J does no work."""
     simulator, effort = Simulator(arm, "none"), np.array([6.0, 0.0, 0.0])
     assert simulator.settle(effort=effort, tolerance=1e-12).converged
     full = simulator.state
     _, values = arm.forces(full, effort, exact=True)
-    pattern = arm.pattern
+    pattern = arm.body.pattern
     K = csc_array((values, pattern.indices, pattern.indptr), shape=(arm.n, arm.n))
-    state = complete.projected(full)
+    state = complete.body.projected(full)
     J = motion_of(complete, state.q)
     _, found = complete.forces(state, effort, exact=True)
     expected = J.T @ (K @ J)
     np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(expected).max())
 
 
-def test_other_tangent_is_positive_definite(complete: ReducedBeamRobot) -> None:
+def test_other_tangent_is_positive_definite(complete: Robot[StrainBody]) -> None:
     """Also far beyond buckling, where the exact one is not."""
     pressed = complete.loaded(np.array([0.0, 0.0, 4000.0]), np.zeros(3))
     state = pressed.rest()
@@ -219,30 +219,30 @@ def test_other_tangent_is_positive_definite(complete: ReducedBeamRobot) -> None:
     assert not system.exact
 
 
-def test_step_is_that_of_the_full_robot(arm: BeamRobot, complete: ReducedBeamRobot) -> None:
+def test_step_is_that_of_the_full_robot(arm: Robot[BeamBody], complete: Robot[StrainBody]) -> None:
     """From equilibrium, where both have the same tangent."""
     simulator, effort = Simulator(arm, "none"), np.array([6.0, 0.0, 0.0])
     assert simulator.settle(effort=effort, tolerance=1e-12).converged
     v = 1e-2 * np.random.default_rng(4).normal(size=arm.n)
     full = State(simulator.state.q, v)
     known = arm.linearise(full, effort, DYNAMIC)
-    state = complete.projected(full)
+    state = complete.body.projected(full)
     found = complete.linearise(state, effort, DYNAMIC)
     J = motion_of(complete, state.q)
     scale = np.abs(known.v_free).max()
     np.testing.assert_allclose(J @ found.v_free, known.v_free, atol=1e-5 * scale)
 
 
-def test_few_modes_find_the_equilibria(arm: BeamRobot, states: StateBasis) -> None:
+def test_few_modes_find_the_equilibria(arm: Robot[BeamBody], states: StateBasis) -> None:
     assert states.r == 18
     assert 0 < states.origin.sample < reducible(arm).n_elements / 2
     assert states.origin.tip_mean < 2e-3 * arm.size
     assert states.origin.tip_max < 1e-2 * arm.size
 
 
-def test_stretch_does_not_lock_bending(arm: BeamRobot, snapshots: Snapshots) -> None:
+def test_stretch_does_not_lock_bending(arm: Robot[BeamBody], snapshots: Snapshots) -> None:
     """Five modes of strain hold the tip where five modes of position would stretch the spine."""
-    body = ReducibleBeamRobot(arm)
+    body = ReducibleBeams(arm)
     deviations = body.deviations(snapshots.q)
     found = pod(deviations, body.weight, 5)
     shares = body.weight[:, None] * found.Phi**2  # of the energy of each mode
@@ -251,7 +251,7 @@ def test_stretch_does_not_lock_bending(arm: BeamRobot, snapshots: Snapshots) -> 
 
 
 def test_estimate_of_the_error_is_small_on_the_training_path(
-    reduced: ReducedRobot, snapshots: Snapshots, basis: ContactBasis
+    reduced: Robot[ReducedBody], snapshots: Snapshots, basis: ContactBasis
 ) -> None:
     index = len(snapshots) // 3
     simulator = Simulator(reduced, basis)
@@ -262,11 +262,11 @@ def test_estimate_of_the_error_is_small_on_the_training_path(
     assert found < 1e-2 * reduced.size
 
 
-def test_controller_follows_with_either(arm: BeamRobot, reduced: ReducedRobot) -> None:
+def test_controller_follows_with_either(arm: Robot[BeamBody], reduced: Robot[ReducedBody]) -> None:
     rest = arm.effector(arm.rest()).ravel()
     goals = [rest + s * np.array([0.015, 0.01, 0.001]) for s in np.linspace(0.0, 1.0, 15)]
     tips = []
-    robots: tuple[BeamRobot | ReducedRobot, ...] = (arm, reduced)
+    robots: tuple[Robot[BeamBody] | Robot[ReducedBody], ...] = (arm, reduced)
     for robot in robots:
         controller = Controller(robot, "full")
         for goal in goals:
@@ -276,7 +276,7 @@ def test_controller_follows_with_either(arm: BeamRobot, reduced: ReducedRobot) -
     np.testing.assert_allclose(tips[1], tips[0], atol=2e-3 * arm.size)
 
 
-def test_fork_leaves_the_other_systems_alone(reduced: ReducedRobot) -> None:
+def test_fork_leaves_the_other_systems_alone(reduced: Robot[ReducedBody]) -> None:
     state = reduced.rest()
     system = reduced.linearise(state)
     before = system.solve(np.ones(reduced.n))
@@ -284,12 +284,12 @@ def test_fork_leaves_the_other_systems_alone(reduced: ReducedRobot) -> None:
     np.testing.assert_array_equal(system.solve(np.ones(reduced.n)), before)
 
 
-def test_state_that_is_not_finite_is_an_error(reduced: ReducedRobot) -> None:
+def test_state_that_is_not_finite_is_an_error(reduced: Robot[ReducedBody]) -> None:
     with pytest.raises(FactorisationError, match="positive definite"):
         reduced.linearise(State(np.full(reduced.n, np.nan), np.zeros(reduced.n)))
 
 
-def test_weights_of_beams_are_one(arm: BeamRobot, states: StateBasis) -> None:
+def test_weights_of_beams_are_one(arm: Robot[BeamBody], states: StateBasis) -> None:
     wrong = basis_of(arm, states.Phi, states.elements, 2.0 * states.weights)
     with pytest.raises(StateBasisError, match="has the weight 2: expected is 1"):
         wrong.check_robot(arm)
@@ -301,7 +301,7 @@ def test_closed_loop_of_beams_is_named(tmp_path: Path) -> None:
     material = (1e9, 0.3, 1000.0)
     robot = build(tmp_path, nodes, beams, [rectangle("bar", 0.01, 0.01)], material, [0, 3], 1)
     with pytest.raises(StateBasisError, match=r"beams\.\d from node \d to node \d closes a loop"):
-        ReducibleBeamRobot(robot)
+        ReducibleBeams(robot)
 
 
 def test_beams_given_from_their_outer_end_are_turned_round(tmp_path: Path) -> None:
@@ -316,7 +316,7 @@ def test_beams_given_from_their_outer_end_are_turned_round(tmp_path: Path) -> No
         folder.mkdir()
         bars = [rectangle("bar", 0.01, 0.02)]
         robot = build(folder, nodes, beams, bars, (1e9, 0.3, 1000.0), [0], 2)
-        body = ReducibleBeamRobot(robot)
+        body = ReducibleBeams(robot)
         tree, found = body.tree, body.deviations(moved.reshape(-1, 1))[:, 0]
         strains.append(float(found @ (tree.D * found)))
         np.testing.assert_array_equal(tree.beams.ends, [[0, 1], [1, 2]])
@@ -327,7 +327,7 @@ def test_coupled_tendons_are_those_of_the_full_robot(tmp_path: Path, bent: State
     """Rows of the motors, pretension among the forces, and both of them in the tangent."""
     arm = short_arm(tmp_path, COUPLING)
     robot, lam = with_all_modes(arm), np.array([5.0, 8.0])
-    state = robot.projected(bent)
+    state = robot.body.projected(bent)
     J = motion_of(robot, state.q)
     known, found = arm.rows(bent).actuators, robot.rows(state).actuators
     assert len(found) == robot.n_a == 2
@@ -367,7 +367,7 @@ def test_forces_are_in_the_reduced_tangent(tmp_path: Path) -> None:
     robot, lam, rng = with_all_modes(arm), np.array([7.0, -11.0]), np.random.default_rng(4)
     alpha = 0.5 * rng.normal(size=robot.n)
     state = State(alpha, alpha)
-    known = arm.rows(robot.lifted(state)).actuators
+    known = arm.rows(robot.body.lifted(state)).actuators
     np.testing.assert_allclose(robot.rows(state).actuators.delta, known.delta, atol=1e-11)
 
     def total(at: Array) -> Array:

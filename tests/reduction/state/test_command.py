@@ -12,7 +12,7 @@ from support.robots.thumb import write_thumb
 
 from tauten.controller import Controller
 from tauten.model import load_robot
-from tauten.reduction.state import ReducedRobot, StateBasis
+from tauten.reduction.state import ReducedBody, StateBasis
 from tauten.service.setup import load_setup
 
 KINDS = {
@@ -68,7 +68,7 @@ def test_reduce_states_of_every_kind(
     assert origin.robot_digest == load_robot(file).digest
     file.write_text(file.read_text() + '\n[model]\norder = "reduced"\nstates = "thumb.states"\n')
     setup = load_setup(file, basis="thumb.basis")
-    assert isinstance(setup.robot, ReducedRobot)
+    assert isinstance(setup.robot.body, ReducedBody)
     controller = Controller(setup.robot, setup.contact)
     goal = setup.robot.effector(setup.robot.rest()) + np.array([0.003, 0.0, 0.0005])
     for _ in range(20):
@@ -89,13 +89,13 @@ def test_reduce_states_of_beams(tmp_path: Path, capsys: pytest.CaptureFixture[st
         run_main("reduce", file, *design, "--k", 3, "--states", *places) == 0
     )  # of the kept campaign
     again = StateBasis.load(tmp_path / "arm.states")
-    np.testing.assert_array_equal(again.Phi, states.Phi)
+    np.testing.assert_array_equal(again.body.Phi, states.Phi)
     assert f"{states.origin.sample} of 42 elements" in said
     assert states.origin.tip_max < 1e-3  # of 180 mm
     chosen = '[model]\norder = "reduced"\nstates = "arm.states"\n'
     file.write_text(file.read_text().replace("[model]\n", chosen))
     setup = load_setup(file, basis="arm.basis")
-    assert isinstance(setup.robot, ReducedRobot)
+    assert isinstance(setup.robot.body, ReducedBody)
     controller = Controller(setup.robot, setup.contact)
     goal = setup.robot.effector(setup.robot.rest()) + np.array([0.01, 0.0, 0.001])
     for _ in range(20):

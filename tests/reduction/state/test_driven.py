@@ -23,16 +23,16 @@ from support.robots.small_bodies import (
 from support.state_bases import basis_of
 
 from tauten.controller import Controller
-from tauten.model import State, load_robot
-from tauten.model.constraints import ConstrainedRobot
-from tauten.reduction.state import ReducedRobot, StateBasisError, reduced_robot, reducible
+from tauten.model import Robot, State, load_robot
+from tauten.model.constraints import ConstrainedBody
+from tauten.reduction.state import ReducedBody, StateBasisError, reduced_robot, reducible
 from tauten.service.setup import load_setup
 
 MODES = 9
 
 
 @pytest.fixture(scope="module")
-def robot() -> ConstrainedRobot:
+def robot() -> Robot[ConstrainedBody]:
     """Two boxes, glued: a slider, a servo and a hinge, a cable on a preloaded winch, contacts."""
     return constrained(
         [MESH, MESH],
@@ -49,7 +49,7 @@ def robot() -> ConstrainedRobot:
 
 
 @pytest.fixture(scope="module")
-def reduced(robot: ConstrainedRobot) -> ReducedRobot:
+def reduced(robot: Robot[ConstrainedBody]) -> Robot[ReducedBody]:
     """Random modes, every element."""
     body = reducible(robot)
     own, weight = body.own_coordinates, body.weight
@@ -62,7 +62,7 @@ def reduced(robot: ConstrainedRobot) -> ReducedRobot:
 
 
 @pytest.fixture(scope="module")
-def state(reduced: ReducedRobot) -> State:
+def state(reduced: Robot[ReducedBody]) -> State:
     """Drives turned by 40 degrees and more, and moving."""
     rng = np.random.default_rng(1)
     q = np.concatenate([1e-3 * rng.normal(size=MODES), [0.004, 0.7, -0.9]])
@@ -70,14 +70,14 @@ def state(reduced: ReducedRobot) -> State:
 
 
 def test_forces_tangent_and_rows_are_those_of_the_full_robot(
-    robot: ConstrainedRobot, reduced: ReducedRobot, state: State
+    robot: Robot[ConstrainedBody], reduced: Robot[ReducedBody], state: State
 ) -> None:
-    lifted, Phi = reduced.lifted(state), reduced.Phi
+    lifted, Phi = reduced.body.lifted(state), reduced.body.Phi
     lam = np.array([0.5, 0.2, 1.5])[: robot.n_a]
     for exact in (False, True):
         force, K = reduced.forces(state, lam, exact)
         full_force, values = robot.forces(lifted, lam, exact)
-        pattern = robot.pattern
+        pattern = robot.body.pattern
         column = np.repeat(np.arange(robot.n), np.diff(pattern.indptr))
         columns = [np.bincount(pattern.indices, values * one[column]) for one in Phi.T]
         np.testing.assert_allclose(force, Phi.T @ full_force, rtol=1e-8, atol=1e-10)
@@ -95,20 +95,22 @@ def test_forces_tangent_and_rows_are_those_of_the_full_robot(
 
 
 def test_a_step_is_that_of_the_full_robot_in_the_basis(
-    robot: ConstrainedRobot, reduced: ReducedRobot, state: State
+    robot: Robot[ConstrainedBody], reduced: Robot[ReducedBody], state: State
 ) -> None:
     calm = State(0.1 * state.q, state.v)
-    system, full = reduced.linearise(calm), robot.linearise(reduced.lifted(calm))
+    system, full = reduced.linearise(calm), robot.linearise(reduced.body.lifted(calm))
     assert system.exact
     assert full.exact
     # A and b of the full system from its solutions; the reduced one has ΦᵀA Φ and Φᵀb
-    A, Phi = np.linalg.inv(full.solve(np.eye(robot.n))), reduced.Phi
+    A, Phi = np.linalg.inv(full.solve(np.eye(robot.n))), reduced.body.Phi
     b = A @ (full.v_free - Phi @ calm.v)
     change = np.linalg.solve(Phi.T @ A @ Phi, Phi.T @ b)
     np.testing.assert_allclose(system.v_free - calm.v, change, atol=1e-6 * np.abs(change).max())
 
 
-def test_the_tangent_is_the_derivative_of_the_forces(reduced: ReducedRobot, state: State) -> None:
+def test_the_tangent_is_the_derivative_of_the_forces(
+    reduced: Robot[ReducedBody], state: State
+) -> None:
     direction, step = np.random.default_rng(2).normal(size=reduced.n), 1e-7
     ahead, behind = (
         reduced.forces(State(state.q + sign * step * direction, state.v))[0] for sign in (1.0, -1.0)
@@ -118,12 +120,14 @@ def test_the_tangent_is_the_derivative_of_the_forces(reduced: ReducedRobot, stat
     np.testing.assert_allclose(K @ direction, difference, atol=1e-5 * np.abs(difference).max())
 
 
-def test_modes_that_move_the_drives_are_refused(robot: ConstrainedRobot) -> None:
+def test_modes_that_move_the_drives_are_refused(robot: Robot[ConstrainedBody]) -> None:
     body = reducible(robot)
     Phi = np.linalg.qr(np.random.default_rng(3).normal(size=(robot.n, 8)))[0]
     Phi /= np.sqrt(body.weight)[:, None]
     every = np.arange(body.n_elements)
-    with pytest.raises(StateBasisError, match="the last 3 modes are not the drives of robot"):
+    with pytest.raises(
+        StateBasisError, match="the last 3 modes of this state basis are not the drives"
+    ):
         reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
 
 

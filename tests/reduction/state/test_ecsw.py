@@ -6,27 +6,30 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
+from tauten.model import Robot
 from tauten.model.numerics import Array, sparse_nnls
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Snapshots
-from tauten.reduction.state import ElementSample, pod
-from tauten.reduction.state.tetra import ReducibleTetRobot, contributions, sample_elements
+from tauten.reduction.state import ElementSample, pod, reducible
+from tauten.reduction.state.tetra import contributions, sample_elements
 
 
-def alphas_of(robot: TetRobot, Phi: Array, snapshots: Snapshots) -> Array:
-    weight = robot.mass / (robot.mass.sum() / 3.0)
+def alphas_of(robot: Robot[NodalBody], Phi: Array, snapshots: Snapshots) -> Array:
+    weight = robot.body.tetrahedra.mass / (robot.body.tetrahedra.mass.sum() / 3.0)
     alphas: Array = Phi.T @ (weight[:, None] * (snapshots.q - robot.rest().q[:, None]))
     return alphas
 
 
 @pytest.fixture(scope="module")
-def Phi(thumb: TetRobot, thumb_ramp: Snapshots) -> Array:
-    return pod(thumb_ramp.q - thumb.rest().q[:, None], ReducibleTetRobot(thumb).weight, 6).Phi
+def Phi(thumb: Robot[NodalBody], thumb_ramp: Snapshots) -> Array:
+    return pod(thumb_ramp.q - thumb.rest().q[:, None], reducible(thumb).weight, 6).Phi
 
 
 @pytest.fixture(scope="module")
-def sample(thumb: TetRobot, Phi: Array, thumb_ramp: Snapshots) -> ElementSample:
-    return sample_elements(thumb, Phi, alphas_of(thumb, Phi, thumb_ramp), tolerance=1e-2)
+def sample(thumb: Robot[NodalBody], Phi: Array, thumb_ramp: Snapshots) -> ElementSample:
+    return sample_elements(
+        thumb.body.tetrahedra, Phi, alphas_of(thumb, Phi, thumb_ramp), tolerance=1e-2
+    )
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -58,21 +61,23 @@ def test_nnls_takes_columns_of_any_scale_and_leaves_zeros_alone() -> None:
 
 
 def test_sample_is_small_and_meets_its_tolerance(
-    thumb: TetRobot, Phi: Array, thumb_ramp: Snapshots, sample: ElementSample
+    thumb: Robot[NodalBody], Phi: Array, thumb_ramp: Snapshots, sample: ElementSample
 ) -> None:
     assert sample.error <= 1e-2
-    assert len(sample.elements) < thumb.n_elements / 5
+    assert len(sample.elements) < thumb.body.n_elements / 5
     assert (sample.weights > 0.0).all()
     C = contributions(
-        thumb, Phi, alphas_of(thumb, Phi, thumb_ramp)[:, ::7], seed=5
+        thumb.body.tetrahedra, Phi, alphas_of(thumb, Phi, thumb_ramp)[:, ::7], seed=5
     )  # not trained on
     unseen = C[:, sample.elements] @ sample.weights - C.sum(axis=1)
     assert np.linalg.norm(unseen) < 0.05 * np.linalg.norm(C.sum(axis=1))
 
 
 def test_finer_tolerance_takes_more_elements(
-    thumb: TetRobot, Phi: Array, thumb_ramp: Snapshots, sample: ElementSample
+    thumb: Robot[NodalBody], Phi: Array, thumb_ramp: Snapshots, sample: ElementSample
 ) -> None:
-    finer = sample_elements(thumb, Phi, alphas_of(thumb, Phi, thumb_ramp), tolerance=1e-3)
+    finer = sample_elements(
+        thumb.body.tetrahedra, Phi, alphas_of(thumb, Phi, thumb_ramp), tolerance=1e-3
+    )
     assert finer.error <= 1e-3
     assert len(finer.elements) > len(sample.elements)

@@ -8,12 +8,12 @@ from scipy.sparse import csc_array
 from support.robots.small_bodies import KINDS, small_body
 from support.state_bases import basis_of, turned_space
 
-from tauten.model import Integration, Simulator, State
+from tauten.model import Integration, Robot, Simulator, State
 from tauten.model.numerics import Array
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Snapshots, ramp, run_campaign
-from tauten.reduction.state import ReducedRobot, pod, reduced_robot
-from tauten.reduction.state.tetra import ReducibleTetRobot, integration_points, sample_elements
+from tauten.reduction.state import ReducedBody, pod, reduced_robot, reducible
+from tauten.reduction.state.tetra import integration_points, sample_elements
 
 TENSION = np.array([0.5])
 
@@ -28,19 +28,19 @@ MORE = ("linear, yeoh", "smoothed", "smoothed, neo-hookean", "quadratic")  # oth
         for kind in sorted(KINDS)
     ],
 )
-def body(request: pytest.FixtureRequest) -> TetRobot:
+def body(request: pytest.FixtureRequest) -> Robot[NodalBody]:
     return small_body(request.param)
 
 
 @pytest.fixture(scope="module")
-def complete(body: TetRobot) -> ReducedRobot:
+def complete(body: Robot[NodalBody]) -> Robot[ReducedBody]:
     """All of space as basis, all elements with a weight of one."""
-    every = np.arange(len(integration_points(body)))
+    every = np.arange(len(integration_points(body.body.tetrahedra)))
     return reduced_robot(body, basis_of(body, turned_space(body), every, np.ones(len(every))))
 
 
 @pytest.fixture(scope="module")
-def bent(body: TetRobot) -> Array:
+def bent(body: Robot[NodalBody]) -> Array:
     """Free degrees of freedom of a body that is bent, twisted and stretched, with some noise."""
     q = body.rest().q.reshape(-1, 3)
     x = q[:, 0]
@@ -51,28 +51,28 @@ def bent(body: TetRobot) -> Array:
 
 
 @pytest.fixture(scope="module")
-def snapshots(body: TetRobot, tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
+def snapshots(body: Robot[NodalBody], tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
     folder = tmp_path_factory.mktemp("ramp")
     found = run_campaign(body, ramp(body, step=5e-4), folder, show_progress=False)
     return found.select(np.flatnonzero(found.converged)[:40])
 
 
 def test_complete_basis_gives_forces_and_the_exact_tangent(
-    body: TetRobot, complete: ReducedRobot, bent: Array
+    body: Robot[NodalBody], complete: Robot[ReducedBody], bent: Array
 ) -> None:
-    Phi, pattern = complete.Phi, body.pattern
+    Phi, pattern = complete.body.Phi, body.body.pattern
     force, values = body.forces(State(bent, bent), TENSION, exact=True)
     K = csc_array((values, pattern.indices, pattern.indptr), shape=(body.n, body.n))
-    alpha = complete.projected(State(bent, bent))
+    alpha = complete.body.projected(State(bent, bent))
     found, tangent = complete.forces(alpha, TENSION, exact=True)
     np.testing.assert_allclose(found, Phi.T @ force, atol=1e-9 * np.abs(force).max())
     expected = Phi.T @ (K @ Phi)
     np.testing.assert_allclose(tangent, expected, atol=1e-9 * np.abs(expected).max())
 
 
-def test_other_tangent_is_positive_semidefinite(complete: ReducedRobot, bent: Array) -> None:
+def test_other_tangent_is_positive_semidefinite(complete: Robot[ReducedBody], bent: Array) -> None:
     """Also where the body is crushed, and the exact one is not."""
-    state = complete.projected(State(0.6 * bent, bent))
+    state = complete.body.projected(State(0.6 * bent, bent))
     energies = [
         np.linalg.eigvalsh(complete.forces(state, exact=exact)[1])[0] for exact in (True, False)
     ]
@@ -81,12 +81,15 @@ def test_other_tangent_is_positive_semidefinite(complete: ReducedRobot, bent: Ar
     assert energies[1] > -1e-10 * scale
 
 
-def test_few_modes_and_elements_find_the_equilibria(body: TetRobot, snapshots: Snapshots) -> None:
+def test_few_modes_and_elements_find_the_equilibria(
+    body: Robot[NodalBody], snapshots: Snapshots
+) -> None:
     deviations = snapshots.q - body.rest().q[:, None]
-    Phi = pod(deviations[:, ::2], ReducibleTetRobot(body).weight, 8).Phi
-    alphas = Phi.T @ (body.mass[:, None] / (body.mass.sum() / 3.0) * deviations[:, ::2])
-    sample = sample_elements(body, Phi, alphas, tolerance=1e-3)
-    points = integration_points(body)
+    Phi = pod(deviations[:, ::2], reducible(body).weight, 8).Phi
+    held = body.body.tetrahedra
+    alphas = Phi.T @ (held.mass[:, None] / held.moving_mass * deviations[:, ::2])
+    sample = sample_elements(held, Phi, alphas, tolerance=1e-3)
+    points = integration_points(body.body.tetrahedra)
     assert len(sample.elements) < 0.75 * len(points)
     share = sample.weights @ points.volume[sample.elements] / points.volume.sum()
     assert share == pytest.approx(1.0, abs=0.1)
@@ -101,7 +104,7 @@ def test_few_modes_and_elements_find_the_equilibria(body: TetRobot, snapshots: S
         assert apart < 2e-3 * travelled
 
 
-def check_tangent(reduced: ReducedRobot, alpha: Array) -> None:
+def check_tangent(reduced: Robot[ReducedBody], alpha: Array) -> None:
     """The tangent of the sample is the derivative of its force."""
     _, K = reduced.forces(State(alpha, alpha), exact=True)
     np.testing.assert_allclose(K, K.T, atol=1e-9 * np.abs(K).max())
@@ -113,11 +116,13 @@ def check_tangent(reduced: ReducedRobot, alpha: Array) -> None:
     np.testing.assert_allclose(K @ direction, expected, atol=1e-5 * np.abs(expected).max())
 
 
-def test_step_is_that_of_the_full_body(body: TetRobot, complete: ReducedRobot, bent: Array) -> None:
+def test_step_is_that_of_the_full_body(
+    body: Robot[NodalBody], complete: Robot[ReducedBody], bent: Array
+) -> None:
     v = 0.01 * bent
     full = State(bent, v)
     scheme = Integration(100.0, False, 0.3, 0.02)
     known = body.linearise(full, TENSION, scheme)
-    found = complete.linearise(complete.projected(full), TENSION, scheme)
+    found = complete.linearise(complete.body.projected(full), TENSION, scheme)
     scale = np.abs(known.v_free).max()
-    np.testing.assert_allclose(complete.Phi @ found.v_free, known.v_free, atol=1e-7 * scale)
+    np.testing.assert_allclose(complete.body.Phi @ found.v_free, known.v_free, atol=1e-7 * scale)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from benchmarks.steps import ForeignLoadError, load_errors
-from tauten.model import Simulator
-from tauten.model.tetra import TetRobot
+from tauten.model import Robot, Simulator
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Snapshots, exploring, run_campaign
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import (
@@ -22,12 +22,14 @@ from tauten.reduction.state import (
 
 
 @pytest.fixture(scope="module")
-def of_ramp(thumb: TetRobot, thumb_ramp: Snapshots, thumb_basis: ContactBasis) -> StateBasis:
+def of_ramp(
+    thumb: Robot[NodalBody], thumb_ramp: Snapshots, thumb_basis: ContactBasis
+) -> StateBasis:
     return reduce_states(thumb, thumb_ramp, thumb_basis, StateSettings(r=6, responses=0))
 
 
 def errors(
-    thumb: TetRobot, states: StateBasis, basis: ContactBasis, swing: float
+    thumb: Robot[NodalBody], states: StateBasis, basis: ContactBasis, swing: float
 ) -> dict[str, ForeignLoadError]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("benchmarks.steps.load_comparison.POSTURES", 1)
@@ -37,11 +39,11 @@ def errors(
 
 
 def test_payload_error_is_the_distance_of_two_models_that_carry_it(
-    thumb: TetRobot, of_ramp: StateBasis, thumb_basis: ContactBasis
+    thumb: Robot[NodalBody], of_ramp: StateBasis, thumb_basis: ContactBasis
 ) -> None:
     found = errors(thumb, of_ramp, thumb_basis, 0.05)["payload"]
     assert (found.cases, found.lost) == (12, 0)
-    force = np.array([0.0, 0.2 * 9.81 * thumb.moving_mass, 0.0])
+    force = np.array([0.0, 0.2 * 9.81 * thumb.body.moving_mass, 0.0])
     tips = []
     for robot in (thumb, reduced_robot(thumb, of_ramp)):
         simulator = Simulator(robot.loaded(thumb.gravity, force), contact="full")
@@ -53,7 +55,7 @@ def test_payload_error_is_the_distance_of_two_models_that_carry_it(
 
 @pytest.mark.slow
 def test_training_on_loads_removes_most_of_their_error(
-    thumb: TetRobot, of_ramp: StateBasis, thumb_basis: ContactBasis, tmp_path: Path
+    thumb: Robot[NodalBody], of_ramp: StateBasis, thumb_basis: ContactBasis, tmp_path: Path
 ) -> None:
     snapshots = run_campaign(thumb, exploring(thumb), tmp_path, show_progress=False)
     states = reduce_states(
@@ -68,7 +70,7 @@ def test_training_on_loads_removes_most_of_their_error(
 
 
 def test_modes_and_elements_are_added_until_the_error_is_within_the_goal(
-    thumb: TetRobot, thumb_ramp: Snapshots, thumb_basis: ContactBasis
+    thumb: Robot[NodalBody], thumb_ramp: Snapshots, thumb_basis: ContactBasis
 ) -> None:
     said: list[str] = []
     coarse = StateSettings(motion=3e-2, responses=0, sample=0.2)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.model import Simulator
-from tauten.model.tetra import TetRobot
+from tauten.model import Robot, Simulator
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import (
-    ReducedRobot,
+    ReducedBody,
     StateSettings,
     TipCheck,
     reduce_states,
@@ -19,13 +19,17 @@ from tauten.reduction.state import (
 
 
 @pytest.fixture(scope="module")
-def reduced(thumb: TetRobot, thumb_ramp: Snapshots, thumb_basis: ContactBasis) -> ReducedRobot:
+def reduced(
+    thumb: Robot[NodalBody], thumb_ramp: Snapshots, thumb_basis: ContactBasis
+) -> Robot[ReducedBody]:
     states = reduce_states(thumb, thumb_ramp, thumb_basis, StateSettings(r=8, responses=0))
     assert states.origin.tip_mean <= states.origin.tip_max < 5e-4  # of 50 mm
     return reduced_robot(thumb, states)
 
 
-def settled(robot: TetRobot | ReducedRobot, contact: object, position: float) -> Simulator:
+def settled(
+    robot: Robot[NodalBody] | Robot[ReducedBody], contact: object, position: float
+) -> Simulator:
     simulator = Simulator(robot, contact)  # type: ignore[arg-type]
     for share in (0.25, 0.5, 0.75, 1.0):
         assert simulator.settle(position=[share * position], tolerance=1e-6).converged
@@ -36,14 +40,14 @@ def settled(robot: TetRobot | ReducedRobot, contact: object, position: float) ->
     ("gravity", "outside"), [((0.0, 0.0, -9.81), False), ((0.0, 60.0, -9.81), True)]
 )
 def test_estimate_is_the_distance_to_the_full_model(
-    reduced: ReducedRobot,
+    reduced: Robot[ReducedBody],
     thumb_basis: ContactBasis,
     gravity: tuple[float, float, float],
     outside: bool,
 ) -> None:
     """Trained on bending in one plane: a load across it is outside of the basis."""
     load, position = (np.array(gravity), np.zeros(3)), 0.006
-    near, full = reduced.loaded(*load), reduced.full.loaded(*load)
+    near, full = reduced.loaded(*load), reduced.body.full.loaded(*load)
     simulator = settled(near, thumb_basis, position)
     true = float(np.linalg.norm(simulator.effector - settled(full, "full", position).effector))
     found = TipCheck(near, thumb_basis)(simulator.state, simulator.effort, np.array([position]))
@@ -52,7 +56,7 @@ def test_estimate_is_the_distance_to_the_full_model(
 
 
 def test_state_that_is_not_finite_is_infinitely_far(
-    reduced: ReducedRobot, thumb_basis: ContactBasis
+    reduced: Robot[ReducedBody], thumb_basis: ContactBasis
 ) -> None:
     state = reduced.rest()
     state.q[0] = np.nan

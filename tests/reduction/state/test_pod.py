@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.model import EmptySpace, Simulator, State
+from tauten.model import EmptySpace, Robot, Simulator, State
 from tauten.model.numerics import Array
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 from tauten.reduction.state import enriched, pod, responses
 
 
@@ -71,7 +71,7 @@ def test_enriched_basis_is_orthonormal_and_spans_both(deviations: Array, mass: A
     np.testing.assert_allclose(basis @ fit, vectors, atol=1e-10)
 
 
-def test_responses_are_where_small_forces_push(thumb: TetRobot) -> None:
+def test_responses_are_where_small_forces_push(thumb: Robot[NodalBody]) -> None:
     """A small tension moves the body along the response to its cable."""
     rest = State(thumb.rest().q, np.zeros(thumb.n))
     found = responses(thumb, EmptySpace(thumb.n_c), rest, np.zeros(1))

@@ -10,13 +10,12 @@ from support.robots.bodies import CABLE, pneumatic_robot
 from support.state_bases import basis_of
 
 from tauten.controller import Controller
-from tauten.model import EmptySpace, Simulator, State
-from tauten.model.tetra import TetRobot
+from tauten.model import EmptySpace, Robot, Simulator, State
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Design, Run, run_campaign
 from tauten.reduction.contact import tip_errors
-from tauten.reduction.state import ReducedRobot, pod, reduced_robot
+from tauten.reduction.state import ReducedBody, pod, reduced_robot, reducible
 from tauten.reduction.state.reduce import check_errors
-from tauten.reduction.state.tetra import ReducibleTetRobot
 
 PUSH = {"name": "push", "point": [0.1, 0.01, 0.01], "direction": [0.0, 3.0, 4.0],
         "max_force": 1.0, "max_travel": 0.1, "max_rate": 1.0}  # fmt: skip
@@ -25,11 +24,13 @@ DRUM = {"name": "drum", "members": ["tendon", "upper"], "gains": [1.0, -1.0],
         "pretensions": [2.0, 2.0], "max_position": 0.02, "max_effort": 5.0, "max_rate": 0.1}  # fmt: skip
 
 
-def reduced_of(robot: TetRobot, modes: int, seed: int = 0) -> ReducedRobot:
+def reduced_of(robot: Robot[NodalBody], modes: int, seed: int = 0) -> Robot[ReducedBody]:
     """Random modes and every element."""
     turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(robot.n, modes)))[0]
-    Phi = turn / np.sqrt(3.0 * robot.mass / robot.mass.sum())[:, None]
-    every = np.arange(robot.n_elements)
+    Phi = (
+        turn / np.sqrt(3.0 * robot.body.tetrahedra.mass / robot.body.tetrahedra.mass.sum())[:, None]
+    )
+    every = np.arange(robot.body.n_elements)
     return reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
 
 
@@ -39,7 +40,7 @@ def test_rows_and_tangent_are_those_of_the_full_robot_in_the_basis(couplings: li
     reduced = reduced_of(robot, 12)
     alpha = 2e-3 * np.random.default_rng(1).normal(size=12)
     state = State(alpha, np.zeros(12))
-    lifted, Phi = reduced.lifted(state), reduced.Phi
+    lifted, Phi = reduced.body.lifted(state), reduced.body.Phi
     rows, full = reduced.rows(state).actuators, robot.rows(lifted).actuators
     assert reduced.n_a == robot.n_a == len(rows)
     np.testing.assert_allclose(rows.delta, full.delta, rtol=1e-9, atol=1e-18)
@@ -53,9 +54,9 @@ def test_rows_and_tangent_are_those_of_the_full_robot_in_the_basis(couplings: li
     np.testing.assert_allclose(K, Phi.T @ columns, rtol=1e-8, atol=1e-9 * scale)
 
 
-def product(robot: TetRobot, values: np.ndarray, x: np.ndarray) -> np.ndarray:
+def product(robot: Robot[NodalBody], values: np.ndarray, x: np.ndarray) -> np.ndarray:
     """K x of CSC values."""
-    pattern = robot.pattern
+    pattern = robot.body.pattern
     column = np.repeat(np.arange(robot.n), np.diff(pattern.indptr))
     return np.bincount(pattern.indices, values * x[column], minlength=robot.n)
 
@@ -79,9 +80,9 @@ def test_a_reduced_robot_is_controlled_by_its_pressure() -> None:
     for pressure in np.linspace(-5e3, 4e4, 10):
         assert simulator.settle(effort=[pressure]).converged
         snapshots.append(simulator.state.q - robot.rest().q)
-    weight = np.sqrt(3.0 * robot.mass / robot.mass.sum())
+    weight = np.sqrt(3.0 * robot.body.tetrahedra.mass / robot.body.tetrahedra.mass.sum())
     U = np.linalg.svd(weight[:, None] * np.array(snapshots).T, full_matrices=False)[0][:, :4]
-    every = np.arange(robot.n_elements)
+    every = np.arange(robot.body.n_elements)
     basis = basis_of(robot, U / weight[:, None], every, np.ones(len(every)))
     follower = Controller(reduced_robot(robot, basis))
     for _ in range(100):
@@ -98,8 +99,8 @@ def test_errors_of_a_basis_are_those_at_equal_pressure_too(tmp_path: Path) -> No
     run = Run(np.full((1, 4), np.nan), np.zeros((3, 4)), np.zeros((3, 4)), pressures)
     found = run_campaign(robot, Design("pressures", (run,)), tmp_path, None, False)
     moved = np.linalg.norm(found.effector - robot.effector(robot.rest()).reshape(-1, 1), axis=0)
-    Phi = pod(found.q - robot.rest().q[:, None], ReducibleTetRobot(robot).weight, 2).Phi
-    every = np.arange(robot.n_elements)
+    Phi = pod(found.q - robot.rest().q[:, None], reducible(robot).weight, 2).Phi
+    every = np.arange(robot.body.n_elements)
     states = basis_of(robot, Phi, every, 1.1 * np.ones(len(every)))
     space = EmptySpace(robot.n_c)
     volume = tip_errors(reduced_robot(robot, states), found, space)

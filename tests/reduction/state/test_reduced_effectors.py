@@ -8,55 +8,54 @@ from support.effectors import disturbed, solid
 from support.state_bases import basis_of, turned_space
 
 from tauten.controller import Controller, ControllerSettings
-from tauten.model import Simulator, State
-from tauten.model.tetra import TetRobot
-from tauten.reduction.state import ReducedRobot, pod, reduced_robot
-from tauten.reduction.state.tetra import ReducibleTetRobot
+from tauten.model import Robot, Simulator, State
+from tauten.model.tetra import NodalBody
+from tauten.reduction.state import ReducedBody, pod, reduced_robot, reducible
 
 
 @pytest.fixture(scope="module")
-def robot() -> TetRobot:
+def robot() -> Robot[NodalBody]:
     return solid()
 
 
 @pytest.fixture(scope="module")
-def complete(robot: TetRobot) -> ReducedRobot:
+def complete(robot: Robot[NodalBody]) -> Robot[ReducedBody]:
     """All of space as basis, all elements."""
-    every = np.arange(robot.n_elements)
+    every = np.arange(robot.body.n_elements)
     return reduced_robot(robot, basis_of(robot, turned_space(robot), every, np.ones(len(every))))
 
 
 @pytest.fixture(scope="module")
-def few(robot: TetRobot) -> ReducedRobot:
+def few(robot: Robot[NodalBody]) -> Robot[ReducedBody]:
     """Six modes of a bent beam, all elements."""
     simulator, states = Simulator(robot, contact="none"), []
     for position in np.linspace(0.0, 0.006, 13)[1:]:
         assert simulator.settle(position=[position]).converged
         states.append(simulator.state.q - robot.rest().q)
-    Phi = pod(np.array(states).T, ReducibleTetRobot(robot).weight, 6).Phi
-    every = np.arange(robot.n_elements)
+    Phi = pod(np.array(states).T, reducible(robot).weight, 6).Phi
+    every = np.arange(robot.body.n_elements)
     return reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
 
 
 def test_a_complete_basis_gives_the_same_values_and_rows(
-    robot: TetRobot, complete: ReducedRobot
+    robot: Robot[NodalBody], complete: Robot[ReducedBody]
 ) -> None:
     full = disturbed(robot, np.random.default_rng(1), 1e-3)
-    alpha = complete.projected(State(full.q, np.zeros(robot.n)))
+    alpha = complete.body.projected(State(full.q, np.zeros(robot.n)))
     expected = robot.rows(full, contacts=False).effectors
     found = complete.rows(alpha, contacts=False).effectors
     np.testing.assert_allclose(found.values, expected.values, atol=1e-12)
     np.testing.assert_allclose(found.positions, expected.positions, atol=1e-12)
     np.testing.assert_allclose(found.delta, expected.delta, atol=1e-12)
     np.testing.assert_allclose(
-        found.dense(), expected.dense() @ complete.Phi, rtol=1e-9, atol=1e-12
+        found.dense(), expected.dense() @ complete.body.Phi, rtol=1e-9, atol=1e-12
     )
     np.testing.assert_array_equal(complete.effector_values(alpha), found.values)
     assert complete.layout == robot.layout
     assert complete.effector_layout is robot.effector_layout
 
 
-def test_rows_of_a_few_modes_are_derivatives(few: ReducedRobot) -> None:
+def test_rows_of_a_few_modes_are_derivatives(few: Robot[ReducedBody]) -> None:
     rng = np.random.default_rng(2)
     layout = few.effector_layout
     alpha = 1e-3 * rng.standard_normal(few.n)
@@ -71,7 +70,9 @@ def test_rows_of_a_few_modes_are_derivatives(few: ReducedRobot) -> None:
         assert (np.abs(rows.dense() @ step - expected) / scale).max() < 1e-4
 
 
-def test_a_reduced_robot_reaches_values_of_the_full_one(robot: TetRobot, few: ReducedRobot) -> None:
+def test_a_reduced_robot_reaches_values_of_the_full_one(
+    robot: Robot[NodalBody], few: Robot[ReducedBody]
+) -> None:
     simulator = Simulator(robot, contact="none")
     assert simulator.settle(position=[0.004]).converged
     goal, layout = simulator.effector_values, robot.effector_layout
@@ -83,10 +84,12 @@ def test_a_reduced_robot_reaches_values_of_the_full_one(robot: TetRobot, few: Re
     assert controller.position == pytest.approx([0.004], abs=2e-4)
 
 
-def test_outer_forces_act_on_the_same_places(robot: TetRobot, complete: ReducedRobot) -> None:
+def test_outer_forces_act_on_the_same_places(
+    robot: Robot[NodalBody], complete: Robot[ReducedBody]
+) -> None:
     force = np.random.default_rng(3).standard_normal(3 * len(robot.effector_names))
     full, reduced = robot.loaded(np.zeros(3), force), complete.loaded(np.zeros(3), force)
     rest = robot.rest()
-    expected = complete.Phi.T @ full.forces(rest)[0]
+    expected = complete.body.Phi.T @ full.forces(rest)[0]
     np.testing.assert_allclose(reduced.forces(complete.rest())[0], expected, atol=1e-9)
     assert np.abs(expected).max() > 1e-3

@@ -29,7 +29,7 @@ from support.state_bases import basis_of, turned_space
 
 from tauten.model import Robot, Simulator, State
 from tauten.model.numerics import Array
-from tauten.reduction.state import ReducedRobot, reduced_robot, reducible
+from tauten.reduction.state import ReducedBody, reduced_robot, reducible
 
 KINDS = (
     "linear, regions",
@@ -38,7 +38,7 @@ KINDS = (
 )
 
 
-def with_modes(robot: Robot, modes: int, weights: Array | None = None) -> ReducedRobot:
+def with_modes(robot: Robot, modes: int, weights: Array | None = None) -> Robot[ReducedBody]:
     """Random modes, and every element with the given weights or one."""
     body = reducible(robot)
     own, weight = body.own_coordinates, body.weight
@@ -52,7 +52,7 @@ def with_modes(robot: Robot, modes: int, weights: Array | None = None) -> Reduce
     return reduced_robot(robot, basis_of(robot, Phi, every, given))
 
 
-def driven(_: Path) -> ReducedRobot:
+def driven(_: Path) -> Robot[ReducedBody]:
     """Two boxes, glued: a slider, a servo and a hinge, a cable on a preloaded winch."""
     robot = constrained(
         [MESH, MESH], bodies=[FIRST, SECOND], mesh=None, fixed=[], material=RUBBER,
@@ -63,7 +63,7 @@ def driven(_: Path) -> ReducedRobot:
     return with_modes(robot, 9)
 
 
-def sampled(_: Path) -> ReducedRobot:
+def sampled(_: Path) -> Robot[ReducedBody]:
     """A body of two laws, with random modes, and weights that are no quadrature."""
     robot = small_body("smoothed, mixed laws", controller={"rate": 200.0})
     count = reducible(robot).n_elements
@@ -71,7 +71,7 @@ def sampled(_: Path) -> ReducedRobot:
     return with_modes(robot, 9, weights)
 
 
-def arm(folder: Path) -> ReducedRobot:
+def arm(folder: Path) -> Robot[ReducedBody]:
     """An arm of beams with a few modes of strain."""
     return with_modes(short_arm(folder), 6)
 
@@ -80,12 +80,12 @@ ROBOTS = [driven, sampled, arm]
 
 
 @pytest.fixture(params=ROBOTS, ids=lambda make: make.__name__)
-def reduced(request: pytest.FixtureRequest, tmp_path: Path) -> ReducedRobot:
-    make: Callable[[Path], ReducedRobot] = request.param
+def reduced(request: pytest.FixtureRequest, tmp_path: Path) -> Robot[ReducedBody]:
+    make: Callable[[Path], Robot[ReducedBody]] = request.param
     return make(tmp_path)
 
 
-def shaken(robot: ReducedRobot, far: float, speed: float) -> State:
+def shaken(robot: Robot[ReducedBody], far: float, speed: float) -> State:
     """A state in motion."""
     q, v = np.random.default_rng(2).normal(size=(2, robot.n))
     scale = np.abs(robot.displacement(robot.rest(), q))
@@ -99,13 +99,15 @@ def test_the_potential_of_all_modes_is_that_of_the_full_robot(kind: str) -> None
     reduced = reduced_robot(body, basis_of(body, turned_space(body), every, np.ones(len(every))))
     q = body.rest().q + 5e-4 * np.random.default_rng(3).normal(size=body.n)
     state = State(q, np.random.default_rng(4).normal(size=body.n))
-    found = reduced.projected(state)
+    found = reduced.body.projected(state)
     assert reduced.potential(found) == pytest.approx(body.potential(state), rel=1e-9)
-    assert reduced.kinetic_energy(found) == pytest.approx(body.kinetic_energy(state), rel=1e-9)
+    assert reduced.body.kinetic_energy(found) == pytest.approx(
+        body.body.kinetic_energy(state), rel=1e-9
+    )
     assert reduced.potential(reduced.rest()) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_forces_are_the_derivative_of_the_potential(reduced: ReducedRobot) -> None:
+def test_forces_are_the_derivative_of_the_potential(reduced: Robot[ReducedBody]) -> None:
     state, rng = shaken(reduced, 0.01, 0.0), np.random.default_rng(5)
     force, _ = reduced.forces(state)
     for _ in range(3):
@@ -135,7 +137,7 @@ def test_steps_with_all_modes_are_those_of_the_full_robot(kind: str) -> None:
     assert ends[1][1] == pytest.approx(ends[0][1], rel=1e-5)
 
 
-def test_energy_never_grows_without_work(reduced: ReducedRobot) -> None:
+def test_energy_never_grows_without_work(reduced: Robot[ReducedBody]) -> None:
     """Actuators without effort, from wild motion."""
     simulator, start = Simulator(reduced, contact="none"), shaken(reduced, 0.0, 1.0)
     simulator.start_from(start)
@@ -147,17 +149,21 @@ def test_energy_never_grows_without_work(reduced: ReducedRobot) -> None:
     assert energies[-1] < energies[0]
 
 
-def test_the_balance_of_a_step_is_the_derivative_of_its_potential(reduced: ReducedRobot) -> None:
+def test_the_balance_of_a_step_is_the_derivative_of_its_potential(
+    reduced: Robot[ReducedBody],
+) -> None:
     """Differences of Φ at an iterate away from the start are what an iteration has out of balance."""
     scheme = replace(reduced.integration, rayleigh_mass=3.0, rayleigh_stiffness=1e-3)
-    robot, rng = replace(reduced, integration=scheme), np.random.default_rng(6)
-    start = robot.step_start(shaken(robot, 0.0, 0.5))
+    robot, rng = reduced.with_integration(scheme), np.random.default_rng(6)
+    start = robot.body.step_start(shaken(robot, 0.0, 0.5))
     at = shaken(robot, 0.005, 0.0)
-    system = robot.linearise_iterate(at, start, np.zeros(robot.n_a))
+    system = robot.body.linearise_iterate(at, start, np.zeros(robot.n_a))
 
     def potential(q: Array) -> float:
         state = State(q, at.v)
-        return robot.step_energy(start, robot.velocity(start.state, state)) + robot.potential(state)
+        return robot.body.step_energy(
+            start, robot.body.velocity(start.state, state)
+        ) + robot.potential(state)
 
     for _ in range(3):
         e = rng.standard_normal(robot.n)

@@ -22,19 +22,19 @@ from support.robots.small_bodies import (
 )
 from support.state_bases import basis_of
 
-from tauten.model import Simulator, State
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot, Simulator, State
+from tauten.model.constraints import ConstrainedBody
+from tauten.model.materials import EXACT
 from tauten.model.numerics import Array
 from tauten.reduction.state import StateBasisError, reduced_robot, reducible
 from tauten.reduction.state.modes import pod, with_own, without_own
-from tauten.reduction.state.tetra.reducible import ReducibleTetRobot
 
 BOX = ((0.02, 0.02, 0.02), (2, 2, 2))
 SOFT = ((0.06, 0.02, 0.02), (6, 2, 2))
 FORCES = np.random.default_rng(4).uniform(-1.0, 1.0, size=(40, 3)) * [0.02, 0.05, 0.05]
 
 
-def chain() -> ConstrainedRobot:
+def chain() -> Robot[ConstrainedBody]:
     """A soft box that is held, glued to it a rigid box, on that two more, each on a hinge."""
     first, second, third = ({"kind": "all", "body": name} for name in ("first", "second", "third"))
     root = {"lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}
@@ -69,7 +69,7 @@ def chain() -> ConstrainedRobot:
     )  # fmt: skip
 
 
-def frames_of_each_kind() -> ConstrainedRobot:
+def frames_of_each_kind() -> Robot[ConstrainedBody]:
     """Glue that follows a rigid plate, a servo, a slider and a hinge on the frame."""
     return constrained(
         [MESH, MESH], bodies=[FIRST, SECOND], mesh=None, fixed=[], material=RUBBER,
@@ -80,36 +80,40 @@ def frames_of_each_kind() -> ConstrainedRobot:
 
 
 @pytest.fixture(scope="module", params=[chain, frames_of_each_kind])
-def robot(request: pytest.FixtureRequest) -> ConstrainedRobot:
+def robot(request: pytest.FixtureRequest) -> Robot[ConstrainedBody]:
     found = request.param()
-    assert isinstance(found, ConstrainedRobot)
+    assert isinstance(found.body, ConstrainedBody)
     return found
 
 
 @pytest.fixture(scope="module")
-def state(robot: ConstrainedRobot) -> State:
+def state(robot: Robot[ConstrainedBody]) -> State:
     """Frames turned by a tenth and more, nodes moved by millimetres."""
     rng = np.random.default_rng(1)
     scale = np.full(robot.n, 1e-3)
-    first = 3 * len(robot.coordinates.free)
-    scale[first + robot.frames.rotations[:, None] + np.arange(3)] = 0.3
-    scale[first + robot.frames.drives] = 0.2
+    first = 3 * len(robot.body.coordinates.free)
+    scale[first + robot.body.frames.rotations[:, None] + np.arange(3)] = 0.3
+    scale[first + robot.body.frames.drives] = 0.2
     there = moved(robot, robot.rest(), scale * rng.standard_normal(robot.n))
     return State(there.q, rng.standard_normal(robot.n))
 
 
 def test_a_configuration_comes_back_from_its_deviations(
-    robot: ConstrainedRobot, state: State
+    robot: Robot[ConstrainedBody], state: State
 ) -> None:
-    chart = ReducibleTetRobot(robot).chart
+    chart = reducible(robot).chart
     back = chart.configuration(chart.deviations(state.q[:, None])[:, 0])
-    np.testing.assert_allclose(robot.nodes(State(back, state.v)), robot.nodes(state), atol=1e-12)
+    np.testing.assert_allclose(
+        robot.body.nodes(State(back, state.v)), robot.body.nodes(state), atol=1e-12
+    )
     rates = chart.rates(state.q, state.v[:, None])[:, 0]
     np.testing.assert_allclose(chart.velocity(state.q, rates), state.v, atol=1e-9)
 
 
-def test_rates_are_the_derivative_of_the_deviations(robot: ConstrainedRobot, state: State) -> None:
-    chart, step = ReducibleTetRobot(robot).chart, 1e-6
+def test_rates_are_the_derivative_of_the_deviations(
+    robot: Robot[ConstrainedBody], state: State
+) -> None:
+    chart, step = reducible(robot).chart, 1e-6
     ahead, behind = (moved(robot, state, sign * step * state.v).q for sign in (1.0, -1.0))
     found = chart.deviations(np.stack([ahead, behind], axis=1)) @ [1.0, -1.0] / (2.0 * step)
     rates = chart.rates(state.q, state.v[:, None])[:, 0]
@@ -117,7 +121,7 @@ def test_rates_are_the_derivative_of_the_deviations(robot: ConstrainedRobot, sta
 
 
 @pytest.fixture(scope="module")
-def equilibria() -> tuple[ConstrainedRobot, Array]:
+def equilibria() -> tuple[Robot[ConstrainedBody], Array]:
     """The chain, and its configurations (n_q, s) under many forces."""
     robot = chain()
     simulator, found = Simulator(robot, "none"), []
@@ -128,7 +132,7 @@ def equilibria() -> tuple[ConstrainedRobot, Array]:
 
 
 def test_hinges_in_modes_rest_where_the_full_robot_does(
-    equilibria: tuple[ConstrainedRobot, Array],
+    equilibria: tuple[Robot[ConstrainedBody], Array],
 ) -> None:
     """Under forces that the basis has not seen; most of the way is the swing about the hinges."""
     robot, q = equilibria
@@ -152,7 +156,7 @@ def test_hinges_in_modes_rest_where_the_full_robot_does(
 
 
 def test_the_springs_of_a_hinge_hold_it_in_modes(
-    equilibria: tuple[ConstrainedRobot, Array],
+    equilibria: tuple[Robot[ConstrainedBody], Array],
 ) -> None:
     """Forces of all modes, at a state in their span, are those of the nodes: the power of a motion."""
     robot, q = equilibria
@@ -161,24 +165,25 @@ def test_the_springs_of_a_hinge_hold_it_in_modes(
     every = np.arange(body.n_elements)
     Phi = with_own(body, modes.Phi)
     reduced = reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
-    assert robot.joints is not None
-    assert robot.joints.springs.shape[0] > 0
+    assert robot.body.joints is not None
+    assert robot.body.joints.springs.shape[0] > 0
     for column in (0, 7, 19):
-        state = reduced.projected(State(q[:, column], np.zeros(robot.n)))
+        state = reduced.body.projected(State(q[:, column], np.zeros(robot.n)))
         force = reduced.forces(state)[0]
         # the same nodes in the full robot: elements, gravity and springs
         beta = reduced.motion(state).beta
-        raw = robot.raw
-        at = State(raw.rest().q + reduced.E @ beta, np.zeros(raw.n))
-        x = raw.nodes(at)
-        spring = robot.joints.springs
+        raw = robot.body.tetrahedra
+        x = raw.placed(raw.at_rest + reduced.body.E @ beta)
+        spring = robot.body.joints.springs
         on_nodes = (spring.T @ (spring @ x.ravel())).reshape(-1, 3)
-        expected = reduced.E.T @ (raw.forces(at)[0] - on_nodes[raw.pattern.dof >= 0].ravel())
+        expected = reduced.body.E.T @ (
+            raw.forces(EXACT, x, None)[0] - on_nodes[raw.dof >= 0].ravel()
+        )
         np.testing.assert_allclose(force, expected, atol=1e-8 * np.abs(expected).max())
 
 
 def test_the_tangent_is_the_derivative_of_the_forces(
-    equilibria: tuple[ConstrainedRobot, Array],
+    equilibria: tuple[Robot[ConstrainedBody], Array],
 ) -> None:
     robot, q = equilibria
     body = reducible(robot)
@@ -187,7 +192,7 @@ def test_the_tangent_is_the_derivative_of_the_forces(
     reduced = reduced_robot(
         robot, basis_of(robot, with_own(body, modes.Phi), every, np.ones(len(every)))
     )
-    state = reduced.projected(State(q[:, 3], np.zeros(robot.n)))
+    state = reduced.body.projected(State(q[:, 3], np.zeros(robot.n)))
     direction, step = np.random.default_rng(2).normal(size=reduced.n), 1e-7
     ahead, behind = (
         reduced.forces(State(state.q + sign * step * direction, state.v))[0] for sign in (1.0, -1.0)

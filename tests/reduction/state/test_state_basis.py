@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tauten.model import load_robot
-from tauten.model.tetra import TetRobot
+from tauten.model import Robot, load_robot
+from tauten.model.tetra import NodalBody
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import StateBasis, StateBasisError, StateOrigin
 from tauten.service.settings import load_model_settings
@@ -84,7 +84,7 @@ def test_impossible_tip_errors_are_refused(states: StateBasis, mean: float, larg
     ],
 )
 def test_file_that_does_not_describe_the_body_is_refused(
-    shipped_finger: TetRobot,
+    shipped_finger: Robot[NodalBody],
     tmp_path: Path,
     change: Callable[[StateBasis], dict[str, Any]],
     said: str,
@@ -117,13 +117,17 @@ def test_tip_error_beyond_what_is_allowed_is_refused(states: StateBasis) -> None
         states.with_tip_errors(float("nan"), float("nan")).check_tip(1.0)
 
 
-def test_shipped_basis_fits_the_shipped_finger(shipped_finger: TetRobot) -> None:
+def test_shipped_basis_fits_the_shipped_finger(shipped_finger: Robot[NodalBody]) -> None:
     finger = shipped_finger
     states = StateBasis.load("finger")
     states.check_robot(finger)
     states.check_tip(load_model_settings("finger").max_tip_error)
     assert states.origin.tip_mean < 2e-3 * 0.1  # a fifth of a percent of its length
-    product = states.Phi.T @ (finger.mass[:, None] * states.Phi) / (finger.mass.sum() / 3.0)
+    product = (
+        states.Phi.T
+        @ (finger.body.tetrahedra.mass[:, None] * states.Phi)
+        / (finger.body.tetrahedra.mass.sum() / 3.0)
+    )
     np.testing.assert_allclose(product, np.eye(states.r), atol=1e-9)
 
 

@@ -93,7 +93,7 @@ def test_holes_are_refused_and_repaired(tmp_path: Path) -> None:
     pytest.importorskip("wildmeshing", reason="the extra repair has no wheels for this Python")
     new = NewRobot("bar", read(part, repair=True), size=6e-3)
     made = make_new_robot(new, tmp_path / "bar", StopFlag(), lambda done, what: None)
-    assert load_robot(made.file).n_elements > 100
+    assert load_robot(made.file).body.n_elements > 100
 
 
 def test_triangles_that_cross_are_refused(tmp_path: Path) -> None:

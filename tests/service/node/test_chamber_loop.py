@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from support.robots.bodies import CABLE, pneumatic_robot
 
 from tauten.controller import Controller
-from tauten.model.tetra import TetRobot
+from tauten.model import Robot
+from tauten.model.tetra import NodalBody
 from tauten.service.node import Action, ControlLoop, Signals
 from tauten.service.wire import (
     Cause,
@@ -22,7 +23,7 @@ from tauten.service.wire import (
 
 
 @pytest.fixture(scope="module")
-def robot() -> TetRobot:
+def robot() -> Robot[NodalBody]:
     return pneumatic_robot(cables=[CABLE])
 
 
@@ -45,7 +46,7 @@ events = st.lists(st.tuples(goals, st.lists(orders, max_size=2)), min_size=10, m
 )
 @given(happens=events)
 def test_everything_that_leaves_is_within_the_limits(
-    robot: TetRobot, happens: list[tuple[np.ndarray | None, list[OperatorOrder]]]
+    robot: Robot[NodalBody], happens: list[tuple[np.ndarray | None, list[OperatorOrder]]]
 ) -> None:
     loop, limits = ControlLoop(Controller(robot)), robot.limits
     rest, last = robot.effector(robot.rest()), np.zeros(2)
@@ -63,7 +64,7 @@ def test_everything_that_leaves_is_within_the_limits(
         last = left.position
 
 
-def test_a_lock_waits_while_idle_and_moves_while_following(robot: TetRobot) -> None:
+def test_a_lock_waits_while_idle_and_moves_while_following(robot: Robot[NodalBody]) -> None:
     loop = ControlLoop(Controller(robot))
     assert loop.locks.message == "none"
     assert loop.obey(LockOrder("bellows", force=1e4)) is None
@@ -86,7 +87,9 @@ def tick(loop: ControlLoop, goal: np.ndarray | None, **seen: object) -> Action:
     return action
 
 
-def holding(robot: TetRobot, why: str) -> tuple[ControlLoop, np.ndarray | None, dict[str, object]]:
+def holding(
+    robot: Robot[NodalBody], why: str
+) -> tuple[ControlLoop, np.ndarray | None, dict[str, object]]:
     """A loop that does not follow, with what it goes on to see: goal and signals."""
     loop = ControlLoop(Controller(robot), enabled=why != "wait")
     near = robot.effector(robot.rest()) + np.array([0.0, 0.0, -0.004])
@@ -115,7 +118,7 @@ def holding(robot: TetRobot, why: str) -> tuple[ControlLoop, np.ndarray | None, 
     ],
 )
 def test_no_lock_moves_anything_while_the_node_does_not_follow(
-    robot: TetRobot, why: str, locks: tuple[LockOrder, ...]
+    robot: Robot[NodalBody], why: str, locks: tuple[LockOrder, ...]
 ) -> None:
     """HOLD does not move: winches keep their position and supplies their effort, whatever is locked."""
     loop, goal, seen = holding(robot, why)
@@ -150,7 +153,7 @@ def check_locks_are_reached(loop: ControlLoop, locks: tuple[LockOrder, ...]) -> 
             assert moved.actuation.position[i] == pytest.approx(order.position)
 
 
-def test_an_actuator_on_its_way_to_a_lock_stops_with_the_others(robot: TetRobot) -> None:
+def test_an_actuator_on_its_way_to_a_lock_stops_with_the_others(robot: Robot[NodalBody]) -> None:
     loop = ControlLoop(Controller(robot))
     near = robot.effector(robot.rest()) + np.array([0.0, 0.0, -0.004])
     tick(loop, near)
@@ -175,7 +178,7 @@ def test_an_actuator_on_its_way_to_a_lock_stops_with_the_others(robot: TetRobot)
     ],
 )
 def test_an_order_that_is_not_possible_is_refused(
-    robot: TetRobot, order: OperatorOrder, reason: RejectionReason, text: str
+    robot: Robot[NodalBody], order: OperatorOrder, reason: RejectionReason, text: str
 ) -> None:
     refused = ControlLoop(Controller(robot)).obey(order)
     assert refused is not None
@@ -183,7 +186,7 @@ def test_an_order_that_is_not_possible_is_refused(
     assert text in refused.detail
 
 
-def test_a_stop_releases_what_is_locked_and_a_reset_forgets_it(robot: TetRobot) -> None:
+def test_a_stop_releases_what_is_locked_and_a_reset_forgets_it(robot: Robot[NodalBody]) -> None:
     loop = ControlLoop(Controller(robot))
     loop.obey(LockOrder("tendon", position=0.003))
     loop.obey(LockOrder("bellows", force=1e4))

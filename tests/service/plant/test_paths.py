@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.model import Robot, Simulator, TetRobot
+from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
+from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import command_range
 from tauten.service.plant import (
     SHAPES,
@@ -107,7 +108,7 @@ def test_other_names_are_refused(finger: Robot, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_reach_goes_on_where_there_is_no_equilibrium(finger: TetRobot) -> None:
+def test_reach_goes_on_where_there_is_no_equilibrium(finger: Robot[NodalBody]) -> None:
     """Ten times the pull that the winch has: the path goes as far as the finger does."""
     far = replace(
         finger, limits=replace(finger.limits, position_max=10.0 * finger.limits.position_max)
@@ -118,14 +119,14 @@ def test_reach_goes_on_where_there_is_no_equilibrium(finger: TetRobot) -> None:
     assert np.ptp(path.values, axis=0).max() > 0.05  # m
 
 
-def test_cables_on_the_other_side_do_not_pull(beam: TetRobot) -> None:
+def test_cables_on_the_other_side_do_not_pull(beam: Robot[NodalBody]) -> None:
     """The load of `tauten compare`: one of two antagonistic cables."""
     command = bending_command(beam)
     assert command.position == pytest.approx([0.02, 0.0])
     assert Simulator(beam).settle(position=command.position).converged
 
 
-def test_cables_that_may_be_let_out_get_tensions_within_their_range(beam: TetRobot) -> None:
+def test_cables_that_may_be_let_out_get_tensions_within_their_range(beam: Robot[NodalBody]) -> None:
     """Antagonists with winches so strong that their largest tension crushes the robot."""
     positions, strong = beam.limits.position_max, np.full(2, 1e5)
     limits = replace(beam.limits, position_min=-positions, effort_max=strong)
@@ -139,7 +140,7 @@ def test_cables_that_may_be_let_out_get_tensions_within_their_range(beam: TetRob
         assert simulator.position[cable] == pytest.approx(positions[cable], rel=1e-3)
 
 
-def test_winches_that_do_not_pay_out_are_commanded_by_pull(beam: TetRobot) -> None:
+def test_winches_that_do_not_pay_out_are_commanded_by_pull(beam: Robot[NodalBody]) -> None:
     found = command_range(beam)
     command = found.command(np.array([0.5, -1.0]))
     assert np.isnan(command.effort).all()

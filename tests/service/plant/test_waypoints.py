@@ -9,18 +9,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.effectors import solid
 
-from tauten.model.tetra import TetRobot
+from tauten.model import Robot
+from tauten.model.tetra import NodalBody
 from tauten.service.plant import COLUMNS, PathError, PathSettings, make_path, save_path
 
 FRAME, SPAN, ROOM = 1, 3, 5  # of the robot below
 
 
 @pytest.fixture(scope="module")
-def robot() -> TetRobot:
+def robot() -> Robot[NodalBody]:
     return solid()
 
 
-def test_a_frame_moves_along_a_shape_and_keeps_its_rotation(robot: TetRobot) -> None:
+def test_a_frame_moves_along_a_shape_and_keeps_its_rotation(robot: Robot[NodalBody]) -> None:
     path = make_path("circle", robot, PathSettings(effector=FRAME, size=0.01))
     assert path.kind == "frame"
     np.testing.assert_allclose(path.values[:, 3:] - [1.0, 0.0, 0.0, 0.0], 0.0, atol=1e-13)
@@ -28,7 +29,7 @@ def test_a_frame_moves_along_a_shape_and_keeps_its_rotation(robot: TetRobot) -> 
 
 
 @pytest.mark.parametrize("effector", [SPAN, ROOM])
-def test_a_scalar_swings_by_a_tenth_of_what_it_is(robot: TetRobot, effector: int) -> None:
+def test_a_scalar_swings_by_a_tenth_of_what_it_is(robot: Robot[NodalBody], effector: int) -> None:
     layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
     path = make_path("line", robot, PathSettings(effector=effector))
     start = rest[layout.values_of(effector)][0]
@@ -39,7 +40,7 @@ def test_a_scalar_swings_by_a_tenth_of_what_it_is(robot: TetRobot, effector: int
 
 @pytest.mark.parametrize("effector", range(6))
 def test_a_path_of_any_kind_survives_its_csv(
-    robot: TetRobot, effector: int, tmp_path: Path
+    robot: Robot[NodalBody], effector: int, tmp_path: Path
 ) -> None:
     path = make_path("figure-eight", robot, PathSettings(effector=effector))
     save_path(path, tmp_path / "a.csv")
@@ -51,7 +52,7 @@ def test_a_path_of_any_kind_survives_its_csv(
 
 
 def test_rotations_are_interpolated_the_short_way_and_have_length_one(
-    robot: TetRobot, tmp_path: Path
+    robot: Robot[NodalBody], tmp_path: Path
 ) -> None:
     file = tmp_path / "turn.csv"
     turns = Rotation.from_rotvec([[0.0, 0.0, 0.0], [0.0, 0.0, 0.4]]).as_quat()
@@ -75,7 +76,7 @@ def test_rotations_are_interpolated_the_short_way_and_have_length_one(
     ],
 )
 def test_a_file_of_another_kind_is_named(
-    robot: TetRobot, effector: int, text: str, message: str, tmp_path: Path
+    robot: Robot[NodalBody], effector: int, text: str, message: str, tmp_path: Path
 ) -> None:
     file = tmp_path / "wrong.csv"
     file.write_text(text)
@@ -84,7 +85,7 @@ def test_a_file_of_another_kind_is_named(
 
 
 @pytest.mark.parametrize("effector", [FRAME, SPAN, ROOM])
-def test_reach_finds_targets_of_any_kind(robot: TetRobot, effector: int) -> None:
+def test_reach_finds_targets_of_any_kind(robot: Robot[NodalBody], effector: int) -> None:
     path = make_path("reach", robot, PathSettings(effector=effector, period=4.0))
     layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
     assert path.kind == layout.kinds[effector]

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from tauten.model import Simulator
-from tauten.model.beams import BeamRobot, Profile, natural_stiffness
+from tauten.model import Robot, Simulator
+from tauten.model.beams import BeamBody, Profile, natural_stiffness
 from tauten.model.body import Material
 from tauten.model.load import make_robot
 from tauten.model.numerics import Array
@@ -40,7 +40,7 @@ def build(
     held: list[int],
     loaded: int,
     **changes: Any,
-) -> BeamRobot:
+) -> Robot[BeamBody]:
     """A robot without gravity that holds some nodes and has an effector on another one.
 
     Its only cable runs from the first held node to the loaded one, unless `cables` is given.
@@ -80,7 +80,7 @@ def build(
         "effectors": [{"name": "tip", "point": tip}],
     }
     robot = make_robot(contents | changes, folder / "robot.toml", Changes())
-    assert isinstance(robot, BeamRobot)
+    assert isinstance(robot.body, BeamBody)
     return robot
 
 
@@ -90,14 +90,17 @@ def cable(points: list[list[float]]) -> dict[str, Any]:
     return {"name": "cable", "points": points, **limits}
 
 
-def with_profile(robot: BeamRobot, profile: Profile, material: Material) -> BeamRobot:
+def with_profile(robot: Robot[BeamBody], profile: Profile, material: Material) -> Robot[BeamBody]:
     """The robot with one cross-section for all its beams, for constants that no shape of a file has."""
-    D = np.array([natural_stiffness(profile, material, length) for length in robot.body.length])
-    return replace(robot, body=replace(robot.body, D=D))
+    D = np.array(
+        [natural_stiffness(profile, material, length) for length in robot.body.beams.length]
+    )
+    body = robot.body
+    return replace(robot, body=replace(body, beams=replace(body.beams, D=D)))
 
 
 def under_force(
-    robot: BeamRobot, forces: list[Array], tolerance: float, most: int = 200
+    robot: Robot[BeamBody], forces: list[Array], tolerance: float, most: int = 200
 ) -> tuple[Simulator, list[Array]]:
     """Settle under forces (3,) on the effector one after the other.
 

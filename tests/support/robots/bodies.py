@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.robots.make_finger import split_cells
+from tauten.model import Robot
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh, oriented
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import RobotConfig
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 HOLLOW_SIZE = (0.1, 0.02, 0.02)
 HOLLOW_CELLS = (10, 4, 4)
@@ -66,7 +67,9 @@ def beam_config(size: tuple[float, float, float], **changes: object) -> dict[str
     return settings
 
 
-def beam_robot(mesh: TetMesh, size: tuple[float, float, float], **changes: object) -> TetRobot:
+def beam_robot(
+    mesh: TetMesh, size: tuple[float, float, float], **changes: object
+) -> Robot[NodalBody]:
     """A robot made of a beam."""
     config = RobotConfig.model_validate(beam_config(size, **changes))
     return build_robot(config, mesh, "beam")
@@ -105,7 +108,7 @@ def pneumatic_config(**changes: object) -> dict[str, object]:
     return settings
 
 
-def pneumatic_robot(body: TetMesh | None = None, **changes: object) -> TetRobot:
+def pneumatic_robot(body: TetMesh | None = None, **changes: object) -> Robot[NodalBody]:
     """A robot made of a hollow beam."""
     config = RobotConfig.model_validate(pneumatic_config(**changes))
     return build_robot(config, hollow_beam() if body is None else body, "balloon")

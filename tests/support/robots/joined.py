@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from support.robots.bodies import box_mesh
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot
+from tauten.model.constraints import ConstrainedBody
 from tauten.model.load import beam_mesh, build_robot
 from tauten.model.schema import RobotConfig, validated
 
@@ -44,7 +45,7 @@ def joined(
     bodies: list[dict[str, object]],
     boxes: dict[str, tuple[tuple[float, float, float], tuple[int, int, int]]] | None = None,
     **changes: object,
-) -> ConstrainedRobot:
+) -> Robot[ConstrainedBody]:
     """A robot of beams and boxes.
 
     Args:
@@ -62,5 +63,5 @@ def joined(
         for body in config.all_bodies
     ]
     robot = build_robot(config, meshes, "joined.toml")
-    assert isinstance(robot, ConstrainedRobot)
+    assert isinstance(robot.body, ConstrainedBody)
     return robot

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from benchmarks.robots.arm import ArmShape, make_structure
 from benchmarks.robots.make_manipulator import make_file
-from tauten.model import load_robot
-from tauten.model.beams import BeamRobot
+from tauten.model import Robot, load_robot
+from tauten.model.beams import BeamBody
 
 SHAPE = ArmShape(length=0.16, sections=1, joints=3)
 CANDIDATES = 90
@@ -35,8 +35,8 @@ def write_short_arm(folder: Path, more: str = "") -> Path:
     return file
 
 
-def short_arm(folder: Path, more: str = "") -> BeamRobot:
+def short_arm(folder: Path, more: str = "") -> Robot[BeamBody]:
     """The robot, with more tables in its file."""
     robot = load_robot(write_short_arm(folder, more))
-    assert isinstance(robot, BeamRobot)
+    assert isinstance(robot.body, BeamBody)
     return robot

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from support.robots.bodies import beam_config, box_mesh
-from tauten.model import State
-from tauten.model.constraints import ConstrainedRobot
+from tauten.model import Robot, State
+from tauten.model.constraints import ConstrainedBody
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig, validated
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 SIZE = (0.1, 0.02, 0.02)
 SOFT = {"young_modulus": 1e6, "poisson_ratio": 0.45, "density": 1000.0}
@@ -49,7 +49,7 @@ KINDS: dict[str, tuple[str, dict[str, object], list[dict[str, object]]]] = {
 }
 
 
-def small_body(kind: str, **changes: object) -> TetRobot:
+def small_body(kind: str, **changes: object) -> Robot[NodalBody]:
     """A beam of one of `KINDS`, with changes of its settings."""
     element, material, materials = KINDS[kind]
     settings = beam_config(SIZE, material=material, materials=materials, **changes)
@@ -101,15 +101,15 @@ def constrained(
     meshes: TetMesh | Sequence[TetMesh] = MESH,
     size: tuple[float, float, float] = SIZE,
     **changes: object,
-) -> ConstrainedRobot:
+) -> Robot[ConstrainedBody]:
     """A beam with constraints; `changes` replace tables of its file, None removes them."""
     settings = {k: v for k, v in beam_config(size, **changes).items() if v is not None}
     robot = build_robot(validated(RobotConfig, settings, "beam.toml"), meshes, "beam.toml")
-    assert isinstance(robot, ConstrainedRobot)
+    assert isinstance(robot.body, ConstrainedBody)
     return robot
 
 
-def rigid_box(**changes: object) -> ConstrainedRobot:
+def rigid_box(**changes: object) -> Robot[ConstrainedBody]:
     """The whole beam as one rigid body that nothing holds."""
     body = {"name": "box", "mesh": {"file": "beam.vtu"}, "rigid": True, "free": True}
     return constrained([MESH], mesh=None, bodies=[body], fixed=[], **changes)
@@ -123,6 +123,6 @@ class Step:
     h: float = 1.0
 
 
-def moved(robot: ConstrainedRobot, state: State, dq: Array) -> State:
+def moved(robot: Robot[ConstrainedBody], state: State, dq: Array) -> State:
     """The state after a change dq (n,) of the coordinates."""
     return robot.advance(state, Step(np.zeros(robot.n)), dq)  # type: ignore[arg-type]

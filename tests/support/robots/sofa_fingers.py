@@ -6,15 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
+from tauten.model import Robot
 from tauten.model.load import build_robot
 from tauten.model.mesh import checked
 from tauten.model.schema import RobotConfig
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 MM = 1e-3
 
 
-def finger_with_gravity(data: Path) -> TetRobot:
+def finger_with_gravity(data: Path) -> Robot[NodalBody]:
     """The finger 1 mm farther along x, stiffer; its notches, which rub in SOFA, do not touch here."""
     plate = np.load(data / "finger_plate_model.npz")
     model = np.load(data / "finger_selfcontact_model.npz")
@@ -42,5 +43,5 @@ def finger_with_gravity(data: Path) -> TetRobot:
         }
     )  # fmt: skip
     robot = build_robot(config, checked(nodes, plate["tets"].astype(np.int64), "finger"), "finger")
-    assert isinstance(robot, TetRobot)
+    assert isinstance(robot.body, NodalBody)
     return robot

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tauten.model import Robot
 from tauten.model.load import build_robot
 from tauten.model.mesh import checked
 from tauten.model.schema import RobotConfig
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 MM = 1e-3
 
@@ -23,7 +24,7 @@ def robots_folder(reference: Path, needed: str) -> Path:
     return folder
 
 
-def pneumatic_finger(data: Path) -> TetRobot:
+def pneumatic_finger(data: Path) -> Robot[NodalBody]:
     """The PneuNet gripper finger: 376 nodes, one cavity, a stiff layer."""
     model = np.load(data / "gripperfinger_model.npz")
     nodes, tets = MM * model["nodes"], model["tets"].astype(np.int64)

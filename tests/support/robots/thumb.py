@@ -9,10 +9,11 @@ from typing import Any
 import meshio
 
 from benchmarks.robots.make_finger import COARSE, FingerShape, make_finger
+from tauten.model import Robot
 from tauten.model.load import build_robot, robot_path
 from tauten.model.mesh import TetMesh
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
-from tauten.model.tetra import TetRobot
+from tauten.model.tetra import NodalBody
 
 
 def thumb_mesh() -> TetMesh:
@@ -42,12 +43,12 @@ def coarse_finger_mesh() -> TetMesh:
     return TetMesh(*make_finger(COARSE))
 
 
-def coarse_finger() -> TetRobot:
+def coarse_finger() -> Robot[NodalBody]:
     """The shipped finger on a coarse mesh of linear elements: too stiff, otherwise the same."""
     path = robot_path("finger")
     config = validated(RobotConfig, model_tables(read_toml(path)), path).with_element("linear")
     robot = build_robot(config, coarse_finger_mesh(), str(path))
-    assert isinstance(robot, TetRobot)
+    assert isinstance(robot.body, NodalBody)
     return robot
 
 

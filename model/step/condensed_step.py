@@ -12,13 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.compliance import Compliance, extended, row_compliance
-from tauten.model.contact_space import ContactSpace, ReducedContacts
 from tauten.model.interface import Laws
 from tauten.model.layout import Layout
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.model.robot import Robot, RobotRows, State
+from tauten.model.robot import Robot
 from tauten.model.rows import ContactRows
+from tauten.model.state import RobotRows, State
+from tauten.model.step.compliance import Compliance, extended, row_compliance
+from tauten.model.step.contact_space import ContactSpace, ReducedContacts
 from tauten.model.system import Integration, System
 
 

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.condensed_step import CondensedStep
 from tauten.model.interface import Command
 from tauten.model.numerics import Array, Bools, Ints, kernel
+from tauten.model.step.condensed_step import CondensedStep
 
 
 @dataclass(frozen=True, slots=True)

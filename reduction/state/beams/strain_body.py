@@ -1,4 +1,4 @@
-"""A robot of beams in reduced coordinates: its natural strains are Φ α.
+"""A body of beams in reduced coordinates: its natural strains are Φ α.
 
 The strain energy is quadratic in the natural strains, so with modes that are orthonormal in their
 stiffnesses, Φᵀ D Φ = I, it is ½ |α|² and the elastic force is −α, without a sum over elements. Modes of
@@ -18,12 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import Assembled, Integration, State, System
-from tauten.model.beams import BeamRobot, BeamTree, follow
+from tauten.model import Assembled, Integration, Robot, State, System
+from tauten.model.beams import BeamBody, BeamTree, follow
+from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import AttachedPoints, path_lengths
+from tauten.model.points import AttachedPoints, OuterForces, path_lengths
 from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
-from tauten.reduction.reduced_robot import ReducedRobot
+from tauten.reduction.reduced_body import ReducedBody
 from tauten.reduction.state.beams.loads import (
     add_point_loads,
     effort_rows,
@@ -64,29 +65,29 @@ class BeamAssembled(DenseAssembled):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
-    """A reduced robot made of beams.
+class StrainBody(ReducedBody[AttachedPoints]):
+    """A body of beams moved by modes of their strains.
 
-    Attributes, beside those of every reduced robot:
+    Attributes, beside those of every reduced body:
         tree: the elements.
         elements: (s,) numbers of the elements that carry loads.
         carrying: (6 s, r) their rows of Φ.
         stiffness: (r, r) Φᵀ D Φ.
         mass: (6 n_nodes,) lumped mass [kg] and rotary inertia [kg m²].
         root_mass: (6 n_nodes,) its square root.
-        outer: (P, 3) outer forces on the points of the effectors [N].
+        outer: forces on its points.
         cable: (s,) cable of each station.
         work: motion and factors.
     """
 
-    full: BeamRobot
+    full: Robot[BeamBody]
     tree: BeamTree
     elements: Ints
     carrying: Array
     stiffness: Array
     mass: Array
     root_mass: Array
-    outer: Array
+    outer: OuterForces[AttachedPoints]
     cable: Ints
     work: BeamWork
 
@@ -95,29 +96,41 @@ class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
         """Elements in the sample."""
         return len(self.elements)
 
-    def fork(self) -> ReducedBeamRobot:
-        """The same robot with a workspace of its own."""
-        return dataclasses.replace(
-            self, work=make_beam_work(self.full, self.Phi, len(self.elements))
-        )
+    def fork(self) -> StrainBody:
+        """The same body with a workspace of its own."""
+        work = make_beam_work(self.beams, self.Phi, len(self.elements))
+        return dataclasses.replace(self, work=work)
 
-    def loaded(self, gravity: Array, effector_force: Array) -> ReducedBeamRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
+    def loaded(
+        self, gravity: Array, effector_force: Array, effectors: Effectors[AttachedPoints]
+    ) -> StrainBody:
+        """The body under other loads.
+
+        Args:
+            gravity: (3,) [m/s²].
+            effector_force: (3 p,) forces on effectors [N].
+            effectors: the effectors, over its points.
+        """
         full = self.full.loaded(gravity, effector_force)
-        return dataclasses.replace(self, full=full, gravity=full.gravity, outer=outer_forces(full))
+        return dataclasses.replace(self, full=full, gravity=gravity, outer=full.body.outer)
+
+    @property
+    def beams(self) -> BeamBody:
+        """The full body."""
+        return self.full.body
 
     def lifted(self, state: State) -> State:
         """The state of the full robot: nodes that follow the strains Φ α, and their velocities."""
-        work, dof = self.moved(state.q), self.full.dof
+        work, dof = self.moved(state.q), self.beams.dof
         q = np.hstack([work.motion.x[dof >= 0], work.motion.Q[dof >= 0]]).ravel()
         v: Array = (work.motion.J @ state.v).reshape(-1, 6)[dof >= 0].ravel()
         return State(q, v)
 
     def projected(self, state: State) -> State:
         """The nearest state to one of the full robot: strains in their energy, velocities in the mass."""
-        alpha = self.Phi.T @ (self.tree.D * self.tree.strains(*self.full.pose(state)))
-        J, v = self.moved(alpha).motion.J, np.zeros((self.full.n_nodes, 6))
-        v[self.full.dof >= 0] = state.v.reshape(-1, 6)
+        alpha = self.Phi.T @ (self.tree.D * self.tree.strains(*self.beams.pose(state)))
+        J, v = self.moved(alpha).motion.J, np.zeros((self.beams.n_nodes, 6))
+        v[self.beams.dof >= 0] = state.v.reshape(-1, 6)
         weighted = self.mass[:, None] * J
         rate = np.linalg.solve(J.T @ weighted, weighted.T @ v.ravel())
         return State(alpha, rate.astype(float))
@@ -139,13 +152,13 @@ class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
         """Largest displacement of a node or a point attached to it in a change dq (r,), about [m]."""
         J = self.moved(state.q).motion.J
         moved, turned = np.abs((J @ dq).reshape(-1, 2, 3)).max(axis=(0, 2), initial=0.0)
-        return float(max(moved, turned * self.full.surfaces.lever))
+        return float(max(moved, turned * self.beams.surfaces.lever))
 
     def potential(self, state: State) -> float:
         """Strain energy minus the work of gravity and outer forces since rest [J]."""
-        full, work = self.full, self.moved(state.q)
-        fallen = full.body.mass @ (work.motion.x - full.body.nodes) @ full.gravity
-        pushed = np.vdot(self.outer, full.effectors.points.place(work.motion.x, work.motion.Q)[0])
+        full, work = self.beams, self.moved(state.q)
+        fallen = full.beams.mass @ (work.motion.x - full.beams.nodes) @ full.gravity
+        pushed = np.vdot(self.outer.vectors, work.motion.placed(self.outer.points).y)
         preload = self.actuator_set.preload(work.motion)
         work_done = fallen + pushed + (0.0 if preload is None else preload[1])
         return float(0.5 * state.q @ self.stiffness @ state.q - work_done)
@@ -164,11 +177,10 @@ class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
             effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
             exact: with the terms that stress brings, which may make the tangent indefinite.
         """
-        work, full = self.moved(state.q), self.full
+        work, full = self.moved(state.q), self.beams
         force = self.mass_rows(full.gravity) @ work.motion.J - self.stiffness @ state.q
-        if self.outer.any():
-            points = work.motion.placed(self.effectors.points)
-            force += self.outer.ravel() @ points.motion()
+        if self.outer:
+            force += self.outer.on(work.motion)
         preload = self.actuator_set.preload(work.motion)
         if preload is not None:
             force += preload[0]
@@ -176,8 +188,8 @@ class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
 
     def mass_rows(self, acceleration: Array) -> Array:
         """Forces on all nodes (6 n_nodes,) under an acceleration (3,) of the whole body [N]."""
-        load = np.zeros((self.full.n_nodes, 6))
-        load[:, :3] = np.outer(self.full.body.mass, acceleration)
+        load = np.zeros((self.beams.n_nodes, 6))
+        load[:, :3] = np.outer(self.beams.beams.mass, acceleration)
         return load.ravel()
 
     def tangent(self, work: BeamWork, effort: Array | None, exact: bool) -> Array:
@@ -188,7 +200,7 @@ class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
             effort: of each cable, then of each force [N], or None.
             exact: with the terms that loads bring.
         """
-        full, actuators = self.full, self.actuator_set
+        full, actuators = self.beams, self.actuator_set
         K = self.stiffness.copy()
         force, moment = np.zeros((full.n_nodes, 3)), np.zeros((full.n_nodes, 3, 3))
         if effort is not None:
@@ -208,11 +220,11 @@ class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
                 add_point_loads(push, pushed.nodes, pushed.weights, arms, force, moment)
         if not exact:
             return K
-        force += np.outer(full.body.mass, full.gravity)
-        if self.outer.any():
-            held = self.effectors.points
+        force += np.outer(full.beams.mass, full.gravity)
+        if self.outer:
+            held = self.outer.points
             _, arms = held.place(work.motion.x, work.motion.Q)
-            add_point_loads(self.outer, held.nodes, held.weights, arms, force, moment)
+            add_point_loads(self.outer.vectors, held.nodes, held.weights, arms, force, moment)
         loads = np.empty_like(force), np.empty_like(moment)
         loads_beyond(force, moment, work.motion.x, self.tree.beams.ends, *loads)
         strains, Y = self.Phi @ work.alpha, work.load_Y
@@ -240,14 +252,14 @@ class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
             effort: (n_a,) last efforts of the actuators.
             integration: another scheme than the robot's.
         """
-        scheme, work, still = integration or self.integration, self.moved(state.q), np.zeros(self.n)
+        scheme, work = integration or self.integration, self.moved(state.q)
         mass = np.zeros((0, 0)) if scheme.static else self.projected_mass(work)
         force, K = self.forces(state, effort, exact=True)
-        resisting = still if scheme.static else self.stiffness @ state.v
-        return BeamAssembled(state, effort, mass, force, still, resisting, K)
+        resisting = np.zeros(self.n) if scheme.static else self.stiffness @ state.v
+        return BeamAssembled(state, effort, mass, force, None, resisting, K)
 
     def system(self, assembled: Assembled, integration: Integration) -> System:
-        """The system of one step, see `ReducedRobot`."""
+        """The system of one step, see `Body`."""
         assert isinstance(assembled, BeamAssembled)
         at, scheme = assembled, scheme_of(integration)
         of_D, of_K = shares_of(scheme)
@@ -265,30 +277,20 @@ class ReducedBeamRobot(ReducedRobot[AttachedPoints]):
         return mass
 
 
-def outer_forces(robot: BeamRobot) -> Array:
-    """Outer forces on the points of the effectors: (P, 3) [N]."""
-    forces = robot.effector_force.reshape(-1, 3)
-    parts = [
-        np.outer(measure.carrier, force)
-        for measure, force in zip(robot.effectors.kinds.measures, forces, strict=True)
-    ]
-    return np.concatenate(parts)
-
-
-def make_beam_work(robot: BeamRobot, Phi: Array, n_elements: int) -> BeamWork:
+def make_beam_work(body: BeamBody, Phi: Array, n_elements: int) -> BeamWork:
     """A workspace; its motion belongs to no state yet.
 
     Args:
-        robot: the full robot.
+        body: the full body.
         Phi: (6 e, r) strain modes.
         n_elements: elements in the sample.
     """
-    r, segments = Phi.shape[1], len(robot.actuator_set.paths.first)
-    x, Q = robot.pose(robot.rest())
+    r, segments = Phi.shape[1], len(body.actuator_set.paths.first)
+    x, Q = body.pose(body.rest())
     return BeamWork(
         alpha=np.full(r, np.nan),
-        motion=TreeMotion(x, Q, np.zeros((6 * robot.n_nodes, r))),
-        weighted=np.empty((6 * robot.n_nodes, r)),
+        motion=TreeMotion(x, Q, np.zeros((6 * body.n_nodes, r))),
+        weighted=np.empty((6 * body.n_nodes, r)),
         Z=np.empty((3 * segments, r)),
         Y=np.empty((3 * segments, r)),
         load_Y=np.empty((6 * n_elements, r)),
@@ -296,7 +298,9 @@ def make_beam_work(robot: BeamRobot, Phi: Array, n_elements: int) -> BeamWork:
     )
 
 
-def make_reduced(robot: BeamRobot, tree: BeamTree, Phi: Array, elements: Ints) -> ReducedBeamRobot:
+def make_reduced(
+    robot: Robot[BeamBody], tree: BeamTree, Phi: Array, elements: Ints
+) -> Robot[StrainBody]:
     """A robot of beams in the coordinates of strain modes.
 
     Args:
@@ -305,21 +309,14 @@ def make_reduced(robot: BeamRobot, tree: BeamTree, Phi: Array, elements: Ints) -
         Phi: (6 e, r) strain modes.
         elements: (s,) elements that carry loads, at which the change of J is evaluated.
     """
-    mass, paths = np.zeros((robot.n_nodes, 6)), robot.actuator_set.paths
-    mass[:, :3], mass[:, 3:] = robot.body.mass[:, None], robot.body.inertia[:, None]
+    full = robot.body
+    mass, paths = np.zeros((full.n_nodes, 6)), full.actuator_set.paths
+    mass[:, :3], mass[:, 3:] = full.beams.mass[:, None], full.beams.inertia[:, None]
     rows = (6 * elements[:, None] + np.arange(6)).ravel()
-    return ReducedBeamRobot(
-        names=robot.names,
-        digest=robot.digest,
-        gravity=robot.gravity,
-        tolerance=robot.tolerance,
-        integration=robot.integration,
-        actuators=robot.actuators,
-        actuator_set=robot.actuator_set,
-        limits=robot.limits,
-        effectors=robot.effectors,
-        contacts=robot.contacts,
-        vertices=robot.vertices,
+    body = StrainBody(
+        gravity=full.gravity,
+        integration=full.integration,
+        actuator_set=full.actuator_set,
         full=robot,
         Phi=np.ascontiguousarray(Phi),
         tree=tree,
@@ -328,7 +325,8 @@ def make_reduced(robot: BeamRobot, tree: BeamTree, Phi: Array, elements: Ints) -
         stiffness=Phi.T @ (tree.D[:, None] * Phi),
         mass=mass.ravel(),
         root_mass=np.sqrt(mass.ravel()),
-        outer=outer_forces(robot),
+        outer=full.outer,
         cable=np.repeat(np.arange(paths.n_a), np.diff(paths.starts)),
-        work=make_beam_work(robot, Phi, len(elements)),
+        work=make_beam_work(full, Phi, len(elements)),
     )
+    return robot.with_body(body, robot.effectors, robot.contacts, robot.vertices)

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauten.model.numerics import Array, Ints
-from tauten.model.robot import Robot, State
+from tauten.model.robot.robot import Robot
+from tauten.model.state import State
 
 Floats: TypeAlias = NDArray[np.float32]  # positions for drawing
 

@@ -1,31 +1,30 @@
-"""A robot of bodies with rigid regions, drives and attachments, in the coordinates that they leave."""
+"""The body with rigid regions, drives and attachments, in the coordinates that these leave."""
 
 from __future__ import annotations
 
-import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
-from tauten.model.body import SparseAssembled, SparseRobot
+from tauten.model.body import SparseAssembled, Tangent
 from tauten.model.constraints.coordinates import CoordinateMap, NodeMap, ProductPattern
 from tauten.model.constraints.drums import Drums
 from tauten.model.constraints.frames import Frames
 from tauten.model.constraints.joints import FrameJoints
 from tauten.model.materials import EXACT, HELD
-from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Array, FactorisationError, Ints
-from tauten.model.points import MeanPoints, NodeMotion, NodePoints
-from tauten.model.robot import Assembled, State
+from tauten.model.mesh import boundary_triangles
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import NodeMotion
 from tauten.model.rows import Rows
-from tauten.model.system import Integration, System, make_system
-from tauten.model.tetra import TetRobot
+from tauten.model.state import State
+from tauten.model.system import Integration, System
+from tauten.model.tetra import TetBody
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
-    """A robot of tetrahedra and beams some of whose nodes follow others, a `Robot`; made by `load_robot`.
+class ConstrainedBody(TetBody):
+    """A body of tetrahedra and beams some of whose nodes follow others.
 
     State.q has the positions of free nodes, position and unit quaternion of each rigid region, the unit
     quaternion of each pinned one, and the angle or travel of each drive; State.v has three, six, three and
@@ -33,8 +32,7 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
 
     Forces, tangent and rows are those of the nodes, multiplied with T = ∂x/∂q (`CoordinateMap`).
 
-    Attributes, beside those of every sparse robot:
-        raw: the same robot without constraints, drives or couplings, over all nodes that are not fixed.
+    Attributes, beside those of every body of tetrahedra:
         frames: rigid regions and drives.
         coordinates: the map to the nodes.
         driven: (m,) numbers of the actuated drives among the drive regions; hinges are drive regions without
@@ -45,7 +43,6 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         drums: motors that wind several cables; None: there are none.
     """
 
-    raw: TetRobot
     frames: Frames
     coordinates: CoordinateMap
     driven: Ints
@@ -55,34 +52,13 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
     drums: Drums | None
 
     @property
-    def mesh(self) -> TetMesh:
-        """Linear tetrahedra on all nodes at rest."""
-        return self.raw.mesh
-
-    @property
-    def moving_mass(self) -> float:
-        """Mass of all nodes that are not fixed [kg]."""
-        return self.raw.moving_mass
-
-    @property
-    def size(self) -> float:
-        """Diagonal of the bounding box at rest [m]."""
-        return self.raw.size
-
-    @property
-    def n_nodes(self) -> int:
-        """Nodes, fixed ones included."""
-        return self.raw.n_nodes
-
-    @property
-    def n_elements(self) -> int:
-        """Tetrahedra, of smoothed elements those that are averaged, and beams."""
-        return self.raw.n_elements
-
-    @property
     def triangles(self) -> Ints:
         """Surface as triples of `points`: (t, 3)."""
-        return self.raw.triangles if self.joints is None else self.joints.drawn(self.mesh)
+        return (
+            boundary_triangles(self.mesh.tets)
+            if self.joints is None
+            else self.joints.drawn(self.mesh)
+        )
 
     def turns(self, state: State) -> Array:
         """Rotations of the nodes of beams: (b, 4), unit quaternions."""
@@ -93,9 +69,9 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
 
     def rest(self) -> State:
         """The stress-free state at standstill."""
-        free = self.raw.rest().q.reshape(-1, 3)[self.coordinates.free]
+        free = self.tetrahedra.at_rest.reshape(-1, 3)[self.coordinates.free]
         q = np.concatenate([free.ravel(), self.frames.rest()])
-        return State(q, np.zeros(self.n), self.raw.relaxed)
+        return State(q, np.zeros(self.n), self.tetrahedra.relaxed)
 
     def placed(self, state: State) -> tuple[Array, NodeMap]:
         """Positions (3 m,) of the nodes that are not fixed [m], and the map there."""
@@ -112,24 +88,13 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
     def placed_motion(self, state: State) -> tuple[NodeMotion, NodeMap]:
         """`motion`, and its map to the nodes."""
         positions, through = self.placed(state)
-        x, raw = self.mesh.nodes.copy(), self.raw
-        x[raw.pattern.dof >= 0] = positions.reshape(-1, 3)
-        angles = self.drive_angles(state)
-        return NodeMotion(x, raw.pattern.dof, raw.n, through, angles), through
-
-    def nodes(self, state: State) -> Array:
-        """Positions of all nodes, fixed ones included: (n_nodes, 3) [m]."""
-        return self.motion(state).x
+        held, angles = self.tetrahedra, self.drive_angles(state)
+        return NodeMotion(held.placed(positions), held.dof, held.m, through, angles), through
 
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins, here all nodes and the outlines of beams: (P, 3) [m]."""
         x = self.nodes(state)
         return x if self.joints is None else self.joints.points(x, self.turns(state))
-
-    def loaded(self, gravity: Array, effector_force: Array) -> ConstrainedRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
-        raw = self.raw.loaded(gravity, effector_force)
-        return dataclasses.replace(self, raw=raw, gravity=raw.gravity)
 
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m], or a bound for it."""
@@ -151,7 +116,7 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         Returns:
             force (n,) without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
         """
-        kind = EXACT if exact else self.raw.elements.semidefinite
+        kind = EXACT if exact else self.tetrahedra.elements.semidefinite
         return self.forces_at(state, *self.placed_motion(state), effort, kind)
 
     def stiffness(self, state: State) -> Array:
@@ -168,18 +133,18 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
             motion: of the nodes there, and
             through: its map to them, from `placed_motion`.
             effort: (n_a,) efforts of the actuators, as in `forces`.
-            kind: of tangent, see `TetRobot.forces_with`.
+            kind: of tangent, see `NodalBody.forces_with`.
         """
         exact, actuators, T = kind == EXACT, self.actuator_set, through.T
         efforts, winding, parts = actuators.efforts(effort), np.zeros(0), list[Array]()
-        pulled = np.zeros(self.raw.n)
+        pulled = np.zeros(self.tetrahedra.m)
         if self.drums is not None:
             rows, tensions = self.wound(motion)
             efforts = np.zeros(len(actuators.others)) if efforts is None else efforts
             efforts[self.drums.cables] = tensions
             pulled, winding = rows.H[self.drums.cables].T @ tensions, -self.drums.efforts(tensions)
             parts = [self.drums.tangent(rows.H, tensions)]
-        force, K = self.raw.nodal_forces(kind, motion.x, actuators.loads(efforts, exact))
+        force, K = self.tetrahedra.forces(kind, motion.x, actuators.loads(efforts, exact))
         tangent = self.product.tangent.apply(K, T, len(self.pattern.indices))
         moments = np.zeros(0)
         if self.joints is not None:
@@ -196,7 +161,7 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
             mapped = mapped + preload[0]
         if exact and len(self.frames.nodes):
             if efforts is not None and len(efforts) > 0:
-                others = actuators.other_rows(self.raw_motion(motion))
+                others = actuators.other_rows(self.tetrahedra.motion(motion.x))
                 force = force + others.H.T @ efforts
             self.add_lever_stiffness(through.levers, force, tangent)
         return mapped, tangent
@@ -214,75 +179,45 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         K[self.product.rigid_places] += blocks
         K[self.product.drive_places] += drives
 
-    @property
-    def motor_coordinates(self) -> Ints:
-        """Degrees of freedom that drives and drums hold."""
-        return self.actuator_set.drives.columns
-
     def mass_values(self, T: Array) -> Array:
         """Values (nnz,) of the mass matrix Tᵀ M T [kg, kg m, kg m²] for values T of the map."""
         turning = np.zeros(0) if self.joints is None else np.repeat(self.joints.inertia, 3)
         winding = np.zeros(0 if self.drums is None else len(self.drums.motors))
-        mass = np.concatenate([self.raw.mass, turning, winding])
+        mass = np.concatenate([self.tetrahedra.mass, turning, winding])
         return self.product.inertia.apply(mass, T, len(self.pattern.indices))
 
     def masses(self, state: State) -> Array:
         """Values (nnz,) of the mass matrix at a state."""
         return self.mass_values(self.placed(state)[1].T)
 
-    def inertia_at(self, state: State) -> Array:
-        """Centrifugal and gyroscopic forces (n,) at a state [N]."""
-        return self.inertia_force(self.placed(state)[1], state.v)
-
-    def system(self, assembled: Assembled, integration: Integration) -> System:
-        """The system of one step, `linearise` where forces and tangents are known.
-
-        Args:
-            assembled: by this robot or a fork.
-            integration: scheme and length of the step.
-
-        Raises:
-            FactorisationError: A is not positive definite (a state that has blown up).
-        """
-        assert isinstance(assembled, SparseAssembled)
-        state, scheme, K = assembled.state, integration, assembled.K
-        through, damping = self.placed(state)[1], None
-        mass, force = self.mass_values(through.T), assembled.force
-        if not scheme.static:
-            remembered, damping = self.damping_with(assembled.D, state, scheme)
-            force = force + self.inertia_force(through, state.v)
-            force = force if remembered is None else force + remembered
-        make = partial(make_system, self.pattern, self.factorisation, scheme, damping=damping)
-        try:
-            return make(K, mass, force, state.v)
-        except FactorisationError:
-            semidefinite, K = self.forces(state, assembled.effort)[1], K.copy()
-        # past the largest torque a drive holds the robot against its own tangent: stiffness on the diagonal
-        # of a drive that is held changes no step towards equilibrium, the semidefinite tangent does
-        drives = self.product.drive_places[self.driven]
-        K[drives] += semidefinite[drives] + 2.0 * np.abs(K[drives]) + mass[drives] / scheme.h**2
-        for tangent in [K, semidefinite] if len(drives) else [semidefinite]:
-            try:
-                system = make(tangent, mass, force, state.v)
-                return dataclasses.replace(system, exact=False)
-            except FactorisationError:
-                if tangent is semidefinite:
-                    raise
-        raise AssertionError("unreachable")
-
-    def inertia_force(self, through: NodeMap, v: Array) -> Array:
-        """Centrifugal and gyroscopic forces, −Tᵀ M Ṫ v: (n,).
-
-        Args:
-            through: the map to the nodes.
-            v: (n,) velocity.
-        """
+    def inertia_at(self, state: State) -> Array | None:
+        """Centrifugal and gyroscopic forces (n,) at a state, −Tᵀ M Ṫ v [N]; None where no frame turns."""
         if len(self.frames.nodes) == 0:
-            return np.zeros(self.n)
-        rate = self.frames.centripetal(through.levers, v[3 * len(self.coordinates.free) :])
+            return None
+        through = self.placed(state)[1]
+        rate = self.frames.centripetal(through.levers, state.v[3 * len(self.coordinates.free) :])
         acceleration = self.coordinates.gather.T @ rate.ravel()  # of all nodes
         # the inertia of a beam's node is the same about all axes
-        return -through.forces(self.raw.mass * acceleration)
+        return -through.forces(self.tetrahedra.mass * acceleration)
+
+    def tangents(self, at: SparseAssembled, scheme: Integration) -> Iterator[Tangent]:
+        """What a step tries, see `SparseBody.tangents`.
+
+        Past the largest torque a drive holds the body against its own tangent: stiffness on the diagonal of a
+        drive that is held changes no step towards equilibrium, the semidefinite tangent does.
+
+        Args:
+            at: the state where the step starts.
+            scheme: of the step.
+        """
+        yield Tangent(at.K, True, 0.0)
+        semidefinite, K = self.forces(at.state, at.effort)[1], at.K.copy()
+        drives = self.product.drive_places[self.driven]
+        if len(drives):
+            mass = (self.masses(at.state) if scheme.static else at.mass)[drives]
+            K[drives] += semidefinite[drives] + 2.0 * np.abs(K[drives]) + mass / scheme.h**2
+            yield Tangent(K, False, 0.0)
+        yield Tangent(semidefinite, False, 0.0)
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
@@ -291,21 +226,17 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
             state: where a step starts.
             h: its length [s].
         """
-        if self.raw.viscosity is None:
-            return None, None
         motion, through = self.placed_motion(state)
-        force, C = self.raw.nodal_viscosity(self.raw.viscosity, motion.x, state.memory, h)
-        mapped = self.product.tangent.apply(C, through.T, len(self.pattern.indices))
-        return through.forces(force), mapped
-
-    def stored(self, state: State) -> float:
-        """Energy stored in the memory of viscous materials [J]."""
-        return self.raw.stored(state)
+        viscous = self.tetrahedra.viscous(motion.x, state.memory, h)
+        if viscous is None:
+            return None, None
+        mapped = self.product.tangent.apply(viscous[1], through.T, len(self.pattern.indices))
+        return through.forces(viscous[0]), mapped
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity, outer forces and preloads since rest [J]."""
         motion = self.motion(state)
-        preload, energy = self.actuator_set.preload(motion), self.raw.nodal_potential(motion.x)
+        preload, energy = self.actuator_set.preload(motion), self.tetrahedra.potential(motion.x)
         if self.joints is not None:
             energy += self.joints.assemble(motion.x, self.turns(state), False)[0]
         if self.drums is not None:
@@ -335,23 +266,15 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         step = self.frames.between(start.q[first:], end.q[first:])
         return np.concatenate([force[:first], self.frames.at_end(step, force[first:])])
 
-    def inverted(self, state: State) -> int:
-        """Number of tetrahedra that are turned inside out."""
-        return self.mesh.inverted(self.nodes(state))
-
     def drive_angles(self, state: State) -> Array:
         """Angle or travel of every drive region: (n_drives,)."""
         return state.q[len(state.q) - self.frames.n_drives :]
-
-    def raw_motion(self, motion: NodeMotion) -> NodeMotion:
-        """The same nodes with themselves as unknowns."""
-        return NodeMotion(motion.x, motion.dof, motion.n_free)
 
     def wound(self, motion: NodeMotion) -> tuple[Rows, Array]:
         """Rows of all cables over the nodes, and tensions [N] of those on drums."""
         assert self.drums is not None
         actuators = self.actuator_set
-        rows = actuators.paths.rows(self.raw_motion(motion).placed(actuators.stations))
+        rows = actuators.paths.rows(self.tetrahedra.motion(motion.x).placed(actuators.stations))
         return rows, self.drums.tensions(rows.delta, motion.travel[self.drums.regions])
 
     def advance(self, state: State, system: System, dv: Array) -> State:
@@ -366,8 +289,4 @@ class ConstrainedRobot(SparseRobot[NodePoints | MeanPoints]):
         step, first = system.h * v, 3 * len(self.coordinates.free)
         moved = self.frames.moved(state.q[first:], step[first:])
         after = State(np.concatenate([state.q[:first] + step[:first], moved]), v)
-        if self.raw.viscosity is None:
-            return after
-        before, end = self.nodes(state), self.nodes(after)
-        memory = self.raw.remembered(before, end, state.memory, system.h)
-        return dataclasses.replace(after, memory=memory)
+        return self.remembering(state, after, system.h)

@@ -1,4 +1,4 @@
-"""A robot of tetrahedra in reduced coordinates: no array of a step is as long as its mesh.
+"""A body of tetrahedra in reduced coordinates: no array of a step is as long as its mesh.
 
 Nodes are at q₀ + E β (14), with β = α where the robot has no drives, and otherwise also sines and cosines of
 their angles θ (`tauten.reduction.state.tetra.node_chart`). State.q is (α, θ), State.v its rate. Forces and
@@ -15,11 +15,13 @@ import numpy as np
 
 from tauten.model import Assembled, Integration, Robot, State, System
 from tauten.model.constraints import Drums
+from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array
+from tauten.model.tetra import TetBody
 from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
-from tauten.reduction.reduced_robot import ReducedRobot
+from tauten.reduction.reduced_body import ReducedBody
 from tauten.reduction.state.tetra.actuators import ModalCurvature
-from tauten.reduction.state.tetra.arrays import Body, Response, Work, make_work
+from tauten.reduction.state.tetra.arrays import Response, SampledElements, Work, make_work
 from tauten.reduction.state.tetra.body import ModeMotion, ModePoints
 from tauten.reduction.state.tetra.elements import assemble_response
 from tauten.reduction.state.tetra.energy import sampled_energy
@@ -37,7 +39,7 @@ class SampledAssembled(DenseAssembled):
         members: efforts on cables, chambers and forces; None: there are none.
         wound: cables on drums; None: there are none.
         tension: of each cable [N].
-        response: of the elements, in the workspace of the robot that assembled it.
+        response: of the elements, in the workspace of the body that assembled it.
         damped: whether it has the stiffness of the material.
     """
 
@@ -67,7 +69,7 @@ class Wound:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReducedSprings:
-    """ReducedSprings between points of a body in reduced coordinates, energy ½ βᵀ K β + pᵀ β.
+    """Springs between points of a body in reduced coordinates, energy ½ βᵀ K β + pᵀ β.
 
     Attributes:
         K: (R, R) [N/m].
@@ -79,54 +81,65 @@ class ReducedSprings:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReducedTetRobot(ReducedRobot[ModePoints]):
-    """A reduced robot made of tetrahedra.
+class ModalBody(ReducedBody[ModePoints]):
+    """A body of tetrahedra moved by modes.
 
-    Attributes, beside those of every reduced robot:
+    Attributes, beside those of every reduced body:
         chart: the deviations that Φ combines.
         E: (3 n_nodes, R) displacements of all nodes that are not fixed, by β.
         drive_motion: β of the coordinates.
-        body: sampled elements.
+        sampled: elements.
         curvature: of its cables and chambers.
         mass: (R, R) Eᵀ M E [kg].
         load: (R,) Eᵀ of gravity and outer forces [N].
         springs: that keep hinges aligned; None: there are none.
         drums: motors that wind several cables; None: there are none.
+        contact_points: the points of surfaces that touch.
         effector_places: (3 p, R) displacement of the effectors, where outer forces act on them.
         work: workspace of the kernels.
     """
 
+    full: Robot[TetBody]
     chart: NodeChart
     E: Array
     drive_motion: DriveMotion
-    body: Body
+    sampled: SampledElements
     curvature: ModalCurvature
     mass: Array
     load: Array
     springs: ReducedSprings | None
     drums: Drums | None
+    contact_points: ModePoints
     effector_places: Array
     work: Work
 
     @property
     def n_elements(self) -> int:
         """Elements in the sample."""
-        return self.body.elements
+        return self.sampled.elements
 
-    def fork(self) -> ReducedTetRobot:
-        """The same robot with a workspace of its own."""
-        return dataclasses.replace(self, work=make_work(self.body, self.curvature.tendons))
+    def fork(self) -> ModalBody:
+        """The same body with a workspace of its own."""
+        return dataclasses.replace(self, work=make_work(self.sampled, self.curvature.tendons))
 
-    def loaded(self, gravity: Array, effector_force: Array) -> ReducedTetRobot:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
-        full: Robot = self.full.loaded(gravity, effector_force)
-        raw = self.chart.raw.loaded(gravity, effector_force)
+    def loaded(
+        self, gravity: Array, effector_force: Array, effectors: Effectors[ModePoints]
+    ) -> ModalBody:
+        """The body under other loads.
+
+        Args:
+            gravity: (3,) [m/s²].
+            effector_force: (3 p,) forces on effectors [N].
+            effectors: the effectors, over its points.
+        """
+        full = self.full.loaded(gravity, effector_force)
+        tetrahedra = full.body.tetrahedra
         return dataclasses.replace(
             self,
             full=full,
-            chart=dataclasses.replace(self.chart, raw=raw),
+            chart=dataclasses.replace(self.chart, tetrahedra=tetrahedra),
             gravity=full.gravity,
-            load=self.E.T @ raw.load,
+            load=self.E.T @ tetrahedra.load,
         )
 
     def lifted(self, state: State) -> State:
@@ -151,7 +164,7 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
         """Largest displacement of an effector, contact vertex or driven node in a change dq (n,) [m]."""
         motion, map_ = self.motion(state), self.drive_motion
         change = dq if motion.J is None else motion.J @ dq
-        parts = [self.effector_places @ change, self.vertices.map @ change]
+        parts = [self.effector_places @ change, self.contact_points.map @ change]
         if map_.drives > 0:
             parts.append(dq[map_.modes :] * map_.reach)
         return max(float(np.abs(part).max(initial=0.0)) for part in parts)
@@ -196,15 +209,16 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
         load, rate = self.load, state.v if J is None or scheme.static else J @ state.v
         if self.springs is not None:
             load = load - self.springs.K @ beta - self.springs.p
-        assemble_response(beta, rate, load, damped, self.body, response)
+        assemble_response(beta, rate, load, damped, self.sampled, response)
         over_beta, resisting = response.force.copy(), response.resisting.copy()
         if damped and self.springs is not None:
             resisting += self.springs.K @ rate
-        force, mass, inertia = over_beta, self.mass, np.zeros(self.n)
+        force, mass = over_beta, self.mass
+        inertia: Array | None = None
         if J is not None:
             force, resisting = J.T @ over_beta, J.T @ resisting
             if not scheme.static:
-                mass, inertia = self.masses(state), -self.inertia_at(state)
+                mass, inertia = self.masses(state), self.inertia_at(state)
         preload = actuators.preload(motion)
         if preload is not None:
             force = force + preload[0]
@@ -226,11 +240,11 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
             exact: whether K is the derivative, or positive semidefinite.
         """
         beta, J = at.motion.beta, at.motion.J
-        if not (exact or at.damped or self.body.corotational):
+        if not (exact or at.damped or self.sampled.corotational):
             rate = at.state.v if J is None else J @ at.state.v
-            assemble_response(beta, rate, self.load, True, self.body, at.response)
+            assemble_response(beta, rate, self.load, True, self.sampled, at.response)
         tendons = self.curvature.tendons
-        combine(beta, at.tension, shares, exact, at.response, self.body, tendons, self.work)
+        combine(beta, at.tension, shares, exact, at.response, self.sampled, tendons, self.work)
         tangent: Array = self.work.S.copy()
         if self.springs is not None:
             tangent += (shares[0] + shares[1]) * self.springs.K
@@ -253,7 +267,7 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
         """Energy of the sampled elements, springs and drums, minus the work of loads since rest [J]."""
         motion, springs, drums = self.motion(state), self.springs, self.drums
         beta, preload = motion.beta, self.actuator_set.preload(motion)
-        energy = sampled_energy(beta, self.body) - float(self.load @ beta)
+        energy = sampled_energy(beta, self.sampled) - float(self.load @ beta)
         if springs is not None:
             energy += float(beta @ (0.5 * springs.K @ beta + springs.p))
         if drums is not None:
@@ -267,11 +281,11 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
         J = self.motion(state).J
         return self.mass if J is None else J.T @ self.mass @ J
 
-    def inertia_at(self, state: State) -> Array:
-        """Centrifugal forces (n,) of drives that turn [N]."""
+    def inertia_at(self, state: State) -> Array | None:
+        """Centrifugal forces (n,) of drives that turn [N]; None: there are no drives."""
         map_, J = self.drive_motion, self.motion(state).J
         if J is None:
-            return np.zeros(self.n)
+            return None
         centripetal = state.v[map_.modes :] ** 2 @ map_.bend(state.q)
         forces: Array = -J.T @ (self.mass @ centripetal)
         return forces
@@ -289,7 +303,7 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
         return Wound(H, tension, H.T @ (drums.held_by(tension)[:, None] * H))
 
     def system(self, assembled: Assembled, integration: Integration) -> System:
-        """The system of one step, see `ReducedRobot`."""
+        """The system of one step, see `Body`."""
         assert isinstance(assembled, SampledAssembled)
         at, scheme = assembled, scheme_of(integration)
         shares = shares_of(scheme)
@@ -299,6 +313,6 @@ class ReducedTetRobot(ReducedRobot[ModePoints]):
 
 def chart_weight(chart: NodeChart) -> Array:
     """Diagonal (m,) of M / m for nodes that modes move, one for each drive."""
-    mass = chart.raw.mass.reshape(-1, 3)[chart.moved].ravel()
+    mass = chart.tetrahedra.mass.reshape(-1, 3)[chart.moved].ravel()
     weight = 3.0 * mass / mass.sum()  # every node counts three times
     return np.concatenate([weight, np.ones(chart.drives)])

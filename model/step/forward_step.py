@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.condensed_step import CondensedStep, Forces
-from tauten.model.enrichment import Enrichment, EnrichmentLoop, PredictedStep
 from tauten.model.interface import Command
 from tauten.model.numerics import Array, Ints, solve_lcp
-from tauten.model.sorted_rows import sorted_rows
+from tauten.model.step.condensed_step import CondensedStep, Forces
+from tauten.model.step.enrichment import Enrichment, EnrichmentLoop, PredictedStep
+from tauten.model.step.sorted_rows import sorted_rows
 
 SINGULAR = (
     1e-12  # eigenvalue of the scaled W_EE, relative to the largest, below which it is rounding

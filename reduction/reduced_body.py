@@ -1,18 +1,19 @@
-"""The common part of reduced robots, and what a kind of body must supply to have one."""
+"""Bodies in the coordinates of a state basis: their common part, and what a kind of body must supply."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 import numpy as np
+from typing_extensions import TypeVar
 
 from tauten.model import Integration, Robot, State, System
-from tauten.model.body import RobotBase
+from tauten.model.body import Body
 from tauten.model.numerics import Array, DenseFactors, Ints
 
-P = TypeVar("P")
+P = TypeVar("P", default=Any)
 
 
 class StateBasisError(ValueError):
@@ -20,11 +21,11 @@ class StateBasisError(ValueError):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReducedRobot(RobotBase[P]):
-    """A `Robot` of r unknowns α that replaces a full one.
+class ReducedBody(Body[P]):
+    """A body of r unknowns α that replaces a full one.
 
-    Attributes, beside those of every robot:
-        full: the robot it replaces.
+    Attributes, beside those of every body:
+        full: the robot whose body it replaces.
         Phi: (m, r) state modes.
     """
 
@@ -38,18 +39,13 @@ class ReducedRobot(RobotBase[P]):
 
     @property
     def n_nodes(self) -> int:
-        """Nodes of the full robot."""
+        """Nodes of the full body."""
         return self.full.n_nodes
-
-    @property
-    @abstractmethod
-    def n_elements(self) -> int:
-        """Elements in the sample."""
 
     @property
     def moving_mass(self) -> float:
         """Mass of all nodes that are not fixed [kg]."""
-        return self.full.moving_mass
+        return self.full.body.moving_mass
 
     @property
     def size(self) -> float:
@@ -86,24 +82,12 @@ class ReducedRobot(RobotBase[P]):
         return State(state.q + system.h * v, v)
 
     @abstractmethod
-    def fork(self) -> ReducedRobot[P]:
-        """The same robot with a workspace of its own."""
-
-    @abstractmethod
-    def loaded(self, gravity: Array, effector_force: Array) -> ReducedRobot[P]:
-        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
-
-    @abstractmethod
     def lifted(self, state: State) -> State:
         """The state of the full robot."""
 
     @abstractmethod
     def projected(self, state: State) -> State:
         """The nearest state to one of the full robot."""
-
-    @abstractmethod
-    def displacement(self, state: State, dq: Array) -> float:
-        """Largest displacement of an effector or contact vertex in a change dq (r,) at a state, about [m]."""
 
     def matrix(self, values: Array) -> Array:
         """A matrix (r, r), which is stored as it is."""
@@ -123,7 +107,7 @@ class ReducedRobot(RobotBase[P]):
 
     def inverted(self, state: State) -> int:
         """Number of elements of the full robot that are turned inside out."""
-        return self.full.inverted(self.lifted(state))
+        return self.full.body.inverted(self.lifted(state))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,7 +175,7 @@ class Reducible(Protocol):
             weights: (s,) their weights.
         """
 
-    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> ReducedRobot[Any]:
+    def reduced(self, Phi: Array, elements: Ints, weights: Array) -> Robot[ReducedBody]:
         """The robot in the coordinates of a state basis.
 
         Args:

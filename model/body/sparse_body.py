@@ -1,17 +1,19 @@
-"""The common part of robots with a sparse tangent."""
+"""The common part of bodies with a sparse tangent."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Self, TypeVar
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import scipy.sparse as sp
+from typing_extensions import TypeVar
 
-from tauten.model.body.robot_base import RobotBase
-from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
-from tauten.model.robot import Assembled, State
+from tauten.model.body.body import Body
+from tauten.model.numerics import Array, Factorisation, FactorisationError
+from tauten.model.state import Assembled, State
 from tauten.model.system import (
     Integration,
     Pattern,
@@ -20,29 +22,47 @@ from tauten.model.system import (
     semidefinite_shares,
 )
 
-P = TypeVar("P")
+P = TypeVar("P", default=Any)
 
 
 @dataclass(frozen=True, slots=True)
 class SparseAssembled(Assembled):
-    """Forces and tangents of a robot with a sparse tangent; attributes beside those of `Assembled`.
+    """Forces and tangents of a body with a sparse tangent; attributes beside those of `Assembled`.
 
     Attributes:
         force: (n,) without actuators, contacts and viscosity [N].
         K: (nnz,) exact tangent.
         D: (nnz,) stiffness to which damping is proportional; None: no damping is.
+        mass: as `SparseBody.masses` gives it; empty where steps are static.
+        inertia: (n,) centrifugal and gyroscopic forces [N]; None: there are none.
     """
 
     force: Array
     K: Array
     D: Array | None
+    mass: Array
+    inertia: Array | None
+
+
+class Tangent(NamedTuple):
+    """A tangent that a step may use.
+
+    Attributes:
+        values: (nnz,) of K.
+        exact: whether it is the derivative of the forces.
+        semidefinite: share of the positive semidefinite tangent in it that the next step may try first.
+    """
+
+    values: Array
+    exact: bool
+    semidefinite: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SparseRobot(RobotBase[P]):
-    """The linear system of a `Robot` that has a pattern and a factorisation.
+class SparseBody(Body[P]):
+    """The linear system of a body that has a pattern and a factorisation.
 
-    Attributes, beside those of every robot:
+    Attributes, beside those of every body:
         pattern: sparsity of its matrices.
         factorisation: workspace of the linear solver.
     """
@@ -61,7 +81,7 @@ class SparseRobot(RobotBase[P]):
         return self.factorisation.name
 
     def fork(self) -> Self:
-        """The same robot with a separate factorisation workspace."""
+        """The same body with a separate factorisation workspace."""
         return dataclasses.replace(self, factorisation=self.factorisation.fork())
 
     def assemble(
@@ -72,65 +92,78 @@ class SparseRobot(RobotBase[P]):
         Args:
             state: where steps start.
             effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
-            integration: another scheme than the robot's. The steps may have any length, but its damping.
+            integration: another scheme than the body's. The steps may have any length, but its damping.
         """
-        D = self.stiffness_of(state, integration or self.integration)
-        return SparseAssembled(state, effort, *self.forces(state, effort, exact=True), D)
+        scheme = integration or self.integration
+        D, mass, inertia = self.stiffness_of(state, scheme), np.zeros(0), None
+        if not scheme.static:
+            mass, inertia = self.masses(state), self.inertia_at(state)
+        force, K = self.forces(state, effort, exact=True)
+        return SparseAssembled(state, effort, force, K, D, mass, inertia)
 
     def system(self, assembled: Assembled, integration: Integration) -> System:
-        """The system of one step, `linearise` where forces and tangents are known.
+        """The system of one step, `Robot.linearise` where forces and tangents are known.
 
         Args:
-            assembled: by this robot or a fork.
+            assembled: by this body or a fork.
             integration: scheme and length of the step.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """
         assert isinstance(assembled, SparseAssembled)
-        state, force, K, scheme = assembled.state, assembled.force, assembled.K, integration
+        at, scheme, force = assembled, integration, assembled.force
         damping: Array | None = None
         if not scheme.static:
-            remembered, damping = self.damping_with(assembled.D, state, scheme)
-            force = force if remembered is None else force + remembered
-        semidefinite: Array | None = None
-        for share in semidefinite_shares(scheme):
-            if share > 0.0 and semidefinite is None:
-                semidefinite = self.forces(state, assembled.effort, exact=False)[1]
-            tangent = K
-            if semidefinite is not None and share < 1.0:
-                tangent = (1.0 - share) * K + share * semidefinite
-            elif semidefinite is not None:
-                tangent = semidefinite
+            remembered, damping = self.damping_with(at.D, at.state, scheme)
+            for more in (at.inertia, remembered):
+                force = force if more is None else force + more
+        failed: FactorisationError | None = None
+        for K, exact, share in self.tangents(at, scheme):
             try:
                 system = make_system(
                     self.pattern,
                     self.factorisation,
                     scheme,
-                    tangent,
-                    self.masses(state),
+                    K,
+                    at.mass,
                     force,
-                    state.v,
+                    at.state.v,
                     damping,
                 )
-                return dataclasses.replace(system, exact=share == 0.0, semidefinite=share)
-            except FactorisationError:
-                # the exact tangent may be indefinite (buckling, compression); the semidefinite one is not
-                if share == 1.0:
-                    raise
-        raise AssertionError("unreachable")
+                return dataclasses.replace(system, exact=exact, semidefinite=share)
+            except FactorisationError as error:
+                failed = error
+        assert failed is not None
+        raise failed
 
-    @property
-    def motor_coordinates(self) -> Ints:
-        """Degrees of freedom that a motor holds, none by default."""
-        return np.zeros(0, dtype=np.int64)
+    def tangents(self, at: SparseAssembled, scheme: Integration) -> Iterator[Tangent]:
+        """What a step tries until one has a Cholesky factor.
+
+        The exact tangent may be indefinite (buckling, compression); the last one, which is semidefinite, has
+        a factor unless the state has blown up.
+
+        Args:
+            at: the state where the step starts.
+            scheme: of the step.
+        """
+        semidefinite: Array | None = None
+        for share in semidefinite_shares(scheme):
+            if share > 0.0 and semidefinite is None:
+                semidefinite = self.forces(at.state, at.effort, exact=False)[1]
+            if semidefinite is None:
+                yield Tangent(at.K, True, share)
+            elif share < 1.0:
+                yield Tangent((1.0 - share) * at.K + share * semidefinite, False, share)
+            else:
+                yield Tangent(semidefinite, False, share)
 
     def mass_matrix(self, state: State) -> sp.csc_array:
         """The mass matrix (n, n) at a state."""
         return self.matrix(self.masses(state))
 
     def matrix(self, values: Array) -> sp.csc_array:
-        """A matrix (n, n) of this robot, from values (nnz,) in its pattern or (n,) on the diagonal."""
+        """A matrix (n, n) of this body, from values (nnz,) in its pattern or (n,) on the diagonal."""
         return self.pattern.matrix(values)
 
     def add_mass(self, values: Array, mass: Array) -> None:

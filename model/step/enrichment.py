@@ -13,10 +13,10 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model.condensed_step import CondensedStep
-from tauten.model.contact_space import ContactSpace, EmptySpace
 from tauten.model.numerics import Array, Ints
 from tauten.model.rows import ContactRows
+from tauten.model.step.condensed_step import CondensedStep
+from tauten.model.step.contact_space import ContactSpace, EmptySpace
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,286 @@
+"""A body: where its points are, its forces and its matrices, in coordinates of its own.
+
+A `Robot` asks its body for the mechanics of a step and knows nothing of its coordinates. There are bodies
+whose nodes move freely, bodies whose nodes follow frames, bodies of beams, and bodies of modes.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Generic, Self
+
+import numpy as np
+import scipy.sparse as sp
+from typing_extensions import TypeVar
+
+from tauten.model.actuators import ActuatorSet
+from tauten.model.effectors import Effectors
+from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
+from tauten.model.points import Motion
+from tauten.model.state import Assembled, State, StepStart
+from tauten.model.system import Integration, System, make_iterate
+
+P = TypeVar("P", default=Any)
+
+# The displacement (n,) instead of a straight one (n,) from a state [m].
+Turning = Callable[[State, Array], Array]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body(ABC, Generic[P]):
+    """A body whose points are of type P (`tauten.model.points.Motion`); immutable except for its workspace.
+
+    Attributes:
+        gravity: (3,) [m/s²].
+        integration: time step and scheme.
+        actuator_set: rows of the actuators that act on it.
+    """
+
+    gravity: Array
+    integration: Integration
+    actuator_set: ActuatorSet[P]
+
+    @property
+    def h(self) -> float:
+        """Time step [s]."""
+        return self.integration.h
+
+    @property
+    @abstractmethod
+    def n(self) -> int:
+        """Free degrees of freedom, the length of v."""
+
+    @property
+    @abstractmethod
+    def n_nodes(self) -> int:
+        """Nodes, fixed ones included."""
+
+    @property
+    @abstractmethod
+    def n_elements(self) -> int:
+        """Finite elements."""
+
+    @property
+    @abstractmethod
+    def moving_mass(self) -> float:
+        """Mass of all nodes that are not fixed [kg]."""
+
+    @property
+    @abstractmethod
+    def size(self) -> float:
+        """Diagonal of the bounding box at rest [m]."""
+
+    @property
+    @abstractmethod
+    def linear_solver(self) -> str:
+        """Name of what solves its linear systems."""
+
+    @property
+    @abstractmethod
+    def triangles(self) -> Ints:
+        """Surface as triples of `points`: (t, 3)."""
+
+    @abstractmethod
+    def points(self, state: State) -> Array:
+        """Positions of what `triangles` joins: (P, 3) [m]."""
+
+    @abstractmethod
+    def fork(self) -> Self:
+        """The same body with a separate workspace."""
+
+    @abstractmethod
+    def loaded(self, gravity: Array, effector_force: Array, effectors: Effectors[P]) -> Self:
+        """The body under other loads.
+
+        Args:
+            gravity: (3,) [m/s²].
+            effector_force: (3 p,) forces on effectors [N].
+            effectors: the effectors, over its points.
+        """
+
+    @abstractmethod
+    def rest(self) -> State:
+        """The stress-free state at standstill."""
+
+    @abstractmethod
+    def motion(self, state: State) -> Motion[P]:
+        """Where the points of the body are at a state, and how they move with the unknowns."""
+
+    @abstractmethod
+    def displacement(self, state: State, dq: Array) -> float:
+        """Largest displacement of a node in a change dq (n,) of the configuration at a state [m]."""
+
+    @abstractmethod
+    def advance(self, state: State, system: System, dv: Array) -> State:
+        """The state one step later: velocity v + dv, moved by h (v + dv).
+
+        Args:
+            state: before the step.
+            system: of the step.
+            dv: (n,) change of velocity [m/s].
+        """
+
+    @abstractmethod
+    def forces(
+        self, state: State, effort: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Forces without actuators and contacts (n,) [N], and K = −∂force/∂q as the body stores it.
+
+        Args:
+            state: where to evaluate.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
+            exact: exact derivative rather than the positive semidefinite tangent.
+        """
+
+    @abstractmethod
+    def assemble(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> Assembled:
+        """Forces and tangents at a state, valid until this body assembles others.
+
+        Args:
+            state: where steps start.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: another scheme than the body's. The steps may have any length, but its damping.
+        """
+
+    @abstractmethod
+    def system(self, assembled: Assembled, integration: Integration) -> System:
+        """The system of one step, `Robot.linearise` where forces and tangents are known.
+
+        Args:
+            assembled: by this body or a fork.
+            integration: scheme and length of the step.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+
+    @abstractmethod
+    def masses(self, state: State) -> Array:
+        """The mass matrix at a state as the body stores it, or lumped masses (n,) [kg], [kg m²]."""
+
+    @abstractmethod
+    def matrix(self, values: Array) -> sp.csc_array | Array:
+        """A matrix (n, n), from values as the body stores them or from lumped masses (n,)."""
+
+    @abstractmethod
+    def add_mass(self, values: Array, mass: Array) -> None:
+        """Add what `masses` gives to a matrix as the body stores it."""
+
+    @abstractmethod
+    def damping_at(self, state: State, scheme: Integration) -> tuple[Array | None, Array]:
+        """Forces (n,) of viscous materials' memory [N] or None, and C without a M as the body stores it.
+
+        Args:
+            state: where a step is linearised.
+            scheme: its length and damping.
+        """
+
+    @abstractmethod
+    def factors(self) -> Factorisation:
+        """A workspace for factors of matrices as the body stores them."""
+
+    @abstractmethod
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+
+    def inertia_at(self, state: State) -> Array | None:
+        """Centrifugal and gyroscopic forces (n,) at a state [N]; None where the mass is constant."""
+        return None
+
+    @property
+    def motor_coordinates(self) -> Ints:
+        """Degrees of freedom that a motor holds: those of drives and drums."""
+        return self.actuator_set.drives.columns
+
+    def turning_steps(self) -> Turning | None:
+        """What replaces long straight steps by such that turn elements; None: nothing does. Expensive."""
+        return None
+
+    def inverted(self, state: State) -> int:
+        """Number of elements that are turned inside out."""
+        return 0
+
+    def stored(self, state: State) -> float:
+        """Energy stored in the memory of viscous materials [J]."""
+        return 0.0
+
+    def kinetic_energy(self, state: State) -> float:
+        """½ vᵀ M v [J]."""
+        return 0.5 * float(state.v @ self.matrix(self.masses(state)) @ state.v)
+
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s], [rad/s]."""
+        v: Array = (end.q - start.q) / self.h
+        return v
+
+    def at_end(self, start: State, end: State, force: Array) -> Array:
+        """Forces (n,) at the end of a step that do the work of given ones at its start [N].
+
+        Args:
+            start: of the step.
+            end: of the step.
+            force: (n,) forces that do work on displacements v h [N].
+        """
+        return force
+
+    def damping_at_end(self, start: StepStart, K: Array) -> Array:
+        """Second derivative of ½ vᵀ C v by v h at the end of a step, where it may be approximated.
+
+        Args:
+            start: of the step, with C.
+            K: tangent at the end.
+        """
+        return start.damping
+
+    def step_start(self, state: State) -> StepStart:
+        """The start of a step that is iterated, with mass, damping and constant forces there.
+
+        Args:
+            state: where the step starts (`tauten.model.simulation.converged_step`).
+        """
+        scheme, mass = self.integration, self.masses(state)
+        remembered, damping = self.damping_at(state, scheme)
+        self.add_mass(damping, scheme.rayleigh_mass * mass)
+        constant = np.zeros(self.n)
+        for force in (self.inertia_at(state), remembered):
+            constant = constant if force is None else constant + force
+        return StepStart(state, scheme, mass, damping, constant)
+
+    def step_energy(self, start: StepStart, v: Array) -> float:
+        """Φ − Π of (C1): ½ (v − v₀)ᵀ M (v − v₀) + ½ h vᵀ C v − h vᵀ f of a velocity (n,) [J]."""
+        change = v - start.state.v
+        kinetic = 0.5 * float(change @ self.matrix(start.mass) @ change)
+        viscous = 0.5 * (self.matrix(start.damping) @ v) - start.force
+        return kinetic + self.h * float(v @ viscous)
+
+    def linearise_iterate(self, state: State, start: StepStart, effort: Array) -> System:
+        """The system of one iteration of a step that started elsewhere, without velocity of its own.
+
+        Its solution dv moves the iterate by h dv.
+
+        Args:
+            state: the iterate.
+            start: of the step.
+            effort: (n_a,) efforts of the last iteration, for the curvature they add to A [N].
+
+        Raises:
+            FactorisationError: A is not positive definite.
+        """
+        v = self.velocity(start.state, state)
+        accelerated = self.matrix(start.mass) @ (v - start.state.v) / self.h
+        resisting = accelerated + self.matrix(start.damping) @ v - start.force
+        inertia = self.at_end(start.state, state, resisting)
+        for exact in (True, False):
+            force, K = self.forces(state, effort, exact)
+            A = self.h * self.h * K + self.h * self.damping_at_end(start, K)
+            self.add_mass(A, start.mass)
+            try:
+                return make_iterate(self.factors(), self.h, A, force - inertia, exact)
+            except FactorisationError:
+                if not exact:
+                    raise
+        raise AssertionError("unreachable")

@@ -1,0 +1,305 @@
+"""The robot: what a step uses, whatever its body is made of.
+
+`linearise` gives the system of one step, `rows` the rows of effectors, actuators and contacts,
+`advance` the next state, `rest` the initial one. Where steps of several lengths start from one state,
+`assemble` gives forces and tangents there, and `system` the system of each step. A robot is immutable except
+for the workspace of its body: code that steps a robot uses a `fork` of it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, Generic
+
+import numpy as np
+from typing_extensions import TypeVar
+
+from tauten.model.actuators import ActuatorSet
+from tauten.model.body import Body
+from tauten.model.contact import ContactSet, contact_rows
+from tauten.model.effectors import Effectors
+from tauten.model.interface import Actuators, EffectorLayout, Limits
+from tauten.model.layout import Layout, row_layout
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import Motion
+from tauten.model.robot.names import RobotNames
+from tauten.model.rows import ContactRows, PairSlots
+from tauten.model.state import Assembled, RobotRows, State
+from tauten.model.system import Integration, System
+
+B_co = TypeVar("B_co", bound=Body, covariant=True, default=Body)
+Other = TypeVar("Other", bound=Body)
+P = TypeVar("P")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Robot(Generic[B_co]):
+    """A soft robot: a body, what drives it, what is to reach targets, and what may touch.
+
+    Robots can be pickled, the workspace of their body without its factors.
+
+    Attributes:
+        names: of the robot and its effectors.
+        digest: what its contact forces depend on, from its files alone, see
+            `tauten.model.schema.robot_digest`.
+        tolerance: depth of penetration from which a unit column is added for a contact candidate [m].
+        actuators: names, kinds and laws of its actuators, in the order of λ_a.
+        limits: limits of their efforts, positions and rates.
+        effectors: what is to reach targets, over points of the body.
+        contacts: candidates and the surfaces they may touch, and
+        vertices: the points of these surfaces, of the type that the body has.
+        body: its mechanics.
+    """
+
+    names: RobotNames
+    digest: str
+    tolerance: float
+    actuators: Actuators
+    limits: Limits
+    effectors: Effectors[Any]
+    contacts: ContactSet
+    vertices: Any
+    body: B_co
+
+    @property
+    def name(self) -> str:
+        """Name in keys and messages."""
+        return self.names.robot
+
+    @property
+    def frame(self) -> str:
+        """Frame id of its positions on the wire."""
+        return self.names.frame
+
+    @property
+    def effector_names(self) -> tuple[str, ...]:
+        """Names of the effectors, in row order."""
+        return self.names.effectors
+
+    @property
+    def gravity(self) -> Array:
+        """Gravity that acts on it: (3,) [m/s²]."""
+        return self.body.gravity
+
+    @property
+    def integration(self) -> Integration:
+        """Time step and scheme."""
+        return self.body.integration
+
+    @property
+    def h(self) -> float:
+        """Time step [s]."""
+        return self.body.h
+
+    @property
+    def n(self) -> int:
+        """Free degrees of freedom, the length of v."""
+        return self.body.n
+
+    @property
+    def n_a(self) -> int:
+        """Actuators; couplings count as one."""
+        return len(self.actuators)
+
+    @property
+    def n_c(self) -> int:
+        """Contact candidates, slots of λ_c."""
+        return self.contacts.n_slots
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes of its body, fixed ones included."""
+        return self.body.n_nodes
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box at rest [m]."""
+        return self.body.size
+
+    @property
+    def layout(self) -> Layout:
+        """Where the rows of effectors, actuators and contacts are in a step."""
+        return row_layout(self.effector_layout.n_rows, self.n_a)
+
+    @property
+    def effector_layout(self) -> EffectorLayout:
+        """Kinds of the effectors, their rows, goal values and weights."""
+        return self.effectors.kinds.layout
+
+    @property
+    def pairs(self) -> tuple[PairSlots, ...]:
+        """Contact pairs in the order of their slots."""
+        return self.contacts.pair_slots
+
+    @property
+    def actuator_set(self) -> ActuatorSet[Any]:
+        """Rows of the actuators."""
+        return self.body.actuator_set
+
+    @property
+    def triangles(self) -> Ints:
+        """Its surface as triples of `points`, for drawing: (t, 3)."""
+        return self.body.triangles
+
+    @property
+    def segment_owners(self) -> Ints:
+        """The actuator of every segment that `actuator_segments` gives: (s,)."""
+        return self.actuator_set.segment_owners
+
+    @property
+    def chamber_owners(self) -> Ints:
+        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
+        return self.actuator_set.chamber_owners(self.triangles)
+
+    def fork(self) -> Robot[B_co]:
+        """The same robot with a separate workspace."""
+        return dataclasses.replace(self, body=self.body.fork())
+
+    def loaded(self, gravity: Array, effector_force: Array) -> Robot[B_co]:
+        """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
+        body = self.body.loaded(np.asarray(gravity), np.asarray(effector_force), self.effectors)
+        return dataclasses.replace(self, body=body)
+
+    def with_integration(self, integration: Integration) -> Robot[B_co]:
+        """The same robot with another time step or scheme."""
+        body = dataclasses.replace(self.body, integration=integration)
+        return dataclasses.replace(self, body=body)
+
+    def with_body(
+        self, body: Other, effectors: Effectors[P], contacts: ContactSet, vertices: P
+    ) -> Robot[Other]:
+        """The same robot with another body.
+
+        Args:
+            body: the body.
+            effectors: over its points.
+            contacts: candidates and surfaces on
+            vertices: points of the body.
+        """
+        return Robot(
+            self.names, self.digest, self.tolerance, self.actuators, self.limits,
+            effectors, contacts, vertices, body,
+        )  # fmt: skip
+
+    def rest(self) -> State:
+        """The stress-free state at standstill."""
+        return self.body.rest()
+
+    def motion(self, state: State) -> Motion[Any]:
+        """Where the points of the body are at a state, and how they move with the unknowns."""
+        return self.body.motion(state)
+
+    def points(self, state: State) -> Array:
+        """Positions of what `triangles` joins: (P, 3) [m]."""
+        return self.body.points(state)
+
+    def effector(self, state: State) -> Array:
+        """Positions of the effectors: (p, 3) [m]; of a distance, length or volume, of its points' mean."""
+        return self.effectors.positions(self.motion(state))
+
+    def effector_values(self, state: State) -> Array:
+        """Goal values of the effectors: (n_v,), see `EffectorLayout`."""
+        return self.effectors.values(self.motion(state))
+
+    def candidates(self, state: State) -> Array:
+        """Positions of the contact candidates: (n_c, 3) [m]."""
+        return self.contacts.positions(self.motion(state).placed(self.vertices).y)
+
+    def actuator_segments(self, state: State) -> Array:
+        """Segments by which actuators are drawn: (s, 2, 3) [m].
+
+        Of cables both ends of every straight piece; of forces, drives and slides where they act, and the
+        point one metre along their direction or axis.
+        """
+        return self.actuator_set.segments(self.motion(state))
+
+    def displacement(self, state: State, dq: Array) -> float:
+        """Largest displacement of a node in a change dq (n,) of the configuration at a state [m]."""
+        return self.body.displacement(state, dq)
+
+    def rows(self, state: State, contacts: bool = True) -> RobotRows:
+        """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
+        motion = self.motion(state)
+        found = self.contact_rows(motion) if contacts else self.no_contact_rows(motion)
+        return RobotRows(self.effectors.rows(motion), self.actuator_set.rows(motion), found)
+
+    def contact_rows(self, motion: Motion[Any]) -> ContactRows:
+        """Gaps and H_c of the candidates in range."""
+        placed = motion.placed(self.vertices)
+        return contact_rows(self.contacts.detect(placed.y), placed)
+
+    def no_contact_rows(self, motion: Motion[Any]) -> ContactRows:
+        """Contact rows with no candidate in range."""
+        return ContactRows.out_of_range(motion.units(np.zeros(0, dtype=np.int64)), self.n_c)
+
+    def forces(
+        self, state: State, effort: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Forces without actuators and contacts (n,) [N], and the tangent K as the body stores it.
+
+        Args:
+            state: where to evaluate.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            exact: the exact derivative, which is not always positive definite.
+        """
+        return self.body.forces(state, effort, exact)
+
+    def linearise(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> System:
+        """The system of one step from this state: A, b, v_free (7)-(10).
+
+        Args:
+            state: where the step starts.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: another scheme than the robot's.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+        scheme = integration or self.integration
+        return self.body.system(self.body.assemble(state, effort, scheme), scheme)
+
+    def assemble(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> Assembled:
+        """Forces and tangents at a state, valid until this robot assembles others.
+
+        Args:
+            state: where steps start.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: another scheme than the robot's. The steps may have any length, but its damping.
+        """
+        return self.body.assemble(state, effort, integration)
+
+    def system(self, assembled: Assembled, integration: Integration) -> System:
+        """The system of one step, `linearise` where forces and tangents are known.
+
+        Args:
+            assembled: by this robot or one that it is a fork of or that is a fork of it.
+            integration: scheme and length of the step.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+        return self.body.system(assembled, integration)
+
+    def advance(self, state: State, system: System, dv: Array) -> State:
+        """The state one step later: velocity v + dv, moved by h (v + dv).
+
+        Args:
+            state: before the step.
+            system: of the step.
+            dv: (n,) change of velocity [m/s].
+        """
+        return self.body.advance(state, system, dv)
+
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+        return self.body.potential(state)
+
+    def energy(self, state: State) -> float:
+        """Potential and kinetic energy, and that stored in viscous materials [J]."""
+        body = self.body
+        return body.potential(state) + body.kinetic_energy(state) + body.stored(state)

@@ -1,0 +1,78 @@
+"""Where a robot is in a step, and what is known there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tauten.model.numerics import Array
+from tauten.model.rows import ContactRows, EffectorRows, Rows
+from tauten.model.system import Integration
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Configuration and velocity of the free degrees of freedom.
+
+    Attributes:
+        q: configuration [m], of any length: beams keep rotations beside positions.
+        v: (n,) velocity [m/s], [rad/s] where degrees of freedom are rotations.
+        memory: stresses of viscous materials (`tauten.model.tetra.viscoelastic`); empty: they are relaxed.
+    """
+
+    q: Array
+    v: Array
+    memory: Array = field(default_factory=lambda: np.zeros(0))
+
+    def copy(self) -> State:
+        """The same state in arrays of its own."""
+        return State(self.q.copy(), self.v.copy(), self.memory.copy())
+
+
+@dataclass(frozen=True, slots=True)
+class Assembled:
+    """Forces and tangents at a state, of which `Robot.system` makes systems; each kind of body adds its own.
+
+    Attributes:
+        state: where they were evaluated.
+        effort: (n_a,) efforts of the actuators whose curvature is in the tangent; None: none is.
+    """
+
+    state: State
+    effort: Array | None
+
+
+@dataclass(frozen=True, slots=True)
+class StepStart:
+    """Where a time step that is iterated starts.
+
+    Attributes:
+        state: configuration and velocity there.
+        integration: scheme and time step.
+        mass: the mass matrix M there, as the body stores it.
+        damping: the matrix C of the viscous forces −C v in the step, as the body stores it.
+        force: (n,) other forces that are constant in the step: those of viscous materials' memory, and of
+            inertia at constant velocities [N].
+    """
+
+    state: State
+    integration: Integration
+    mass: Array
+    damping: Array
+    force: Array
+
+
+@dataclass(frozen=True, slots=True)
+class RobotRows:
+    """The rows that effectors, actuators and contacts contribute to a step.
+
+    Attributes:
+        effectors: positions x_e and other kinds, see `EffectorLayout`.
+        actuators: positions δ_a.
+        contacts: signed gaps of the candidates in range.
+    """
+
+    effectors: EffectorRows
+    actuators: Rows
+    contacts: ContactRows

@@ -1,0 +1,48 @@
+"""One step: its linear system condensed to the rows, and solved forward."""
+
+from tauten.model.step.compliance import Compliance, row_compliance
+from tauten.model.step.condensed_step import (
+    CondensedStep,
+    Forces,
+    condense_step,
+    condensed,
+    no_forces,
+    recondensed,
+)
+from tauten.model.step.contact_space import ContactSpace, EmptySpace, ReducedContacts
+from tauten.model.step.enrichment import (
+    NO_ENRICHMENT,
+    Enrichment,
+    EnrichmentLoop,
+    PredictedStep,
+    contact_model,
+    default_enrichment,
+    worst_rows,
+)
+from tauten.model.step.forward_step import ForwardStep, eliminate_rows, forward_step
+from tauten.model.step.sorted_rows import sorted_rows
+
+__all__ = [
+    "Compliance",
+    "CondensedStep",
+    "ContactSpace",
+    "EmptySpace",
+    "Enrichment",
+    "EnrichmentLoop",
+    "Forces",
+    "ForwardStep",
+    "NO_ENRICHMENT",
+    "PredictedStep",
+    "ReducedContacts",
+    "condense_step",
+    "condensed",
+    "contact_model",
+    "default_enrichment",
+    "eliminate_rows",
+    "forward_step",
+    "no_forces",
+    "recondensed",
+    "row_compliance",
+    "sorted_rows",
+    "worst_rows",
+]

@@ -1,0 +1,112 @@
+"""The body of tetrahedra whose nodes move freely."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.body import Turning
+from tauten.model.materials import EXACT, HELD
+from tauten.model.mesh import boundary_triangles
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import NodeMotion
+from tauten.model.state import State
+from tauten.model.system import System
+from tauten.model.tetra.tetra_body import TetBody
+from tauten.model.tetra.turning import TurningSteps
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NodalBody(TetBody):
+    """A body of tetrahedra whose unknowns are the positions of its nodes."""
+
+    @property
+    def triangles(self) -> Ints:
+        """Surface as triples of `points`: (t, 3)."""
+        return boundary_triangles(self.mesh.tets)
+
+    def rest(self) -> State:
+        """The stress-free state at standstill."""
+        return State(self.tetrahedra.at_rest, np.zeros(self.n), self.tetrahedra.relaxed)
+
+    def motion(self, state: State) -> NodeMotion:
+        """Where the nodes are at a state."""
+        return self.tetrahedra.motion(self.tetrahedra.placed(state.q))
+
+    def displacement(self, state: State, dq: Array) -> float:
+        """Largest displacement of a node in a change dq (n,) of the configuration [m]."""
+        return float(np.abs(dq).max(initial=0.0))
+
+    def forces(
+        self, state: State, effort: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Internal forces plus gravity, and the tangent.
+
+        Args:
+            state: where to evaluate.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            exact: tangent with the change of the rotations: the exact derivative, but not always
+                positive definite.
+
+        Returns:
+            force (n,) [N] without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
+        """
+        return self.forces_with(
+            EXACT if exact else self.tetrahedra.elements.semidefinite, state, effort
+        )
+
+    def stiffness(self, state: State) -> Array:
+        """The stiffness of the material, with rotations of corotational elements held: CSC values (nnz,)."""
+        return self.forces_with(HELD, state)[1]
+
+    def forces_with(
+        self, tangent: int, state: State, effort: Array | None = None
+    ) -> tuple[Array, Array]:
+        """`forces` with one of the tangents of `tauten.model.materials.response`.
+
+        Args:
+            tangent: EXACT, PROJECTED or HELD.
+            state: as in `forces`.
+            effort: as in `forces`.
+        """
+        motion, actuators = self.motion(state), self.actuator_set
+        loads = actuators.loads(actuators.efforts(effort), tangent == EXACT)
+        total, K = self.tetrahedra.forces(tangent, motion.x, loads)
+        preload = actuators.preload(motion)
+        return (total if preload is None else total + preload[0]), K
+
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+        motion = self.motion(state)
+        preload = self.actuator_set.preload(motion)
+        return self.tetrahedra.potential(motion.x) - (preload[1] if preload else 0.0)
+
+    def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
+        """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
+
+        Args:
+            state: where a step starts.
+            h: its length [s].
+        """
+        return self.tetrahedra.viscous(self.nodes(state), state.memory, h) or (None, None)
+
+    def masses(self, state: State) -> Array:
+        """Lumped masses (n,), the same at any state."""
+        return self.tetrahedra.mass
+
+    def turning_steps(self) -> Turning:
+        """What makes long steps towards equilibrium turn elements instead of stretching them."""
+        steps = TurningSteps(self.mesh, self.pattern.dof)
+        return lambda state, u: steps.turned(self.nodes(state), u)
+
+    def advance(self, state: State, system: System, dv: Array) -> State:
+        """The state one step later: v + dv and q + h (v + dv), at standstill when quasi-static.
+
+        Args:
+            state: before the step.
+            system: of the step.
+            dv: (n,) change of the velocity [m/s].
+        """
+        v = system.v + dv
+        return self.remembering(state, State(state.q + system.h * v, v), system.h)

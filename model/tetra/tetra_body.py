@@ -1,0 +1,102 @@
+"""What all bodies of tetrahedra have, whatever coordinates move their nodes."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Self
+
+from tauten.model.body import SparseBody
+from tauten.model.effectors import Effectors
+from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Array
+from tauten.model.points import MeanPoints, NodeMotion, NodePoints
+from tauten.model.state import State
+from tauten.model.tetra.tetrahedra import Tetrahedra
+
+Points = NodePoints | MeanPoints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TetBody(SparseBody[Points]):
+    """A body of tetrahedra.
+
+    Attributes, beside those of every sparse body:
+        tetrahedra: its elements, over the nodes that are not fixed.
+    """
+
+    tetrahedra: Tetrahedra
+
+    @property
+    def mesh(self) -> TetMesh:
+        """Linear tetrahedra on all nodes at rest."""
+        return self.tetrahedra.mesh
+
+    @property
+    def moving_mass(self) -> float:
+        """Mass of all nodes that are not fixed [kg]."""
+        return self.tetrahedra.moving_mass
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box at rest [m]."""
+        return self.mesh.size
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes, fixed ones included."""
+        return len(self.mesh.nodes)
+
+    @property
+    def n_elements(self) -> int:
+        """Tetrahedra, of smoothed elements those that are averaged, and beams among them."""
+        return self.tetrahedra.elements.n_elements
+
+    @abstractmethod
+    def motion(self, state: State) -> NodeMotion:
+        """Where the nodes are at a state, and how they move with the unknowns."""
+
+    def nodes(self, state: State) -> Array:
+        """Positions of all nodes, fixed ones included: (n_nodes, 3) [m]."""
+        return self.motion(state).x
+
+    def points(self, state: State) -> Array:
+        """Positions of what `triangles` joins, here all nodes: (n_nodes, 3) [m]."""
+        return self.nodes(state)
+
+    def loaded(self, gravity: Array, effector_force: Array, effectors: Effectors[Points]) -> Self:
+        """The body under other loads.
+
+        Args:
+            gravity: (3,) [m/s²].
+            effector_force: (3 p,) forces on effectors [N].
+            effectors: the effectors, over its points.
+        """
+        held = self.tetrahedra
+        mass = held.mass.reshape(-1, 3)
+        pushed = effectors.pushed(effector_force).on(held.motion(held.mesh.nodes))
+        load = (mass * gravity).ravel() + pushed
+        return dataclasses.replace(self, gravity=gravity, tetrahedra=held.loaded(load))
+
+    def stored(self, state: State) -> float:
+        """Energy stored in the memory of viscous materials [J]."""
+        return self.tetrahedra.stored(state.memory)
+
+    def inverted(self, state: State) -> int:
+        """Number of tetrahedra that are turned inside out."""
+        return self.mesh.inverted(self.nodes(state))
+
+    def remembering(self, before: State, after: State, h: float) -> State:
+        """The state at the end of a step, with the memory of viscous materials there.
+
+        Args:
+            before: the state where it starts.
+            after: that where it ends, without memory.
+            h: its length [s].
+        """
+        held = self.tetrahedra
+        if held.viscosity is None:
+            return after
+        memory = held.remembered(self.nodes(before), self.nodes(after), before.memory, h)
+        return dataclasses.replace(after, memory=memory)

@@ -1,0 +1,127 @@
+"""Tetrahedra on nodes: mass, forces and tangent over the nodes that are not fixed, whatever these follow."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.actuators import Loads, NodalCurvature
+from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import NodeMotion
+from tauten.model.system import Pattern
+from tauten.model.tetra.solid import Solid
+from tauten.model.tetra.viscoelastic import Viscoelasticity
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tetrahedra:
+    """What tetrahedra do to the nodes that are not fixed; m is their number of degrees of freedom.
+
+    Attributes:
+        mesh: linear tetrahedra on all nodes at rest; quadratic elements are cut into eight.
+        pattern: sparsity of matrices (m, m).
+        elements: the finite elements.
+        mass: (m,) lumped mass [kg].
+        load: (m,) gravity and outer forces [N].
+        curvature: of cables and chambers.
+        viscosity: of the materials; None: they are elastic.
+    """
+
+    mesh: TetMesh
+    pattern: Pattern
+    elements: Solid
+    mass: Array
+    load: Array
+    curvature: NodalCurvature
+    viscosity: Viscoelasticity | None = None
+
+    @property
+    def dof(self) -> Ints:
+        """First degree of freedom of a node, −1 where it is fixed: (n_nodes,)."""
+        return self.pattern.dof
+
+    @property
+    def m(self) -> int:
+        """Degrees of freedom of the nodes that are not fixed."""
+        return self.pattern.n
+
+    @property
+    def moving_mass(self) -> float:
+        """Mass of all nodes that are not fixed [kg]."""
+        return float(self.mass[::3].sum())
+
+    @property
+    def relaxed(self) -> Array:
+        """The memory of viscous materials without stress."""
+        return np.zeros(0 if self.viscosity is None else self.viscosity.memory_size)
+
+    @property
+    def at_rest(self) -> Array:
+        """Positions (m,) of the nodes that are not fixed, at rest [m]."""
+        return self.mesh.nodes[self.dof >= 0].ravel()
+
+    def loaded(self, load: Array) -> Tetrahedra:
+        """The same under other loads (m,) [N]."""
+        return dataclasses.replace(self, load=load)
+
+    def placed(self, positions: Array) -> Array:
+        """All nodes (n_nodes, 3), of positions (m,) of those that are not fixed [m]."""
+        x = self.mesh.nodes.copy()
+        x[self.dof >= 0] = positions.reshape(-1, 3)
+        return x
+
+    def motion(self, x: Array) -> NodeMotion:
+        """Nodes at x (n_nodes, 3) with the free ones themselves as unknowns."""
+        return NodeMotion(x, self.dof, self.m)
+
+    def forces(self, tangent: int, x: Array, loads: Loads | None) -> tuple[Array, Array]:
+        """Internal and outer forces (m,) [N], and their tangent as CSC values in `pattern`.
+
+        Args:
+            tangent: EXACT, PROJECTED or HELD of `tauten.model.materials.response`.
+            x: (n_nodes, 3) node positions [m].
+            loads: efforts of cables and chambers, whose curvature enters the tangent.
+        """
+        force, K = np.zeros_like(x), np.zeros(len(self.pattern.indices))
+        self.elements.assemble(x, tangent, force, K)
+        if loads is not None:
+            self.curvature.add(x, loads, K)
+        return force[self.dof >= 0].ravel() + self.load, K
+
+    def potential(self, x: Array) -> float:
+        """Elastic energy minus the work of gravity and outer forces at nodes x (n_nodes, 3) [J]."""
+        moved = (x - self.mesh.nodes)[self.dof >= 0].ravel()
+        return self.elements.energy(x) - float(self.load @ moved)
+
+    def viscous(self, x: Array, memory: Array, h: float) -> tuple[Array, Array] | None:
+        """Forces of the memory (m,) [N], and C as CSC values in `pattern`; None: no material is viscous.
+
+        Args:
+            x: (n_nodes, 3) node positions where a step starts [m].
+            memory: of the state there.
+            h: length of the step [s].
+        """
+        if self.viscosity is None:
+            return None
+        force, C = self.viscosity.assemble(self.elements, x, memory, h)
+        return force[self.dof >= 0].ravel(), C
+
+    def remembered(self, before: Array, after: Array, memory: Array, h: float) -> Array:
+        """The memory of viscous materials at the end of a step.
+
+        Args:
+            before: (n_nodes, 3) node positions where it starts [m].
+            after: (n_nodes, 3) those where it ends [m].
+            memory: of the state where it starts.
+            h: its length [s].
+        """
+        if self.viscosity is None:
+            return memory
+        return self.viscosity.remembered(self.elements, before, after, memory, h)
+
+    def stored(self, memory: Array) -> float:
+        """Energy stored in a memory of viscous materials [J]."""
+        return 0.0 if self.viscosity is None else self.viscosity.energy(memory)
