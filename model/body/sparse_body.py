@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from typing_extensions import TypeVar
 
 from tauten.model.body.body import Body
-from tauten.model.numerics import Array, Factorisation, FactorisationError
+from tauten.model.numerics import Array, Bools, Factorisation, FactorisationError
 from tauten.model.state import Assembled, State
 from tauten.model.system import (
     Integration,
@@ -65,10 +65,13 @@ class SparseBody(Body[P]):
     Attributes, beside those of every body:
         pattern: sparsity of its matrices.
         factorisation: workspace of the linear solver.
+        floating: (n,) which degrees of freedom move by their inertia in quasi-static steps too: those of
+            bodies that nothing holds.
     """
 
     pattern: Pattern
     factorisation: Factorisation
+    floating: Bools
 
     @property
     def n(self) -> int:
@@ -96,10 +99,19 @@ class SparseBody(Body[P]):
         """
         scheme = integration or self.integration
         D, mass, inertia = self.stiffness_of(state, scheme), np.zeros(0), None
+        force, K = self.forces(state, effort, exact=True)
         if not scheme.static:
             mass, inertia = self.masses(state), self.inertia_at(state)
-        force, K = self.forces(state, effort, exact=True)
+        elif self.floating.any():
+            state = dataclasses.replace(state, v=np.where(self.floating, state.v, 0.0))
+            mass, inertia = self.floating_part(self.masses(state)), self.inertia_at(state)
         return SparseAssembled(state, effort, force, K, D, mass, inertia)
+
+    def floating_part(self, mass: Array) -> Array:
+        """A mass matrix, see `masses`, of what floats alone."""
+        if len(mass) == self.n:
+            return np.where(self.floating, mass, 0.0)
+        return np.where(self.floating[self.pattern.indices], mass, 0.0)
 
     def system(self, assembled: Assembled, integration: Integration) -> System:
         """The system of one step, `Robot.linearise` where forces and tangents are known.
@@ -113,13 +125,18 @@ class SparseBody(Body[P]):
         """
         assert isinstance(assembled, SparseAssembled)
         at, scheme, force = assembled, integration, assembled.force
+        if at.inertia is not None:
+            force = force + at.inertia
         damping: Array | None = None
         if not scheme.static:
             remembered, damping = self.damping_with(at.D, at.state, scheme)
-            for more in (at.inertia, remembered):
-                force = force if more is None else force + more
+            force = force if remembered is None else force + remembered
+        elif (
+            self.floating.any()
+        ):  # mass and velocity of all else are zero: its step stays quasi-static
+            scheme, damping = dataclasses.replace(scheme, static=False), np.zeros_like(at.K)
         failed: FactorisationError | None = None
-        for K, exact, share in self.tangents(at, scheme):
+        for K, exact, share in self.tangents(at, integration):
             try:
                 system = make_system(
                     self.pattern,

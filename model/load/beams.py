@@ -116,6 +116,7 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> R
             factorisation=make_factorisation(
                 pattern.indptr, pattern.indices, scheme.factorisation, scheme.threads
             ),
+            floating=np.zeros(pattern.n, dtype=bool),
             beams=body,
             mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
             tree=tree_of(body, fixed),

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from tauten.model.actuators import ActuatorSet, DriveSet
 from tauten.model.constraints import (
@@ -22,7 +21,7 @@ from tauten.model.constraints import (
     make_product_pattern,
     supports_of,
 )
-from tauten.model.load.beam_bodies import CORNERS, BeamPart, beam_joints
+from tauten.model.load.beam_bodies import beam_joints
 from tauten.model.load.bodies import Bodies
 from tauten.model.load.glue import attached_parts, build_glue
 from tauten.model.load.joins import AnyFrame, axis_of, join_frames, require_no_circle
@@ -111,81 +110,6 @@ def build_constraints(config: RobotConfig, bodies: Bodies) -> Constraints:
     return Constraints(joined.rigid, joined.pinned, joined.drives, glued, joined.springs)
 
 
-def require_held(config: RobotConfig, bodies: Bodies, constraints: Constraints) -> None:
-    """Raise a RobotFileError where nothing holds a body, or the fixed nodes are all there are.
-
-    Nodes that are fixed or move with a drive hold a body where three of them are not on a line. Bodies that
-    are attached to each other are held together.
-
-    Args:
-        config: the robot file.
-        bodies: the bodies.
-        constraints: what joins them.
-    """
-    nodes, selector, source = bodies.parts.mesh.nodes, bodies.selector, bodies.selector.source
-    supported = bodies.fixed.copy()
-    for drive in constraints.drives:
-        supported[drive.nodes] = True
-    names = list(selector.ranges)
-    of_body = np.zeros(len(nodes), dtype=np.int64)
-    for number, name in enumerate(names):
-        of_body[selector.nodes_of(name)] = number
-    glued = constraints.glued
-    tied = [np.stack([np.repeat(glued.nodes, 4), glued.masters.ravel()])]
-    for _, region in constraints.regions:
-        if len(region) == 0:  # a drum
-            continue
-        tied.append(np.stack([region, np.full(len(region), region[0])]))
-    for one in constraints.pinned:
-        tied.append(np.stack([np.full(len(one.masters), one.nodes[0]), one.masters]))
-    pairs = of_body[np.concatenate(tied, axis=1)]
-    joined = sp.coo_array((np.ones(pairs.shape[1]), pairs), shape=(len(names),) * 2)
-    _, group = connected_components(joined, directed=False)
-    for number, body in enumerate(config.all_bodies):
-        held = nodes[supported & (group[of_body] == group[number])]
-        short = 1e-6 * bodies.parts.mesh.size
-        if not body.free and (
-            len(held) == 0 or np.linalg.matrix_rank(held - held[0], tol=short) < 2
-        ):
-            whole = f"body {body.name!r}" if len(names) > 1 else "robot"
-            raise RobotFileError(
-                f"{source}: fixed: needs three nodes not on a line to hold the {whole}"
-            )
-    if bodies.fixed.all():
-        raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
-    free = {body.name for body in config.all_bodies if body.free}
-    require_no_spin([part for part in bodies.beams if part.name not in free], bodies, constraints)
-
-
-def require_no_spin(beams: list[BeamPart], bodies: Bodies, constraints: Constraints) -> None:
-    """Raise a RobotFileError where a beam is held by pins on a line only, about which it may turn.
-
-    Args:
-        beams: the beams that something must hold.
-        bodies: the bodies.
-        constraints: what joins them.
-    """
-    glued = constraints.glued
-    moving: list[AnyFrame] = [*constraints.rigid, *constraints.pinned, *constraints.drives]
-    firm = bodies.fixed.copy()
-    firm[glued.masters[glued.weights != 0.0]] = True
-    for frame in moving:
-        alone = frame.name.startswith("bodies.") or isinstance(frame, PinnedRegion)
-        if (
-            not alone or len(frame.nodes) > CORNERS
-        ):  # a servo, or something that the node is part of
-            firm[frame.nodes] = True
-    for part in beams:
-        if any(firm[part.nodes + corner].any() for corner in range(CORNERS)):
-            continue
-        pins = [one.pin for one in constraints.pinned if np.isin(one.nodes, part.nodes).any()]
-        if pins and np.linalg.matrix_rank(np.array(pins) - pins[0], tol=1e-6 * part.body.size) < 2:
-            raise RobotFileError(
-                f"{bodies.selector.source}: bodies.{part.name}: its pins lie on a line, about which it turns "
-                "freely; fix or glue one of its nodes, or glue something to it"
-            )
-
-
 def require_own_nodes(regions: list[RigidRegion | DriveRegion], fixed: Bools, source: str) -> None:
     """Raise a RobotFileError where a region is fixed, shares nodes with another, or lies on its axis.
 
@@ -219,6 +143,7 @@ def constrained(
     bodies: Bodies,
     scheme: Integration,
     actuators: ActuatorSet[NodePoints | MeanPoints],
+    loose: Bools,
 ) -> ConstrainedBody:
     """A body in the coordinates that its constraints leave.
 
@@ -229,6 +154,7 @@ def constrained(
         bodies: the bodies, with masses and beams.
         scheme: of its steps.
         actuators: cables, chambers, forces and couplings.
+        loose: (n_nodes,) which nodes belong to bodies that nothing holds.
     """
     x0, dof = tetrahedra.mesh.nodes, tetrahedra.dof
     number = np.where(dof >= 0, dof // 3, -1)
@@ -253,7 +179,7 @@ def constrained(
     product = make_product_pattern(coordinates, tetrahedra.pattern, frames, entries)
     pattern, driven = product.pattern, np.arange(len(config.drives))
     solver = config.integration
-    return ConstrainedBody(
+    body = ConstrainedBody(
         gravity=np.array(config.gravity),
         integration=scheme,
         actuator_set=replace(
@@ -263,6 +189,7 @@ def constrained(
         factorisation=make_factorisation(
             pattern.indptr, pattern.indices, solver.factorisation, solver.threads
         ),
+        floating=np.zeros(pattern.n, dtype=bool),
         tetrahedra=tetrahedra,
         frames=frames,
         coordinates=coordinates,
@@ -272,6 +199,9 @@ def constrained(
         spring_values=np.zeros(0) if joints is None else joints.spring_tangent(number).data,
         drums=drums,
     )
+    T = abs(coordinates.matrix(body.placed(body.rest())[1].T))[: tetrahedra.m]  # (m, n)
+    floating = T.T @ np.repeat(loose[dof >= 0], 3).astype(float) > 0.0
+    return replace(body, floating=floating)
 
 
 def build_drives(

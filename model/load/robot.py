@@ -17,10 +17,11 @@ from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
 from tauten.model.load.bodies import AnyMesh, build_bodies, contents_of, read_bodies
-from tauten.model.load.constraints import build_constraints, constrained, require_held
+from tauten.model.load.constraints import build_constraints, constrained
 from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
-from tauten.model.numerics import make_factorisation
+from tauten.model.load.held import loose_nodes
+from tauten.model.numerics import Bools, make_factorisation
 from tauten.model.points import MeanPoints, NodePoints, points_at
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
@@ -219,7 +220,7 @@ def build_robot(
     bodies = build_bodies(config, meshes, source)
     body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
     constraints = build_constraints(config, bodies)
-    require_held(config, bodies, constraints)
+    loose = loose_nodes(config, bodies, constraints)
     place = partial(place_points, body.mesh, config.extrapolate_from)
     parts = build_actuators(config, body, selector, place)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
@@ -250,9 +251,9 @@ def build_robot(
         contacts=contacts,
         vertices=points_at(np.arange(len(body.mesh.nodes))),
         body=(
-            constrained(tetrahedra, constraints, config, bodies, scheme, actuators)
+            constrained(tetrahedra, constraints, config, bodies, scheme, actuators, loose)
             if constraints
-            else free_body(tetrahedra, config, scheme, actuators)
+            else free_body(tetrahedra, config, scheme, actuators, loose)
         ),
     )
 
@@ -262,6 +263,7 @@ def free_body(
     config: RobotConfig,
     scheme: Integration,
     actuators: ActuatorSet[NodePoints | MeanPoints],
+    loose: Bools,
 ) -> NodalBody:
     """The body of tetrahedra whose nodes move freely.
 
@@ -270,6 +272,7 @@ def free_body(
         config: the robot file.
         scheme: of its steps.
         actuators: that act on it.
+        loose: (n_nodes,) which nodes belong to bodies that nothing holds.
     """
     pattern, solver = tetrahedra.pattern, config.integration
     return NodalBody(
@@ -280,5 +283,6 @@ def free_body(
         factorisation=make_factorisation(
             pattern.indptr, pattern.indices, solver.factorisation, solver.threads
         ),
+        floating=np.repeat(loose[tetrahedra.dof >= 0], 3),
         tetrahedra=tetrahedra,
     )
