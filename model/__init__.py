@@ -1,7 +1,21 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
 from tauten.model.contacts import Contacts
-from tauten.model.interface import (
+from tauten.model.layout import Layout, row_layout
+from tauten.model.load.robot import load_robot
+from tauten.model.mesh.tet_mesh import MeshError
+from tauten.model.robot import (
+    NO_CONTACTS,
+    Floats,
+    Geometry,
+    PushingContacts,
+    Robot,
+    SkinMesh,
+    skin_of,
+)
+from tauten.model.rows import ChainedRows, ContactRows, EffectorRows, PairSlots, Rows
+from tauten.model.schema.section import RobotFileError
+from tauten.model.signals import (
     ROWS,
     UNIT_LENGTH,
     VALUES,
@@ -17,20 +31,6 @@ from tauten.model.interface import (
     cable_actuators,
     point_layout,
 )
-from tauten.model.layout import Layout, row_layout
-from tauten.model.load.robot import load_robot
-from tauten.model.mesh.tet_mesh import MeshError
-from tauten.model.robot import (
-    NO_CONTACTS,
-    Floats,
-    Geometry,
-    PushingContacts,
-    Robot,
-    SkinMesh,
-    skin_of,
-)
-from tauten.model.rows import ChainedRows, ContactRows, EffectorRows, PairSlots, Rows
-from tauten.model.schema.section import RobotFileError
 from tauten.model.simulation import Ending, Report, Simulator, Travel, travel
 from tauten.model.state import Assembled, RobotRows, State
 from tauten.model.step import (

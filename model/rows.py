@@ -98,7 +98,7 @@ class EffectorRows(Rows):
     """Rows of the effectors, with the goal values and positions they have at this state.
 
     Attributes:
-        values: (n_v,) goal values, see `tauten.model.interface.effector_layout`.
+        values: (n_v,) goal values, see `tauten.model.signals.effector_layout`.
         positions: (p, 3) of the effectors, of a distance, length or volume the mean of its points [m].
     """
 

@@ -18,7 +18,7 @@ ORDER = (
     "model.numerics",
     "model.materials",
     "model.schema",
-    "model.interface",
+    "model.signals",
     "model",
     "model.mesh",
     "model.points",

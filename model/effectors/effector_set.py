@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.effectors.measure import Measure, Measurement
-from tauten.model.interface import EffectorLayout
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Entries, Placed
 from tauten.model.rows import EffectorRows, Rows
+from tauten.model.signals import EffectorLayout
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,6 @@ from tauten.model.beams import (
 )
 from tauten.model.body import Material
 from tauten.model.contact import ContactSet
-from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.beam_bodies import profile_of
 from tauten.model.load.contacts import contact_set
 from tauten.model.load.effectors import build_beam_effectors
@@ -57,6 +56,7 @@ from tauten.model.schema import (
     read_text,
     validated,
 )
+from tauten.model.signals import actuators_of, limits_of
 from tauten.model.system import integration_of, make_pattern
 
 

@@ -20,7 +20,6 @@ from tauten.model.effectors import (
     frame_coefficients,
     make_effector_set,
 )
-from tauten.model.interface import effector_layout
 from tauten.model.load.extensions import extension, extension_names
 from tauten.model.mesh import Selector
 from tauten.model.numerics import Array, Ints
@@ -34,6 +33,7 @@ from tauten.model.points import (
     mean_points,
 )
 from tauten.model.schema import EffectorSettings, RobotFileError
+from tauten.model.signals import effector_layout
 
 EFFECTORS = "tauten.effectors"
 Positions = list[tuple[float, float, float]]

@@ -13,7 +13,6 @@ from typing import Any, TypeVar
 import numpy as np
 
 from tauten.model.actuators import ActuatorSet, nodal_curvature
-from tauten.model.interface import actuators_of, limits_of
 from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
 from tauten.model.load.bodies import AnyMesh, build_bodies, contents_of, read_bodies
@@ -37,6 +36,7 @@ from tauten.model.schema import (
     robot_digest,
     validated,
 )
+from tauten.model.signals import actuators_of, limits_of
 from tauten.model.system import Integration, integration_of, make_pattern
 from tauten.model.tetra import (
     NodalBody,

@@ -19,12 +19,12 @@ from tauten.model.actuators import ActuatorSet
 from tauten.model.body import Body
 from tauten.model.contact import ContactSet, contact_rows
 from tauten.model.effectors import Effectors
-from tauten.model.interface import Actuators, EffectorLayout, Limits
 from tauten.model.layout import Layout, row_layout
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Motion
 from tauten.model.robot.names import RobotNames
 from tauten.model.rows import ContactRows, PairSlots
+from tauten.model.signals import Actuators, EffectorLayout, Limits
 from tauten.model.state import Assembled, RobotRows, State
 from tauten.model.system import Integration, System
 

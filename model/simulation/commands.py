@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tauten.model.interface import Command
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
+from tauten.model.signals import Command
 
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
 LARGEST_EFFORT = 1e9  # N or Pa, of any other actuator

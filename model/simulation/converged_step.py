@@ -24,9 +24,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.interface import Command
 from tauten.model.numerics import FactorisationError
 from tauten.model.robot import Robot
+from tauten.model.signals import Command
 from tauten.model.simulation.equilibrium import Ending, Merit
 from tauten.model.state import State
 from tauten.model.step import ContactSpace, Enrichment, Forces, ForwardStep, condensed, forward_step

@@ -19,9 +19,9 @@ from enum import Enum
 
 import numpy as np
 
-from tauten.model.interface import Command
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
+from tauten.model.signals import Command
 from tauten.model.state import State
 from tauten.model.step import ContactSpace, ForwardStep, PredictedStep
 from tauten.model.system import System

@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from tauten.model.interface import Command
 from tauten.model.numerics import FactorisationError
 from tauten.model.robot import Robot
+from tauten.model.signals import Command
 from tauten.model.state import State
 from tauten.model.step import ContactSpace, Enrichment, Forces, condense_step, forward_step
 

@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.interface import Command
 from tauten.model.numerics import Anderson, Array, FactorisationError
 from tauten.model.robot import Robot
+from tauten.model.signals import Command
 from tauten.model.simulation.equilibrium import (
     Ending,
     Merit,

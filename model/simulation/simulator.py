@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 
 from tauten.model.contacts import Contacts
-from tauten.model.interface import Command
 from tauten.model.numerics import Array, solve_lcp
 from tauten.model.robot import Robot
+from tauten.model.signals import Command
 from tauten.model.simulation.commands import checked_command
 from tauten.model.simulation.converged_step import converged_step
 from tauten.model.simulation.equilibrium import Ending, Report, make_report

@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.interface import Command
 from tauten.model.robot import Robot
+from tauten.model.signals import Command
 from tauten.model.state import State
 from tauten.model.step import (
     ContactSpace,

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.interface import Laws
 from tauten.model.layout import Layout
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.robot import Robot
 from tauten.model.rows import ContactRows
+from tauten.model.signals import Laws
 from tauten.model.state import RobotRows, State
 from tauten.model.step.compliance import Compliance, extended, row_compliance
 from tauten.model.step.contact_space import ContactSpace, ReducedContacts

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.interface import Command
 from tauten.model.numerics import Array, Ints, solve_lcp
+from tauten.model.signals import Command
 from tauten.model.step.condensed_step import CondensedStep, Forces
 from tauten.model.step.enrichment import Enrichment, EnrichmentLoop, PredictedStep
 from tauten.model.step.sorted_rows import sorted_rows

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.interface import Command
 from tauten.model.numerics import Array, Bools, Ints, kernel
+from tauten.model.signals import Command
 from tauten.model.step.condensed_step import CondensedStep
 
 

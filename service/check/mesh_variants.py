@@ -10,9 +10,9 @@ from typing import Literal
 import numpy as np
 
 from tauten.model import Robot, Simulator
-from tauten.model.interface import Quantity
 from tauten.model.load import build_robot, read_bodies
 from tauten.model.schema import ElementName, RobotConfig
+from tauten.model.signals import Quantity
 from tauten.model.tetra import TetBody
 
 AnyElement = ElementName | Literal["beam"]

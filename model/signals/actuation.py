@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from tauten.model.interface.laws import Laws, Springs
 from tauten.model.numerics import Ints
 from tauten.model.schema import CableSettings, CouplingSettings, RobotSettings, SingleActuator
+from tauten.model.signals.laws import Laws, Springs
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.interface.command import Command
-from tauten.model.interface.limits import Limits
 from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.signals.command import Command
+from tauten.model.signals.limits import Limits
 
 
 @dataclass(frozen=True, slots=True)

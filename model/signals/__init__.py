@@ -1,14 +1,14 @@
-"""What a robot takes and gives: actuators with limits and commands, effectors with goals."""
+"""What goes in and out of a robot: commands, limits and laws of actuators, goals of effectors."""
 
-from tauten.model.interface.actuation import (
+from tauten.model.signals.actuation import (
     ActuatorKind,
     Actuators,
     Quantity,
     actuators_of,
     cable_actuators,
 )
-from tauten.model.interface.command import Command
-from tauten.model.interface.effector_layout import (
+from tauten.model.signals.command import Command
+from tauten.model.signals.effector_layout import (
     ROWS,
     UNIT_LENGTH,
     VALUES,
@@ -19,8 +19,8 @@ from tauten.model.interface.effector_layout import (
     effector_layout,
     point_layout,
 )
-from tauten.model.interface.laws import Laws
-from tauten.model.interface.limits import Limits, limits_of
+from tauten.model.signals.laws import Laws
+from tauten.model.signals.limits import Limits, limits_of
 
 __all__ = [
     "ActuatorKind",
