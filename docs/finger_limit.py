@@ -61,7 +61,7 @@ def states(shape: FingerShape) -> tuple[int, tuple[Load, ...], list[LoadedState]
     config = validated(RobotConfig, model_tables(read_toml(path)), path)
     robot = build_robot(config, TetMesh(*make_finger(shape)), str(path))
     loads = make_loads(robot, SHARES)
-    return len(robot.mesh.nodes), loads, list(equilibria(robot, loads))
+    return robot.n_nodes, loads, list(equilibria(robot, loads))
 
 
 def quantities(found: list[LoadedState]) -> Array:

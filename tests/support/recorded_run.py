@@ -114,7 +114,7 @@ def earlier_metadata(log: Path) -> dict[str, str]:
         "mesh_error": found.model.mesh_error,
         "states_digest": found.model.states,
         "start": found.start,
-        "factorisation": found.model.body.factorisation,
+        "factorisation": found.model.factorisation,
         "version tauten": found.versions["tauten"],
     }
 

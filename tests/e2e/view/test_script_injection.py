@@ -156,8 +156,8 @@ def test_no_other_page_shows_the_viewer_in_a_frame(
 ) -> None:
     with beside(page, f"http://{elsewhere[0]}/") as other:
         other.set_content(f"<iframe src='{shown.origin}'></iframe>")
-        assert wait_until(lambda: other.body.frames[1].url not in ("", "about:blank"))
-        assert other.body.frames[1].url.startswith("chrome-error:")
+        assert wait_until(lambda: other.frames[1].url not in ("", "about:blank"))
+        assert other.frames[1].url.startswith("chrome-error:")
     elsewhere[1].clear()
 
 

@@ -136,7 +136,7 @@ def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
         StopFlag(),
         lambda done, what: None,
     )
-    volume = load_robot(made.file).mesh.volumes.sum()
+    volume = load_robot(made.file).body.mesh.volumes.sum()
     assert volume == pytest.approx(12e-3 * 12e-3 * 60e-3, rel=1e-6)
 
 

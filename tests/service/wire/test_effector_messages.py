@@ -59,7 +59,7 @@ def test_values_survive_cdr_and_json(kind: EffectorKind) -> None:
 
 def test_a_pose_has_the_fields_of_ros() -> None:
     found: Any = from_cdr(POSE, encode_effector("frame", "tip", message("frame")))
-    position, orientation = found.body.pose.position, found.body.pose.orientation
+    position, orientation = found.pose.position, found.pose.orientation
     assert (position.x, position.y, position.z) == POSE_VALUES[:3]
     assert (orientation.w, orientation.x, orientation.y, orientation.z) == POSE_VALUES[3:]
     assert found.header.frame_id == "base"
