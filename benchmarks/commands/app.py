@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from benchmarks.commands.contact import contact_basis, finger, manipulator
-from benchmarks.commands.control import closed_loop, orders
+from benchmarks.commands.control import closed_loop
 from benchmarks.commands.mechanics import elements, energy, equilibria
 from benchmarks.commands.qpcc import qpcc
 from benchmarks.commands.steps import gallery, load_errors, reduced_meshes, sofa_meshes
@@ -21,7 +21,7 @@ app = typer.Typer(
 app.callback()(log_options)
 _COMMANDS = (
     *(finger, manipulator, gallery, load_errors, sofa_meshes, reduced_meshes, qpcc, contact_basis),
-    *(elements, energy, equilibria, view, closed_loop, orders),
+    *(elements, energy, equilibria, view, closed_loop),
 )
 for _command in _COMMANDS:
     app.command()(_command)

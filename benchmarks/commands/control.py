@@ -1,4 +1,4 @@
-"""`python -m benchmarks closed-loop` and `orders`: controllers against robots, and under random orders."""
+"""`python -m benchmarks closed-loop`: controllers against robots."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from tauten.service.cli.terminal import (
     Json,
     Markdown,
     RobotName,
-    Robots,
     basis_of,
     progress_bar,
     show_mesh_error,
@@ -44,21 +43,3 @@ def closed_loop(
         figures.mkdir(parents=True, exist_ok=True)
         for one in runs:
             draw_case(one, setup.robot.h, figures / f"{one.name}.png")
-
-
-def orders(
-    json_file: Json = None,
-    markdown: Markdown = None,
-    robot: Robots = None,
-    count: Annotated[int, typer.Option("--orders", min=1, help="Orders of each robot.")] = 400,
-    seed: Annotated[int, typer.Option(help="Of the orders.")] = 0,
-) -> None:
-    """Random locks, holds, unlocks and targets: whether robots get stuck. Ctrl-C keeps what is done."""
-    from benchmarks.control import bench_orders
-    from benchmarks.tables import orders_page
-    from tauten.service.bench import SHIPPED
-    from tauten.service.process import stop_on_signals
-
-    with stop_on_signals() as stop, progress_bar("orders") as report:
-        result = bench_orders(tuple(robot or SHIPPED), count, seed, stop, report)
-    show_result(result, orders_page(result), json_file, markdown)

@@ -1,7 +1,6 @@
-"""Controllers under test: models of contact in open and closed loop, random orders."""
+"""Controllers under test: models of contact in open and closed loop."""
 
 from benchmarks.control.bench import CaseRunner, CaseRuns, ContactLoops, bench_cases, planned
-from benchmarks.control.orders import OrderBench, bench_orders
 from benchmarks.control.outcome import Outcome
 from benchmarks.control.targets import CASES, Case, make_cases
 
@@ -11,10 +10,8 @@ __all__ = [
     "CaseRunner",
     "CaseRuns",
     "ContactLoops",
-    "OrderBench",
     "Outcome",
     "bench_cases",
-    "bench_orders",
     "make_cases",
     "planned",
 ]

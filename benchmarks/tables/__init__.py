@@ -2,7 +2,7 @@
 
 from benchmarks.tables.arm import arm_page
 from benchmarks.tables.contact_basis import by_method, contact_basis_page, pairs_of
-from benchmarks.tables.control import closed_loop_page, orders_page
+from benchmarks.tables.control import closed_loop_page
 from benchmarks.tables.elements import element_page
 from benchmarks.tables.gallery import gallery_page, load_errors_page
 from benchmarks.tables.physics import energy_page, equilibria_page
@@ -21,7 +21,6 @@ __all__ = [
     "equilibria_page",
     "gallery_page",
     "load_errors_page",
-    "orders_page",
     "pairs_of",
     "qpcc_page",
     "reduced_meshes_page",

@@ -1,8 +1,8 @@
-"""The numbers of `python -m benchmarks closed-loop` and `orders` as tables."""
+"""The numbers of `python -m benchmarks closed-loop` as tables."""
 
 from __future__ import annotations
 
-from benchmarks.control import ContactLoops, OrderBench, Outcome
+from benchmarks.control import ContactLoops, Outcome
 from tauten.service.tables import Numbers, Page, measured_on
 
 
@@ -58,18 +58,3 @@ def closed_loop_costs_table(pairs: dict[tuple[str, str], list[Outcome]]) -> Numb
         )
     columns = ("case", "contact", "tension [N]", "chatter [mm/s]", "latency [ms]", "missed")
     return Numbers("What it takes, closed loop", columns, tuple(rows))
-
-
-def orders_page(result: OrderBench) -> Page:
-    """Whether robots get stuck, and what left beyond limits."""
-    rows = tuple(
-        (
-            item.robot, str(item.orders), str(item.unusable), str(item.stuck),
-            f"{item.beyond:.1e}", f"{item.needed:.1e}",
-        )
-        for item in result.runs
-    )  # fmt: skip
-    columns = ("robot", "orders", "unusable", "stuck after", "left beyond", "needed beyond")
-    table = Numbers("random locks, holds, unlocks and targets", columns, rows)
-    about = f"Measured on {measured_on(result.machine)}"
-    return Page("python -m benchmarks orders", about, (table,))

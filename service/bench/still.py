@@ -1,4 +1,4 @@
-"""`tauten bench still`: whether robots come to rest at constant targets, and where.
+"""`tauten bench still`: whether robots come to rest at constant targets, where, and whether they get stuck.
 
 Random targets within twice the workspace: effectors at random equilibria, and up to twice as far away.
 In closed loop the robot is the same model under a tenth more gravity, which the controller does not know, and
@@ -19,6 +19,7 @@ from scipy.optimize import least_squares
 from tauten.controller import Actuation, Controller
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array, FactorisationError
+from tauten.service.bench.orders import OrderRun, order_run
 from tauten.service.node import LARGEST, Feedback
 from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
 from tauten.service.setup import Order, Setup, load_setup
@@ -47,14 +48,16 @@ class StillSettings:
         robots: names or files.
         models: "full" and "reduced".
         targets: of each robot, model, loop and contact, where the time is enough.
+        orders: random locks, holds, unlocks and targets of each robot; 0: none.
         seconds: of each run in open loop, at most.
-        seed: of the targets.
+        seed: of targets and orders.
         minutes: for the targets of each robot and model, shared equally among loops and contact.
     """
 
     robots: tuple[str, ...] = SHIPPED
     models: tuple[Order, ...] = ("reduced",)
     targets: int = 10
+    orders: int = 400
     seconds: float = 8.0
     seed: int = 0
     minutes: float = 10.0
@@ -120,12 +123,14 @@ class StillBench:
         machine: facts about it.
         settings: what was asked for.
         runs: to constant targets.
+        orders: random orders.
         complete: whether all was done.
     """
 
     machine: HostInfo
     settings: StillSettings
     runs: tuple[StillRun, ...]
+    orders: tuple[OrderRun, ...]
     complete: bool
 
 
@@ -140,7 +145,7 @@ def bench_still(settings: StillSettings, stop: StopFlag, progress: Progress) -> 
     Raises:
         RobotFileError, StateBasisError: a robot that cannot be loaded.
     """
-    runs = list[StillRun]()
+    runs, orders = list[StillRun](), list[OrderRun]()
     share = 1.0 / (len(settings.robots) * len(settings.models))
     with one_blas_thread():
         for name in settings.robots:
@@ -150,8 +155,11 @@ def bench_still(settings: StillSettings, stop: StopFlag, progress: Progress) -> 
                 setup = load_setup(name, model=model)
                 for run in _robot_runs(setup, settings, stop):
                     runs.append(run)
-                    progress(share / (3 * settings.targets), f"{name}, {model}")
-    return StillBench(host_info(), settings, tuple(runs), not stop.requested)
+                    progress(0.8 * share / (3 * settings.targets), f"{name}, {model}")
+                if settings.orders and not stop.requested:
+                    orders.append(order_run(setup, settings.orders, settings.seed))
+                progress(0.2 * share, f"{name}, {model}")
+    return StillBench(host_info(), settings, tuple(runs), tuple(orders), not stop.requested)
 
 
 def _robot_runs(setup: Setup, settings: StillSettings, stop: StopFlag) -> Iterator[StillRun]:

@@ -9,7 +9,7 @@ from tauten.service.tables.numbers import Numbers, Page, measured_on
 
 
 def still_page(result: StillBench) -> Page:
-    """Share of the runs at rest and at the best place, by robot."""
+    """Share of the runs at rest and at the best place, by robot, and random orders."""
     groups = dict.fromkeys(
         (run.robot, run.model, run.loop, run.contact) for run in result.runs
     )  # in order
@@ -56,6 +56,17 @@ def still_page(result: StillBench) -> Page:
             4,
         )
     ]
+    if result.orders:
+        found = tuple(
+            (
+                item.robot, str(item.orders), str(item.unusable), str(item.stuck),
+                f"{item.beyond:.1e}", f"{item.needed:.1e}",
+            )
+            for item in result.orders
+        )  # fmt: skip
+        title = "random locks, holds, unlocks and targets"
+        columns = ("robot", "orders", "unusable", "stuck after", "left beyond", "needed beyond")
+        tables.append(Numbers(title, columns, found))
     minutes, asked = result.settings.minutes, result.settings.targets
     about = (
         f"{asked} targets of each group, fewer where {minutes:g} minutes for a robot and its model were not "

@@ -12,21 +12,19 @@ from benchmarks.control import (
     Case,
     CaseRunner,
     CaseRuns,
-    OrderBench,
     Outcome,
     bench_cases,
     make_cases,
     planned,
 )
-from benchmarks.control.orders import order_run
 from benchmarks.control.outcome import case_outcome, settling
 from benchmarks.plots import draw_case
-from benchmarks.tables import closed_loop_page, orders_page
+from benchmarks.tables import closed_loop_page
 from tauten.controller import Controller
 from tauten.model import Robot, Simulator, load_robot
 from tauten.service.bench import Trace, follow
 from tauten.service.plant import DrivenRobot
-from tauten.service.process import StopFlag, host_info
+from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
 
 LENGTH = 0.1
@@ -126,12 +124,3 @@ def test_a_stopped_benchmark_keeps_what_is_done(beam_file: Path) -> None:
     assert runs[0].runs[0][0] == result.outcomes[0]
     page = closed_loop_page(result)
     assert [len(table.rows) for table in page.tables] == [1, 1]
-
-
-def test_random_orders_leave_no_robot_stuck(beam_file: Path) -> None:
-    found = order_run(load_setup(beam_file), 40, 0)
-    assert found.orders == 40
-    assert found.stuck == 0
-    assert found.beyond == 0.0
-    page = orders_page(OrderBench(host_info(), (found,)))
-    assert page.tables[0].rows[0][0] == found.robot

@@ -1,4 +1,4 @@
-"""`tauten bench still`: whether robots come to rest, and at the best place."""
+"""`tauten bench still`: whether robots come to rest, at the best place, and never get stuck."""
 
 from __future__ import annotations
 
@@ -17,19 +17,22 @@ def still(
         list[str] | None, typer.Option(help="full or reduced (default); may be repeated.")
     ] = None,
     targets: Annotated[int, typer.Option(min=1, help="Random targets of each group of runs.")] = 10,
+    orders: Annotated[
+        int, typer.Option(min=0, help="Random locks, holds, unlocks and targets of each robot.")
+    ] = 400,
     seconds: Annotated[float, typer.Option(min=1.0, help="Longest run in open loop.")] = 8.0,
     minutes: Annotated[
         float,
         typer.Option(min=0.0, help="For the targets of each robot and model; fewer after it."),
     ] = 10.0,
-    seed: Annotated[int, typer.Option(help="Of the targets.")] = 0,
+    seed: Annotated[int, typer.Option(help="Of targets and orders.")] = 0,
     markdown: Markdown = None,
     figure: Annotated[
         Path | None,
         typer.Option(callback=writable, help="Figure of the resting errors over the workspace."),
     ] = None,
 ) -> None:
-    """Whether robots come to rest at constant targets, and at the best place.
+    """Whether robots come to rest at constant targets, at the best place, and never get stuck.
 
     Ctrl-C keeps what is done.
     """
@@ -46,6 +49,7 @@ def still(
         robots=tuple(robot or default.robots),
         models=tuple(model or default.models),  # type: ignore[arg-type]
         targets=targets,
+        orders=orders,
         seconds=seconds,
         seed=seed,
         minutes=minutes,

@@ -10,6 +10,7 @@ import pytest
 
 from tauten.model import load_robot
 from tauten.service.bench import StillBench, StillRun, StillSettings, bench_still
+from tauten.service.bench.orders import OrderRun
 from tauten.service.bench.still import random_goals
 from tauten.service.plots import draw_still
 from tauten.service.process import StopFlag, host_info
@@ -32,7 +33,8 @@ def test_a_result_goes_into_a_page_and_a_figure(tmp_path: Path) -> None:
     robots = ("finger", "trunk", "diamond", "gripper", "tripod")
     settings = StillSettings(robots, minutes=2.5)
     runs = tuple(replace(RUN, robot=robot) for robot in robots)
-    result = StillBench(host_info(), settings, runs, True)
+    orders = (OrderRun("finger", 400, 0, 0, 0.0, 0.0),)
+    result = StillBench(host_info(), settings, runs, orders, True)
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- tauten bench still -->\n<!-- end -->\nafter\n", encoding="utf-8")
     still_page(result).put_into(page)
@@ -45,13 +47,16 @@ def test_a_result_goes_into_a_page_and_a_figure(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_diamond_rests() -> None:
-    settings = StillSettings(("diamond",), ("reduced",), targets=2, seconds=6.0)
+def test_the_diamond_rests_and_is_never_stuck() -> None:
+    settings = StillSettings(("diamond",), ("reduced",), targets=2, orders=40, seconds=6.0)
     result = bench_still(settings, StopFlag(), lambda share, what: None)
     assert result.complete
     assert [run.loop for run in result.runs] == ["open"] * 2 + ["closed"] * 2
     assert all(run.rests and run.is_near for run in result.runs)
     assert all(run.rest_s is not None and run.rest_s < 2.0 for run in result.runs[:2])
+    assert result.orders[0].stuck == 0
+    assert result.orders[0].beyond == 0.0
+    assert len(still_page(result).tables) == 2
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""`python -m benchmarks orders`: whether robots get stuck, and what leaves beyond limits."""
+"""Random orders of `tauten bench still`: whether robots get stuck, and what leaves beyond limits."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 from tauten.controller import Controller
 from tauten.model import Robot
 from tauten.model.numerics import Array
-from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
-from tauten.service.setup import Setup, load_setup
+from tauten.service.setup import Setup
 
 AFTER = 1.0  # s, from the last unlock and the time that slack takes until decisions go on
 
@@ -34,37 +33,6 @@ class OrderRun:
     stuck: int
     beyond: float
     needed: float
-
-
-@dataclass(frozen=True, slots=True)
-class OrderBench:
-    """Everything `python -m benchmarks orders` measures."""
-
-    machine: HostInfo
-    runs: tuple[OrderRun, ...]
-
-
-def bench_orders(
-    robots: tuple[str, ...], orders: int, seed: int, stop: StopFlag, progress: Progress
-) -> OrderBench:
-    """Random orders for robots with their reduced models, or for as many as are done when `stop` is raised.
-
-    Args:
-        robots: names or files.
-        orders: random locks, holds, unlocks and targets of each.
-        seed: of them.
-        stop: raised to end early.
-        progress: called with the share of the work that has just been done, and what comes next.
-    """
-    runs = []
-    with one_blas_thread():
-        for name in robots:
-            if stop.requested:
-                break
-            progress(0.0, name)
-            runs.append(order_run(load_setup(name, model="reduced"), orders, seed))
-            progress(1.0 / len(robots), name)
-    return OrderBench(host_info(), tuple(runs))
 
 
 def order_run(setup: Setup, orders: int, seed: int) -> OrderRun:
