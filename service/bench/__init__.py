@@ -36,7 +36,7 @@ from tauten.service.bench.steps import (
     sizes_of,
     time_forward,
 )
-from tauten.service.bench.still import SHIPPED, StillBench, StillRun, StillSettings, bench_still
+from tauten.service.bench.still import StillBench, StillRun, StillSettings, bench_still
 
 __all__ = [
     "ClosedLoopBench",
@@ -49,7 +49,6 @@ __all__ = [
     "PathAccuracy",
     "ReducedBench",
     "ReducedCase",
-    "SHIPPED",
     "Sizes",
     "StepBench",
     "StillBench",
