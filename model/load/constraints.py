@@ -199,9 +199,15 @@ def constrained(
         spring_values=np.zeros(0) if joints is None else joints.spring_tangent(number).data,
         drums=drums,
     )
-    T = abs(coordinates.matrix(body.placed(body.rest())[1].T))[: tetrahedra.m]  # (m, n)
-    floating = T.T @ np.repeat(loose[dof >= 0], 3).astype(float) > 0.0
-    return replace(body, floating=floating)
+    if not loose.any():
+        return body
+    # SciPy sorts the entries of a matrix in place, and those of the map have an order of their own
+    T = coordinates.matrix(body.placed(body.rest())[1].T).copy()
+    T.data = np.abs(T.data)
+    moved = T.T @ np.concatenate(
+        [np.repeat(loose[dof >= 0], 3), np.zeros(T.shape[0] - tetrahedra.m)]
+    )
+    return replace(body, floating=moved > 0.0)
 
 
 def build_drives(

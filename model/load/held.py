@@ -49,7 +49,8 @@ def loose_nodes(config: RobotConfig, bodies: Bodies, constraints: Constraints) -
         loose[of_body == number] = True
     if bodies.fixed.all():
         raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
-    firm = [part for part in bodies.beams if not loose[part.nodes].any()]
+    free = {body.name for body in every if body.free}
+    firm = [part for part in bodies.beams if part.name not in free and not loose[part.nodes].any()]
     require_no_spin(firm, bodies, constraints)
     return loose
 
