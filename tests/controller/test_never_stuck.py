@@ -11,7 +11,7 @@ from support.robots.bodies import beam_robot, box_mesh
 
 import tauten.controller.step
 from tauten.controller import Actuation, Controller, Status
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, Simulator, load_robot
 from tauten.model.numerics import Array
 from tauten.model.simulation import Travel
 from tauten.service.bench.orders import order_run
@@ -162,3 +162,27 @@ def test_a_tripod_is_not_stuck_after_random_orders() -> None:
     found = order_run(load_setup("tripod"), 400, 0)
     assert found.stuck == 0
     assert found.beyond == 0.0
+
+
+def test_a_tick_of_two_seconds_is_usable() -> None:
+    """The gripper's tangent over such a step once ended in an error of the factorisation."""
+    robot = load_robot("gripper", rate=0.5)
+    controller = Controller(robot, "none")
+    goal = robot.effector(robot.rest()) + np.array([0.0, 0.0, 1e-3])
+    for _ in range(3):
+        decided = controller.step(goal)
+        assert decided.status.usable
+        assert (decided.effort <= robot.limits.effort_max * (1.0 + 1e-9)).all()
+
+
+def test_a_winch_that_hardly_turns_beside_a_fast_one_stays_within_limits() -> None:
+    robot = load_robot("accordion")
+    rate = np.ones(robot.n_a)
+    rate[0] = 1e-9
+    slow = replace(robot, limits=replace(robot.limits, rate=rate))
+    controller = Controller(slow, "none")
+    goal = robot.effector(robot.rest()) + 0.2 * robot.size * np.array([1.0, 0.5, 0.0])
+    for _ in range(20):
+        decided = controller.step(goal)
+        assert decided.status.usable
+        assert (decided.effort <= robot.limits.effort_max * (1.0 + 1e-9)).all()
