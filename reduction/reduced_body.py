@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 from typing_extensions import TypeVar
 
 from tauten.model import Integration, Robot, State, System
 from tauten.model.body import Body
+from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, DenseFactors, Ints
 
 P = TypeVar("P", default=Any)
@@ -80,6 +81,20 @@ class ReducedBody(Body[P]):
         """
         v = system.v + dv
         return State(state.q + system.h * v, v)
+
+    def loaded(self, gravity: Array, effector_force: Array, effectors: Effectors[P]) -> Self:
+        """The body under other loads.
+
+        Args:
+            gravity: (3,) [m/s²].
+            effector_force: (3 p,) forces on effectors [N].
+            effectors: the effectors, over its points; those of the full robot take the forces.
+        """
+        return self.of(self.full.loaded(gravity, effector_force))
+
+    @abstractmethod
+    def of(self, full: Any) -> Self:
+        """The same reduction of a full robot (`Robot`) under other loads."""
 
     @abstractmethod
     def lifted(self, state: State) -> State:

@@ -175,10 +175,6 @@ class SparseBody(Body[P]):
             else:
                 yield Tangent(semidefinite, False, share)
 
-    def mass_matrix(self, state: State) -> sp.csc_array:
-        """The mass matrix (n, n) at a state."""
-        return self.matrix(self.masses(state))
-
     def matrix(self, values: Array) -> sp.csc_array:
         """A matrix (n, n) of this body, from values (nnz,) in its pattern or (n,) on the diagonal."""
         return self.pattern.matrix(values)

@@ -226,12 +226,13 @@ class ConstrainedBody(TetBody):
             state: where a step starts.
             h: its length [s].
         """
-        motion, through = self.placed_motion(state)
-        viscous = self.tetrahedra.viscous(motion.x, state.memory, h)
-        if viscous is None:
+        held = self.tetrahedra
+        if held.viscosity is None:
             return None, None
-        mapped = self.product.tangent.apply(viscous[1], through.T, len(self.pattern.indices))
-        return through.forces(viscous[0]), mapped
+        motion, through = self.placed_motion(state)
+        force, C = held.viscous(held.viscosity, motion.x, state.memory, h)
+        mapped = self.product.tangent.apply(C, through.T, len(self.pattern.indices))
+        return through.forces(force), mapped
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity, outer forces and preloads since rest [J]."""

@@ -89,7 +89,10 @@ class NodalBody(TetBody):
             state: where a step starts.
             h: its length [s].
         """
-        return self.tetrahedra.viscous(self.nodes(state), state.memory, h) or (None, None)
+        held = self.tetrahedra
+        if held.viscosity is None:
+            return None, None
+        return held.viscous(held.viscosity, self.nodes(state), state.memory, h)
 
     def masses(self, state: State) -> Array:
         """Lumped masses (n,), the same at any state."""

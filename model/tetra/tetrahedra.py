@@ -96,17 +96,18 @@ class Tetrahedra:
         moved = (x - self.mesh.nodes)[self.dof >= 0].ravel()
         return self.elements.energy(x) - float(self.load @ moved)
 
-    def viscous(self, x: Array, memory: Array, h: float) -> tuple[Array, Array] | None:
-        """Forces of the memory (m,) [N], and C as CSC values in `pattern`; None: no material is viscous.
+    def viscous(
+        self, viscosity: Viscoelasticity, x: Array, memory: Array, h: float
+    ) -> tuple[Array, Array]:
+        """Forces of the memory (m,) [N], and C as CSC values in `pattern`.
 
         Args:
+            viscosity: of the materials.
             x: (n_nodes, 3) node positions where a step starts [m].
             memory: of the state there.
             h: length of the step [s].
         """
-        if self.viscosity is None:
-            return None
-        force, C = self.viscosity.assemble(self.elements, x, memory, h)
+        force, C = viscosity.assemble(self.elements, x, memory, h)
         return force[self.dof >= 0].ravel(), C
 
     def remembered(self, before: Array, after: Array, memory: Array, h: float) -> Array:

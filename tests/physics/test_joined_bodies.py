@@ -346,7 +346,7 @@ def test_a_beam_steps_in_time_as_its_energy_allows() -> None:
     for _ in range(100):
         system = robot.linearise(state)
         state = robot.advance(state, system, system.v_free - state.v)
-        kinetic = 0.5 * float(state.v @ (robot.body.mass_matrix(state) @ state.v))
+        kinetic = 0.5 * float(state.v @ (robot.body.matrix(robot.body.masses(state)) @ state.v))
         energy.append(robot.potential(state) + kinetic)
         heights.append(robot.effector(state)[0, 2])
     assert min(heights) < -0.2 * heights[0]

@@ -20,7 +20,6 @@ import numpy as np
 
 from tauten.model import Assembled, Integration, Robot, State, System
 from tauten.model.beams import BeamBody, BeamTree, follow
-from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import AttachedPoints, OuterForces, path_lengths
 from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
@@ -101,18 +100,9 @@ class StrainBody(ReducedBody[AttachedPoints]):
         work = make_beam_work(self.beams, self.Phi, len(self.elements))
         return dataclasses.replace(self, work=work)
 
-    def loaded(
-        self, gravity: Array, effector_force: Array, effectors: Effectors[AttachedPoints]
-    ) -> StrainBody:
-        """The body under other loads.
-
-        Args:
-            gravity: (3,) [m/s²].
-            effector_force: (3 p,) forces on effectors [N].
-            effectors: the effectors, over its points.
-        """
-        full = self.full.loaded(gravity, effector_force)
-        return dataclasses.replace(self, full=full, gravity=gravity, outer=full.body.outer)
+    def of(self, full: Robot[BeamBody]) -> StrainBody:
+        """The same reduction of a full robot under other loads."""
+        return dataclasses.replace(self, full=full, gravity=full.gravity, outer=full.body.outer)
 
     @property
     def beams(self) -> BeamBody:

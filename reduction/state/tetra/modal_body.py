@@ -15,7 +15,6 @@ import numpy as np
 
 from tauten.model import Assembled, Integration, Robot, State, System
 from tauten.model.constraints import Drums
-from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array
 from tauten.model.tetra import TetBody
 from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
@@ -122,17 +121,8 @@ class ModalBody(ReducedBody[ModePoints]):
         """The same body with a workspace of its own."""
         return dataclasses.replace(self, work=make_work(self.sampled, self.curvature.tendons))
 
-    def loaded(
-        self, gravity: Array, effector_force: Array, effectors: Effectors[ModePoints]
-    ) -> ModalBody:
-        """The body under other loads.
-
-        Args:
-            gravity: (3,) [m/s²].
-            effector_force: (3 p,) forces on effectors [N].
-            effectors: the effectors, over its points.
-        """
-        full = self.full.loaded(gravity, effector_force)
+    def of(self, full: Robot[TetBody]) -> ModalBody:
+        """The same reduction of a full robot under other loads."""
         tetrahedra = full.body.tetrahedra
         return dataclasses.replace(
             self,
@@ -218,7 +208,7 @@ class ModalBody(ReducedBody[ModePoints]):
         if J is not None:
             force, resisting = J.T @ over_beta, J.T @ resisting
             if not scheme.static:
-                mass, inertia = self.masses(state), self.inertia_at(state)
+                mass, inertia = J.T @ self.mass @ J, self.centrifugal(state, J)
         preload = actuators.preload(motion)
         if preload is not None:
             force = force + preload[0]
@@ -283,9 +273,12 @@ class ModalBody(ReducedBody[ModePoints]):
 
     def inertia_at(self, state: State) -> Array | None:
         """Centrifugal forces (n,) of drives that turn [N]; None: there are no drives."""
-        map_, J = self.drive_motion, self.motion(state).J
-        if J is None:
-            return None
+        J = self.motion(state).J
+        return None if J is None else self.centrifugal(state, J)
+
+    def centrifugal(self, state: State, J: Array) -> Array:
+        """`inertia_at` where J (R, n) is known."""
+        map_ = self.drive_motion
         centripetal = state.v[map_.modes :] ** 2 @ map_.bend(state.q)
         forces: Array = -J.T @ (self.mass @ centripetal)
         return forces

@@ -164,9 +164,8 @@ def test_viscous_forces_are_those_of_the_nodes() -> None:
     positions, through = robot.body.placed(state)
     on_nodes = (robot.body.coordinates.matrix(through.T) @ v)[: robot.body.tetrahedra.m]
     held = robot.body.tetrahedra
-    viscous = held.viscous(held.placed(positions), state.memory, robot.h)
-    assert viscous is not None
-    raw_force, raw_C = viscous
+    assert held.viscosity is not None
+    raw_force, raw_C = held.viscous(held.viscosity, held.placed(positions), state.memory, robot.h)
     C, raw = robot.body.matrix(values), held.pattern.matrix(raw_C)
     assert v @ (C @ v) == pytest.approx(on_nodes @ (raw @ on_nodes), rel=1e-9)
     assert force @ v == pytest.approx(raw_force @ on_nodes, rel=1e-9)
