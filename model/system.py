@@ -114,6 +114,16 @@ class Pattern:
             return sp.csc_array(sp.diags_array(values))
         return sp.csc_array((values, self.indices, self.indptr), shape=(self.n, self.n))
 
+    def add_block(self, values: Array, columns: Ints, block: Array) -> None:
+        """Add a dense block of some unknowns, all of which the pattern couples.
+
+        Args:
+            values: (nnz,) of a matrix, added to.
+            columns: (c,) the unknowns, ascending.
+            block: (c, c) what is added to their rows and columns.
+        """
+        _add_block(self.indptr, self.indices, columns, block, values)
+
     def blocks(self, groups: Ints) -> tuple[Ints, Ints]:
         """Places of the 3x3 blocks that couple the nodes of each group.
 
@@ -168,6 +178,17 @@ def make_pattern(fixed: Bools, groups: list[Ints]) -> Pattern:
         indices=full.indices.astype(np.int64),
         diagonal=np.flatnonzero(full.indices == column),
     )
+
+
+@kernel
+def _add_block(indptr: Ints, indices: Ints, columns: Ints, block: Array, values: Array) -> None:
+    """`Pattern.add_block`; rows of each column are ascending."""
+    for b in range(columns.shape[0]):
+        place = indptr[columns[b]]
+        for a in range(columns.shape[0]):
+            while indices[place] < columns[a]:
+                place += 1
+            values[place] += block[a, b]
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,12 @@ from tauten.model.actuators.enclosure import (
     inside_out,
 )
 from tauten.model.actuators.force import ForceSet, make_forces
+from tauten.model.actuators.transmission import (
+    Transmission,
+    TransmissionSet,
+    Transmitted,
+    make_transmissions,
+)
 
 __all__ = [
     "ActuatorSet",
@@ -24,6 +30,9 @@ __all__ = [
     "DriveSet",
     "ForceSet",
     "Loads",
+    "Transmission",
+    "TransmissionSet",
+    "Transmitted",
     "NodalCurvature",
     "cavity_around",
     "cavity_nearest",
@@ -34,6 +43,7 @@ __all__ = [
     "inside_out",
     "make_chambers",
     "make_forces",
+    "make_transmissions",
     "no_drives",
     "nodal_curvature",
     "volumes",

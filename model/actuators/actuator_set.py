@@ -1,4 +1,4 @@
-"""The actuators of a robot: cables, chambers, forces, drives, and their couplings."""
+"""The actuators of a robot: cables, chambers, forces, drives, transmissions, and their couplings."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from tauten.model.actuators.coupling import Coupling, motor_rows
 from tauten.model.actuators.curvature import Loads
 from tauten.model.actuators.drive import DriveSet
 from tauten.model.actuators.force import ForceSet
+from tauten.model.actuators.transmission import TransmissionSet
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Motion, Paths
 from tauten.model.rows import Rows, stack
@@ -32,6 +33,7 @@ class ActuatorSet(Generic[P]):
         pushed: the point that each of them acts on.
         drives: what moves a coordinate of the robot directly.
         coupling: of all of these; None: each is driven alone.
+        transmissions: functions of points; None: there are none.
     """
 
     paths: Paths
@@ -42,6 +44,7 @@ class ActuatorSet(Generic[P]):
     pushed: P
     drives: DriveSet
     coupling: Coupling | None
+    transmissions: TransmissionSet[P] | None = None
 
     @property
     def n_a(self) -> int:
@@ -51,11 +54,13 @@ class ActuatorSet(Generic[P]):
     @property
     def n_members(self) -> int:
         """Number of single actuators."""
-        return self.paths.n_a + len(self.chambers) + len(self.forces) + len(self.drives)
+        transmissions = 0 if self.transmissions is None else len(self.transmissions)
+        others = self.paths.n_a + len(self.chambers) + len(self.forces) + transmissions
+        return others + len(self.drives)
 
     @property
     def others(self) -> Ints:
-        """Numbers of cables, then chambers, then forces among all single actuators."""
+        """Numbers of cables, chambers, forces, then transmissions among all single actuators."""
         return self.drives.others(self.n_members)
 
     @property
@@ -63,14 +68,20 @@ class ActuatorSet(Generic[P]):
         """The actuator of every segment that `segments` gives: (s,)."""
         others, cables, forces = self.others, self.paths.owner, np.arange(len(self.forces))
         first = self.paths.n_a + len(self.chambers)
-        drives = self.drives.places[: len(self.drives.axes)]
-        return self.motors(np.concatenate([others[cables], others[first + forces], drives]))
+        parts = [others[cables], others[first + forces]]
+        parts.append(self.drives.places[: len(self.drives.axes)])
+        if self.transmissions is not None:
+            parts.append(others[first + len(forces) + self.transmissions.segment_owners])
+        return self.motors(np.concatenate(parts))
 
     def segments(self, motion: Motion[P]) -> Array:
-        """Segments by which cables, forces and drives are drawn: (s, 2, 3) [m], see `Robot`."""
+        """Segments by which all but chambers are drawn: (s, 2, 3) [m], see `Robot`."""
         cables = self.paths.segments(motion.placed(self.stations).y)
         forces = self.forces.segments(motion.placed(self.pushed).y)
-        return np.concatenate([cables, forces, self.drives.segments(motion.travel)])
+        parts = [cables, forces, self.drives.segments(motion.travel)]
+        if self.transmissions is not None:
+            parts.append(self.transmissions.segments(motion))
+        return np.concatenate(parts)
 
     def chamber_owners(self, triangles: Ints) -> Ints:
         """The actuator whose chamber each of some triangles (t, 3) of nodes encloses; −1 where none: (t,)."""
@@ -98,16 +109,18 @@ class ActuatorSet(Generic[P]):
         return others if len(self.drives) == 0 else self.drives.among(others, motion)
 
     def other_rows(self, motion: Motion[P]) -> Rows:
-        """Rows of cables, chambers and forces, in the order of `others`."""
+        """Rows of cables, chambers, forces and transmissions, in the order of `others`."""
         parts = [self.paths.rows(motion.placed(self.stations))]
         if len(self.chambers) > 0:
             parts.append(self.chambers.rows(motion.placed(self.walls)))
         if len(self.forces) > 0:
             parts.append(self.forces.rows(motion.placed(self.pushed)))
+        if self.transmissions is not None:
+            parts.append(self.transmissions.rows(motion))
         return parts[0] if len(parts) == 1 else stack(parts)
 
     def efforts(self, lam: Array | None) -> Array | None:
-        """Efforts on cables, chambers and forces, without drives, under those of the motors.
+        """Efforts on all single actuators but drives, under those of the motors.
 
         Args:
             lam: (n_a,) efforts of the motors; None: of the offsets of couplings only.
@@ -128,11 +141,26 @@ class ActuatorSet(Generic[P]):
         """
         if efforts is None:
             return None
-        cables, end = self.paths.n_a, self.paths.n_a + len(self.chambers)
-        tension, pressure = efforts[:cables], efforts[cables:end]
+        cables = self.paths.n_a
+        walled = cables + len(self.chambers)
+        pushed = walled + len(self.forces)
+        tension, pressure = efforts[:cables], efforts[cables:walled]
+        push, transmitted = efforts[walled:pushed], efforts[pushed:]
         if exact:
-            return Loads(tension, pressure)
-        return Loads(np.maximum(tension, 0.0), np.zeros(len(pressure)))
+            return Loads(tension, pressure, push, transmitted)
+        return Loads(
+            np.maximum(tension, 0.0), np.zeros(len(pressure)), push, np.zeros(len(transmitted))
+        )
+
+    def spread(self, motion: Motion[P], loads: Loads) -> list[tuple[P, Array]]:
+        """Forces on the points of forces, then of transmissions: points and vectors (p, 3) [N]."""
+        parts = []
+        if len(self.forces) > 0:
+            parts.append((self.pushed, self.forces.vectors(loads.push)))
+        if (moved := self.transmissions) is not None:
+            y = motion.placed(moved.points).y
+            parts.append((moved.points, moved.vectors(y, loads.transmitted)))
+        return parts
 
     def preload(self, motion: Motion[P]) -> tuple[Array, float] | None:
         """Force (n,) [N] of the offsets of couplings, and its work since rest [J]; None without any."""

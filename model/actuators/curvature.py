@@ -7,8 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.actuators.chamber import ChamberSet, add_chamber_stiffness
+from tauten.model.actuators.transmission import TransmissionSet
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
+    MeanPoints,
+    NodeMotion,
     NodePoints,
     Paths,
     add_cable_stiffness,
@@ -20,20 +23,24 @@ from tauten.model.system import Pattern
 
 @dataclass(frozen=True, slots=True)
 class Loads:
-    """Efforts of the actuators whose rows turn with the body.
+    """Efforts of all single actuators but drives.
 
     Attributes:
         tension: (cables,) [N].
         pressure: (chambers,) [Pa]; zero where only the positive semidefinite part is wanted.
+        push: (forces,) [N].
+        transmitted: (transmissions,); zero where only the positive semidefinite part is wanted.
     """
 
     tension: Array
     pressure: Array
+    push: Array
+    transmitted: Array
 
 
 @dataclass(frozen=True, slots=True)
 class NodalCurvature:
-    """Second derivatives of lengths and volumes, in the sparsity pattern of the nodes.
+    """Second derivatives of lengths, volumes and functions, in the sparsity pattern of the nodes.
 
     Attributes:
         paths: of the cables.
@@ -42,6 +49,8 @@ class NodalCurvature:
         chambers: cavities under pressure.
         cable_blocks: places of the segments in the pattern, see `Pattern.blocks`.
         chamber_blocks: places of the triangles of chambers.
+        transmissions: functions of points; None: there are none.
+        pattern: of the nodes.
     """
 
     paths: Paths
@@ -50,9 +59,11 @@ class NodalCurvature:
     chambers: ChamberSet
     cable_blocks: tuple[Ints, Ints]
     chamber_blocks: tuple[Ints, Ints]
+    transmissions: TransmissionSet[NodePoints | MeanPoints] | None
+    pattern: Pattern
 
     def add(self, x: Array, loads: Loads, K: Array) -> None:
-        """Add the curvature of cables and chambers to a tangent.
+        """Add the curvature of cables, chambers and transmissions to a tangent.
 
         Args:
             x: (n_nodes, 3) node positions [m].
@@ -65,6 +76,9 @@ class NodalCurvature:
             surface = (self.chambers.nodes, self.chambers.weights)
             owner, blocks = self.chambers.owner, self.chamber_blocks
             add_chamber_stiffness(x, owner, surface, loads.pressure, blocks, K)
+        if self.transmissions is not None:
+            motion = NodeMotion(x, self.pattern.dof, self.pattern.n)
+            self.transmissions.add_stiffness(motion, loads.transmitted, self.pattern, K)
 
 
 def coupled_nodes(paths: Paths, stations: NodePoints, chambers: ChamberSet) -> list[Ints]:
@@ -79,17 +93,22 @@ def coupled_nodes(paths: Paths, stations: NodePoints, chambers: ChamberSet) -> l
 
 
 def nodal_curvature(
-    paths: Paths, stations: NodePoints, chambers: ChamberSet, pattern: Pattern
+    paths: Paths,
+    stations: NodePoints,
+    chambers: ChamberSet,
+    transmissions: TransmissionSet[NodePoints | MeanPoints] | None,
+    pattern: Pattern,
 ) -> NodalCurvature:
-    """The curvature of cables and chambers in a pattern.
+    """The curvature of cables, chambers and transmissions in a pattern.
 
     Args:
         paths: of the cables.
         stations: points that they pass.
         chambers: cavities under pressure.
-        pattern: in which their `coupled_nodes` are coupled.
+        transmissions: functions of points; None: there are none.
+        pattern: in which their `coupled_nodes` and `TransmissionSet.coupled` are coupled.
     """
     cables, surfaces = coupled_nodes(paths, stations, chambers)
     blocks = pattern.blocks(cables), pattern.blocks(surfaces)
     weights = np.ascontiguousarray(segment_weights(paths, stations))
-    return NodalCurvature(paths, stations, weights, chambers, *blocks)
+    return NodalCurvature(paths, stations, weights, chambers, *blocks, transmissions, pattern)

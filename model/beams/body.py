@@ -41,7 +41,7 @@ class BeamBody(SparseBody[AttachedPoints]):
         tree: the elements outwards from the fixed nodes, along which nodes move; None: they form loops.
         beam_slot: places of the elements in the pattern.
         cable_slot: places of the segments of cables.
-        force_slot: places of the rotations that forces turn.
+        force_slot: places of the rotations that forces, then transmissions turn.
         outer: forces on its points.
         surfaces: for contact and for drawing.
     """
@@ -144,16 +144,19 @@ class BeamBody(SparseBody[AttachedPoints]):
         assemble_beams(x, Q, beams.arrays, exact, self.beam_slot, force, K)
         actuators = self.actuator_set
         efforts = actuators.efforts(effort)
-        if efforts is not None:
-            cables = actuators.paths.n_a
+        loads = actuators.loads(efforts, exact)
+        if loads is not None:
             add_beam_cable_stiffness(
                 *actuators.stations.place(x, Q), actuators.paths.segment_arrays,
-                efforts[:cables], exact, self.cable_slot, K,
+                loads.tension, exact, self.cable_slot, K,
             )  # fmt: skip
-            if exact and len(actuators.forces) > 0:
-                _, arms = actuators.pushed.place(x, Q)
-                push = actuators.forces.vectors(efforts[cables:])
-                add_lever_stiffness(push, arms, self.force_slot, K)
+            spread = actuators.spread(motion, loads)
+            if exact and spread:
+                arms = np.concatenate([points.place(x, Q)[1] for points, _ in spread])
+                vectors = np.concatenate([part for _, part in spread])
+                add_lever_stiffness(vectors, arms, self.force_slot, K)
+            if actuators.transmissions is not None:
+                actuators.transmissions.add_stiffness(motion, loads.transmitted, self.pattern, K)
         total = force[dof >= 0].ravel()
         preload = actuators.preload(motion)
         if preload is not None:

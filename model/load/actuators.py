@@ -16,6 +16,7 @@ from tauten.model.actuators import (
     ChamberSet,
     ChamberSurface,
     Coupling,
+    TransmissionSet,
     cavity_around,
     cavity_nearest,
     chamber_surface,
@@ -26,6 +27,7 @@ from tauten.model.actuators import (
     make_forces,
     no_drives,
 )
+from tauten.model.load.transmissions import build_nodal_transmissions
 from tauten.model.mesh import UNITS, MeshError, Selector, TetMesh, read_triangles
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
@@ -66,6 +68,7 @@ class ActuatorParts:
         directions: (f, 3) of the forces, unit vectors.
         pushed: (f, n_nodes) weights of the nodes in the point of each force.
         coupling: of these; None: there is none.
+        transmissions: functions of points; None: there are none.
     """
 
     paths: Paths
@@ -74,11 +77,16 @@ class ActuatorParts:
     directions: Array
     pushed: sp.csr_array
     coupling: Coupling | None
+    transmissions: TransmissionSet[NodePoints | MeanPoints] | None
 
     @property
     def groups(self) -> list[Ints]:
         """Groups of nodes (g, s) that the actuators couple."""
-        return coupled_nodes(self.paths, self.stations, self.chambers)
+        found = coupled_nodes(self.paths, self.stations, self.chambers)
+        if self.transmissions is not None:
+            assert isinstance(self.transmissions.points, NodePoints)
+            found += self.transmissions.coupled(self.transmissions.points.nodes)
+        return found
 
     def placed(self, x0: Array, dof: Ints, n: int) -> ActuatorSet[NodePoints | MeanPoints]:
         """The actuators over the degrees of freedom, each driven alone and without drives.
@@ -98,6 +106,7 @@ class ActuatorParts:
             pushed=points,
             drives=no_drives(),
             coupling=self.coupling,
+            transmissions=self.transmissions,
         )
 
 
@@ -127,6 +136,7 @@ def build_actuators(
         directions=directions / np.linalg.norm(directions, axis=1, keepdims=True),
         pushed=sp.csr_array(np.array(weights).reshape(-1, len(x0))),
         coupling=coupling_of(config),
+        transmissions=build_nodal_transmissions(config.transmissions, selector, place),
     )
 
 

@@ -13,6 +13,7 @@ from tauten.model.actuators import (
     ActuatorSet,
     Coupling,
     ForceSet,
+    TransmissionSet,
     coupling_of,
     make_chambers,
     make_forces,
@@ -35,6 +36,7 @@ from tauten.model.contact import ContactSet
 from tauten.model.load.beam_bodies import profile_of
 from tauten.model.load.contacts import contact_set
 from tauten.model.load.effectors import build_beam_effectors
+from tauten.model.load.transmissions import build_beam_transmissions
 from tauten.model.mesh import Selector, point_selector
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
 from tauten.model.points import (
@@ -89,13 +91,16 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> R
     paths, stations = build_beam_cables(config, structure, body, int(fixed.argmax()), source)
     selector = point_selector(body.nodes, config.named_regions(), source)
     forces, pushed = build_beam_forces(config, structure, body, selector)
-    effectors = build_beam_effectors(
-        config.effectors, selector, partial(on_vertebra, structure, body)
-    )
+    attach = partial(on_vertebra, structure, body)
+    effectors = build_beam_effectors(config.effectors, selector, attach)
+    moved = build_beam_transmissions(config.transmissions, selector, attach)
+    actuators = beam_actuators(paths, stations, forces, pushed, coupling_of(config), moved)
     surfaces, named = build_beam_surfaces(structure, profiles, body)
     contacts = build_beam_contacts(config, surfaces, named, body, source)
+    coupled = [] if moved is None else moved.coupled(moved.points.nodes[:, :1])
     pattern = make_pattern(
-        np.repeat(fixed, 2), [groups(body.ends), groups(ends_of(paths, stations))]
+        np.repeat(fixed, 2),
+        [groups(body.ends), groups(ends_of(paths, stations)), *map(groups, coupled)],
     )
     free = ~fixed
     scheme = config.integration
@@ -111,7 +116,7 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> R
         body=BeamBody(
             gravity=np.array(config.gravity),
             integration=integration_of(config),
-            actuator_set=beam_actuators(paths, stations, forces, pushed, coupling_of(config)),
+            actuator_set=actuators,
             pattern=pattern,
             factorisation=make_factorisation(
                 pattern.indptr, pattern.indices, scheme.factorisation, scheme.threads
@@ -122,7 +127,7 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> R
             tree=tree_of(body, fixed),
             beam_slot=pattern.blocks(groups(body.ends)),
             cable_slot=pattern.blocks(groups(ends_of(paths, stations))),
-            force_slot=pattern.blocks(2 * pushed.nodes[:, :1] + 1),
+            force_slot=pattern.blocks(2 * levers_of(actuators) + 1),
             outer=effectors.pushed(np.zeros(3 * len(config.effectors))),
             surfaces=surfaces,
         ),
@@ -135,12 +140,20 @@ def ends_of(paths: Paths, stations: AttachedPoints) -> Ints:
     return np.stack([node[first], node[first + 1]], axis=1)
 
 
+def levers_of(actuators: ActuatorSet[AttachedPoints]) -> Ints:
+    """The node of every point that a force acts on, then of those of transmissions: (p, 1)."""
+    moved = actuators.transmissions
+    parts = [actuators.pushed] if moved is None else [actuators.pushed, moved.points]
+    return np.concatenate([part.nodes[:, :1] for part in parts])
+
+
 def beam_actuators(
     paths: Paths,
     stations: AttachedPoints,
     forces: ForceSet,
     pushed: AttachedPoints,
     coupling: Coupling | None,
+    transmissions: TransmissionSet[AttachedPoints] | None,
 ) -> ActuatorSet[AttachedPoints]:
     """Cables, forces and their couplings.
 
@@ -150,6 +163,7 @@ def beam_actuators(
         forces: of fixed direction.
         pushed: the point that each of them acts on.
         coupling: of all of these.
+        transmissions: functions of points; None: there are none.
     """
     return ActuatorSet(
         paths=paths,
@@ -160,6 +174,7 @@ def beam_actuators(
         pushed=pushed,
         drives=no_drives(),
         coupling=coupling,
+        transmissions=transmissions,
     )
 
 
@@ -172,9 +187,8 @@ def tree_of(body: Beams, fixed: Bools) -> BeamTree | None:
 
 
 def groups(ends: Ints) -> Ints:
-    """Position and rotation of both nodes as groups of three unknowns: (e, 4)."""
-    first, second = 2 * ends[:, 0], 2 * ends[:, 1]
-    return np.stack([first, first + 1, second, second + 1], axis=1)
+    """Position and rotation of groups of nodes (e, s) as groups of three unknowns: (e, 2 s)."""
+    return np.stack([2 * ends, 2 * ends + 1], axis=2).reshape(len(ends), 2 * ends.shape[1])
 
 
 def build_profiles(

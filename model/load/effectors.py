@@ -20,7 +20,7 @@ from tauten.model.effectors import (
     frame_coefficients,
     make_effector_set,
 )
-from tauten.model.load.extensions import extension, extension_names
+from tauten.model.load.extensions import made, required_extension
 from tauten.model.mesh import Selector
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
@@ -159,15 +159,9 @@ def function_measure(item: EffectorSettings, what: str) -> Measure:
         RobotFileError: no package has the function, or it does not give a number with its derivative.
     """
     assert item.measure is not None and item.points is not None
-    make = extension(EFFECTORS, item.measure)
-    if make is None:
-        known = ", ".join(extension_names(EFFECTORS)) or "none"
-        raise RobotFileError(
-            f"{what}.measure: no installed package has an entry point {item.measure!r} in {EFFECTORS}, found "
-            f"are: {known}"
-        )
+    make = required_extension(EFFECTORS, item.measure, f"{what}.measure")
     rest = np.array(item.points)
-    measure: Measure = make(rest)
+    measure: Measure = made(make, what, item.parameters or {}, rest)
     found = measure.at(rest)
     shapes = [part.shape for part in (found.values, found.delta, found.position, found.gradient)]
     if shapes != [(1,), (1,), (3,), (1, len(rest), 3)] or measure.carrier.shape != (len(rest),):

@@ -5,10 +5,14 @@ A package registers it in its pyproject.toml, below `[project.entry-points."taut
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.metadata import entry_points
+from inspect import signature
 from typing import Any
 
-from tauten.model.schema import RobotFileError
+import numpy as np
+
+from tauten.model.schema import Parameters, RobotFileError
 
 
 def extension_names(group: str) -> tuple[str, ...]:
@@ -34,3 +38,49 @@ def extension(group: str, name: str) -> Any:
                 f"{name} of the entry points {group}: {entry.value} cannot be imported ({error})"
             ) from error
     return None
+
+
+def required_extension(group: str, name: str, field: str) -> Any:
+    """What an installed package registers by a name of a robot file.
+
+    Args:
+        group: of entry points.
+        name: in the group.
+        field: of the robot file that names it, for errors.
+
+    Raises:
+        RobotFileError: no package has it, or it cannot be imported.
+    """
+    found = extension(group, name)
+    if found is None:
+        known = ", ".join(extension_names(group)) or "none"
+        raise RobotFileError(
+            f"{field}: no installed package has an entry point {name!r} in {group}, found are: {known}"
+        )
+    return found
+
+
+def made(make: Callable[..., Any], field: str, parameters: Parameters, *given: Any) -> Any:
+    """What a function of another package makes with the parameters of a robot file.
+
+    Args:
+        make: the function, or a class.
+        field: table of the robot file, for errors.
+        parameters: its keywords; lists are given as arrays.
+        given: its first arguments.
+
+    Raises:
+        RobotFileError: it takes other parameters, or refuses their values by a ValueError.
+    """
+    keywords = {
+        name: np.array(value) if isinstance(value, list) else value
+        for name, value in parameters.items()
+    }
+    try:
+        signature(make).bind(*given, **keywords)
+    except TypeError as error:
+        raise RobotFileError(f"{field}.parameters: {error}") from error
+    try:
+        return make(*given, **keywords)
+    except ValueError as error:
+        raise RobotFileError(f"{field}.parameters: {error}") from error

@@ -236,7 +236,9 @@ def build_robot(
         elements=elements,
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
-        curvature=nodal_curvature(parts.paths, parts.stations, parts.chambers, pattern),
+        curvature=nodal_curvature(
+            parts.paths, parts.stations, parts.chambers, parts.transmissions, pattern
+        ),
         viscosity=viscosity,
     )
     scheme = replace(integration_of(config), viscous=viscosity is not None)

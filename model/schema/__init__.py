@@ -1,9 +1,14 @@
 """The contents of robot files, validated field by field."""
 
-from tauten.model.schema.actuators import ChamberSettings, CouplingSettings, ForceSettings, Range
+from tauten.model.schema.actuators import (
+    ChamberSettings,
+    ForceSettings,
+    Range,
+    TransmissionSettings,
+)
 from tauten.model.schema.beam_file import BeamConfig, Structure, Vertebra
 from tauten.model.schema.body import BodySettings, ElementName, RotationSettings
-from tauten.model.schema.cable import CableSettings
+from tauten.model.schema.cable import CableSettings, CouplingSettings
 from tauten.model.schema.changes import Changes
 from tauten.model.schema.constraints import AttachmentSettings
 from tauten.model.schema.contact import ALARM_DISTANCE, ITSELF, ContactSettings, check_surfaces
@@ -40,6 +45,7 @@ from tauten.model.schema.section import (
     LARGEST_COORDINATE,
     NAME,
     Name,
+    Parameters,
     Point,
     Positive,
     Rate,
@@ -84,6 +90,7 @@ __all__ = [
     "Name",
     "NearStl",
     "NumberedNodes",
+    "Parameters",
     "Point",
     "Positive",
     "Range",
@@ -101,6 +108,7 @@ __all__ = [
     "Skin",
     "Sphere",
     "Structure",
+    "TransmissionSettings",
     "TubeSettings",
     "Union",
     "Vertebra",

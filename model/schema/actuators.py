@@ -1,4 +1,4 @@
-"""Actuators of a robot file other than cables: chambers, forces, couplings; and what all of them share.
+"""Chambers, forces and transmissions of a robot file, and what all of its actuators share.
 
 Every actuator has a position δ and an effort λ that are work-conjugate: λ dδ is its work on the robot.
 Limits are those of δ, of λ and of the rate of δ.
@@ -6,7 +6,6 @@ Limits are those of δ, of λ and of the rate of δ.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
@@ -15,8 +14,10 @@ from pydantic import Field, model_validator
 from tauten.model.schema.region import Selection
 from tauten.model.schema.section import (
     Direction,
+    MaxOutside,
     Name,
     NonNegative,
+    Parameters,
     Point,
     Positive,
     Section,
@@ -24,7 +25,10 @@ from tauten.model.schema.section import (
 )
 
 Held = Literal["position", "force"]
-Kind = Literal["cable", "chamber", "drive", "slide", "force"]
+Kind = Literal[
+    "cable", "chamber", "drive", "slide", "force",
+    "transmission", "rotary transmission", "fluid transmission",
+]  # fmt: skip
 Pressure = Annotated[float, in_range(-1e9, 1e9, "Pa")]
 Volume = Annotated[float, in_range(-1e3, 1e3, "m³")]
 Length = Annotated[float, in_range(-1e3, 1e3, "m")]
@@ -60,18 +64,6 @@ class Range:
                     f"min_{name} {least:g} and max_{name} {most:g} must have zero, the value at rest, "
                     "between them and must differ"
                 )
-
-
-class SpringSettings(Section):
-    """A spring between the winch and its cable."""
-
-    stiffness: Annotated[
-        Positive, in_range(0.0, 1e9, "N/m"), Field(description="Stiffness of the spring [N/m].")
-    ]
-    pretension: Annotated[
-        NonNegative,
-        Field(le=1e6, description="Tension while winch and robot are both at rest [N]."),
-    ] = 0.0
 
 
 class ChamberSettings(Section):
@@ -237,53 +229,64 @@ class ForceSettings(Section):
         return self
 
 
-class CouplingSettings(Section):
-    """One motor that drives several actuators of the same kind, its members.
+class TransmissionSettings(Section):
+    """A motor that acts on points of the body through a function of them, which another package computes.
 
-    Of a differential the position is δ_m = Σ g_i δ_i and the effort on member i is
-    λ_i = pretension_i + g_i λ_m, with the gain g_i. A drum winds its cables to the lengths g_i δ_m, and their
-    tensions differ: its effort is λ_m = Σ g_i λ_i. Limits, decision and messages are in the motor's
-    coordinate; the limits of the members' efforts hold for a differential too.
+    δ is the value of the function less that at rest, λ the effort that does work on it: the force on each
+    point is λ times the derivative of the function by it.
     """
 
     name: Annotated[Name, Field(description="Name in keys, messages and tables.")]
-    kind: Annotated[
-        Literal["differential", "drum"],
+    function: Annotated[
+        Name,
         Field(
-            description="Whether the members share the motor's effort (differential, default), or are cables "
-            "that it winds together (drum), each with a `spring`."
+            description="Name of the function, an entry point of the group `tauten.actuators`, see "
+            "docs/extend.md."
         ),
-    ] = "differential"
-    members: Annotated[
-        list[Name], Field(min_length=1, description="Names of the actuators that it drives.")
     ]
-    gains: Annotated[
-        list[Number], Field(min_length=1, description="Gain of each member, signed, not zero.")
-    ]
-    pretensions: Annotated[
-        list[Number] | None,
+    points: Annotated[
+        list[Point] | None,
+        Field(min_length=1, description="Points of the body at rest, its arguments [m]."),
+    ] = None
+    region: Annotated[
+        Selection | None,
         Field(
-            description="Effort on each member where the motor has none [N, Pa]; default: zeros."
+            description="Region, or the name of one, whose nodes are its arguments, instead of `points`."
         ),
     ] = None
+    parameters: Annotated[
+        Parameters, Field(description="What else the function is made with; by default nothing.")
+    ] = Field(default_factory=dict)
+    unit: Annotated[
+        Literal["m", "rad", "m3"],
+        Field(
+            description="Unit of the position; the effort is then a force [N] (m, default), a torque [N m] "
+            "or a pressure [Pa]."
+        ),
+    ] = "m"
     min_position: Annotated[
         Number | None, Field(description="Least position; default: −max_position.")
     ] = None
-    max_position: Annotated[
-        NonNegative, Field(le=1e9, description="Largest position, in the members' unit.")
-    ]
+    max_position: Annotated[NonNegative, Field(le=1e9, description="Largest position.")]
     min_effort: Annotated[
         Number | None, Field(description="Least effort; default: −max_effort.")
     ] = None
-    max_effort: Annotated[
-        NonNegative, Field(le=1e9, description="Largest effort, in the members' unit.")
-    ]
+    max_effort: Annotated[NonNegative, Field(le=1e9, description="Largest effort.")]
     max_rate: Annotated[Positive, Field(le=1e9, description="Largest rate of the position.")]
     held: Annotated[Held, Field(description=HELD)] = "position"
+    max_outside: MaxOutside = 0.0
+
+    @property
+    def kind(self) -> Kind:
+        """Kind of actuator, which has its units."""
+        kinds: dict[str, Kind] = {
+            "m": "transmission", "rad": "rotary transmission", "m3": "fluid transmission"
+        }  # fmt: skip
+        return kinds[self.unit]
 
     @property
     def limits(self) -> Range:
-        """Limits of the motor alone."""
+        """Limits of effort, position and its rate."""
         position, effort = self.min_position, self.min_effort
         return Range(
             -self.max_effort if effort is None else effort,
@@ -293,57 +296,9 @@ class CouplingSettings(Section):
             self.max_rate,
         )
 
-    @property
-    def offsets(self) -> list[float]:
-        """Efforts on the members where the motor has none."""
-        return [0.0] * len(self.members) if self.pretensions is None else self.pretensions
-
     @model_validator(mode="after")
-    def _consistent(self) -> CouplingSettings:
-        for name, values in (("gains", self.gains), ("pretensions", self.offsets)):
-            if len(values) != len(self.members):
-                raise ValueError(f"found {len(values)} {name} for {len(self.members)} members")
-        if not all(abs(gain) > 1e-9 for gain in self.gains):
-            raise ValueError(f"gains {self.gains} must all be at least 1e-9 in magnitude")
-        if len(set(self.members)) < len(self.members):
-            raise ValueError(f"members {self.members} name an actuator twice")
-        if self.kind == "drum" and self.pretensions is not None:
-            raise ValueError(
-                "pretensions: the cables of a drum have theirs in `spring`, leave it out"
-            )
+    def _consistent(self) -> TransmissionSettings:
+        if (self.points is None) == (self.region is None):
+            raise ValueError("give either points or region, the arguments of the function")
         self.limits.check("position", "effort")
         return self
-
-
-def check_couplings(
-    couplings: Sequence[CouplingSettings], kinds: dict[str, Kind], sprung: set[str]
-) -> None:
-    """Raise a ValueError where a coupling names what is no actuator, is another's, or of another kind.
-
-    Args:
-        couplings: of a robot file.
-        kinds: kind of every actuator that is no coupling, by name.
-        sprung: names of the cables with a spring that only pull.
-    """
-    taken: set[str] = set()
-    for index, coupling in enumerate(couplings):
-        for name in coupling.members:
-            if name not in kinds:
-                raise ValueError(
-                    f"couplings.{index}: member {name!r} is not defined, known are {', '.join(kinds)}"
-                )
-            if name in taken:
-                raise ValueError(
-                    f"couplings.{index}: member {name!r} is driven by another coupling"
-                )
-            if kinds[name] != kinds[coupling.members[0]]:
-                raise ValueError(
-                    f"couplings.{index}: {name!r} is a {kinds[name]} and {coupling.members[0]!r} a "
-                    f"{kinds[coupling.members[0]]}, the members of a coupling are of one kind"
-                )
-            if coupling.kind == "drum" and name not in sprung:
-                raise ValueError(
-                    f"couplings.{index}: {name!r} on a drum has to be a cable with a spring, whose stiffness "
-                    "takes up what the drum winds, and with a min_tension of 0 or more"
-                )
-        taken.update(coupling.members)

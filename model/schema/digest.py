@@ -14,10 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tauten.model.schema.actuators import ChamberSettings, CouplingSettings, ForceSettings
+from tauten.model.schema.actuators import (
+    ChamberSettings,
+    ForceSettings,
+    TransmissionSettings,
+)
 from tauten.model.schema.beam_file import BeamConfig, Structure
 from tauten.model.schema.body import BodySettings, MeshSettings
-from tauten.model.schema.cable import CableSettings
+from tauten.model.schema.cable import CableSettings, CouplingSettings
 from tauten.model.schema.constraints import DriveSettings
 from tauten.model.schema.contact import ITSELF, ContactSettings
 from tauten.model.schema.material import SolidMaterialSettings
@@ -33,7 +37,10 @@ PARTS = (
     "versions of the model",
 )  # fmt: skip
 _DIGITS = 8  # hexadecimal digits of each part
-_ACTUATORS = CableSettings | ChamberSettings | CouplingSettings | DriveSettings | ForceSettings
+_ACTUATORS = (
+    CableSettings | ChamberSettings | CouplingSettings | DriveSettings | ForceSettings
+    | TransmissionSettings
+)  # fmt: skip
 
 
 def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> str:
@@ -123,7 +130,9 @@ def _actuators(config: RobotSettings, write: _Writer) -> list[Any]:
         [write.plain(item), [names.index(name) for name in item.members]]
         for item in config.couplings
     ]
-    others = (config.chambers, config.drives, config.forces)
+    others: tuple[Any, ...] = (config.chambers, config.drives, config.forces)
+    if config.transmissions:  # files made before these existed keep their digest
+        others = (*others, config.transmissions)
     return [write.plain(config.cables), write.plain(others), couplings]
 
 
@@ -151,6 +160,8 @@ class _Writer:
             }
         if isinstance(value, list | tuple):
             return [self.plain(item) for item in value]
+        if isinstance(value, dict):
+            return {name: value[name] for name in sorted(value)}
         return value
 
     def _field(self, section: Section, name: str, value: Any) -> Any:

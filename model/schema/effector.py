@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from tauten.model.schema.region import Selection
-from tauten.model.schema.section import MaxOutside, Name, Point, Section
+from tauten.model.schema.section import MaxOutside, Name, Parameters, Point, Section
 
 EffectorKind = Literal["point", "frame", "centre", "distance", "length", "volume", "function"]
 Weight = Annotated[float, Field(ge=0.0, le=1e6)]
@@ -22,9 +22,11 @@ _NEEDS: dict[EffectorKind, tuple[str, ...]] = {
 }  # fmt: skip
 _MAY: dict[EffectorKind, tuple[str, ...]] = {
     "point": (), "centre": (), "frame": ("point", "region"), "distance": (),
-    "length": ("pull_point",), "volume": ("region", "inside"), "function": (),
+    "length": ("pull_point",), "volume": ("region", "inside"), "function": ("parameters",),
 }  # fmt: skip
-_FIELDS = ("point", "other", "points", "pull_point", "region", "inside", "measure")
+_FIELDS = (
+    "point", "other", "points", "pull_point", "region", "inside", "measure", "parameters",
+)  # fmt: skip
 
 
 class EffectorSettings(Section):
@@ -67,6 +69,9 @@ class EffectorSettings(Section):
     measure: Name | None = Field(
         default=None,
         description="Name of a function, an entry point of the group `tauten.effectors`, see docs/extend.md.",
+    )
+    parameters: Parameters | None = Field(
+        default=None, description="What else the function is made with; by default nothing."
     )
     weight: Weight | Annotated[list[Weight], Field(min_length=1)] = Field(
         default=1.0,

@@ -8,12 +8,11 @@ from pydantic import ConfigDict, Field, model_validator
 
 from tauten.model.schema.actuators import (
     ChamberSettings,
-    CouplingSettings,
     ForceSettings,
-    check_couplings,
+    TransmissionSettings,
 )
 from tauten.model.schema.body import BodySettings, ElementName, MeshSettings
-from tauten.model.schema.cable import CableSettings
+from tauten.model.schema.cable import CableSettings, CouplingSettings, check_couplings
 from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, RigidSettings
 from tauten.model.schema.contact import (
     ContactRange,
@@ -49,7 +48,9 @@ Acceleration = Annotated[float, in_range(-1e3, 1e3, "m/s²")]
 Gravity = tuple[Acceleration, Acceleration, Acceleration]
 
 
-SingleActuator = CableSettings | ChamberSettings | DriveSettings | ForceSettings
+SingleActuator = (
+    CableSettings | ChamberSettings | DriveSettings | ForceSettings | TransmissionSettings
+)
 
 
 class IntegrationSettings(Section):
@@ -129,6 +130,11 @@ class RobotSettings(Section):
         default=(),
         description="Forces of fixed direction on the body, one table each; by default none.",
     )
+    transmissions: tuple[TransmissionSettings, ...] = Field(
+        default=(),
+        description="Motors that act on the body through a function of another package, one table each; by "
+        "default none.",
+    )
     couplings: tuple[CouplingSettings, ...] = Field(
         default=(),
         description="Motors that drive several actuators each, one table each; by default none.",
@@ -157,7 +163,8 @@ class RobotSettings(Section):
         single = self.single_actuators
         if not single:
             raise ValueError(
-                "a robot needs an actuator: a table cables, chambers, drives or forces"
+                "a robot needs an actuator: a table cables, chambers, drives, forces or "
+                "transmissions"
             )
         check_unique("actuators", [item.name for item in (*single, *self.couplings)])
         sprung = {
@@ -188,6 +195,7 @@ class RobotSettings(Section):
             *((f"chambers.{index}.surface", c.surface) for index, c in enumerate(self.chambers)),
             *((f"drives.{index}.region", d.region) for index, d in enumerate(self.drives)),
             *((f"forces.{index}.region", f.region) for index, f in enumerate(self.forces)),
+            *((f"transmissions.{i}.region", t.region) for i, t in enumerate(self.transmissions)),
             *((f"effectors.{index}.region", e.region) for index, e in enumerate(self.effectors)),
         ]
         return [(field, selection) for field, selection in found if selection is not None]
@@ -199,8 +207,8 @@ class RobotSettings(Section):
 
     @property
     def single_actuators(self) -> tuple[SingleActuator, ...]:
-        """All actuators but couplings: cables, chambers, drives, forces as listed."""
-        return (*self.cables, *self.chambers, *self.drives, *self.forces)
+        """All actuators but couplings: cables, chambers, drives, forces, transmissions as listed."""
+        return (*self.cables, *self.chambers, *self.drives, *self.forces, *self.transmissions)
 
     @property
     def actuators(self) -> tuple[SingleActuator | CouplingSettings, ...]:

@@ -51,6 +51,9 @@ class ActuatorKind(Enum):
     DRIVE = "drive"
     SLIDE = "slide"
     FORCE = "force"
+    TRANSMISSION = "transmission"
+    ROTARY_TRANSMISSION = "rotary transmission"
+    FLUID_TRANSMISSION = "fluid transmission"
 
     @property
     def position(self) -> Quantity:
@@ -83,6 +86,18 @@ _QUANTITIES = {
     ActuatorKind.FORCE: (
         Quantity("displacement", "m", "mm", 1e3),
         Quantity("force", "N", "N", 1.0),
+    ),
+    ActuatorKind.TRANSMISSION: (
+        Quantity("position", "m", "mm", 1e3),
+        Quantity("force", "N", "N", 1.0),
+    ),
+    ActuatorKind.ROTARY_TRANSMISSION: (
+        Quantity("angle", "rad", "deg", 180.0 / np.pi),
+        Quantity("torque", "N m", "N mm", 1e3),
+    ),
+    ActuatorKind.FLUID_TRANSMISSION: (
+        Quantity("volume change", "m³", "mL", 1e6),
+        Quantity("pressure", "Pa", "kPa", 1e-3),
     ),
 }
 

@@ -19,6 +19,11 @@ Colour = tuple[int, int, int]
 SLACK, MIDDLE, TIGHT = (30, 80, 200), (235, 170, 20), (215, 20, 20)  # effort from none to its limit
 VACUUM, NO_PRESSURE, PRESSURE = (40, 90, 220), (225, 225, 225), (215, 20, 20)
 FORCE, AXIS, SPRING = (200, 30, 130), (90, 60, 30), (60, 60, 60)
+# Kinds that are drawn as lines between their points.
+LINES = (
+    ActuatorKind.CABLE, ActuatorKind.TRANSMISSION, ActuatorKind.ROTARY_TRANSMISSION,
+    ActuatorKind.FLUID_TRANSMISSION,
+)  # fmt: skip
 LEVELS = 16  # of a colour: nothing is sent while the level remains
 _THIN, _THICK = 0.06, 0.15  # thickness of a cable, as a share of the robot's width
 _ARROW = 0.2  # length of the arrow of the largest force, as a share of the robot's size
@@ -58,7 +63,7 @@ def drawings_of(scene: viser.SceneApi, look: RobotLook) -> list[tuple[int, Drawi
             found.append((i, _Chamber(scene, look, actuator, triangles)))
         if count == 0:
             continue
-        if actuator.kind is ActuatorKind.CABLE:
+        if actuator.kind in LINES:
             found.append((i, _Cable(scene, look, actuator, count)))
             if actuator.flexibility > 0.0:
                 found.append((i, _Spring(scene, look, actuator)))

@@ -7,6 +7,7 @@ from tauten.service.frames import RobotLook
 from tauten.service.view.actuators import (
     AXIS,
     FORCE,
+    LINES,
     MIDDLE,
     NO_PRESSURE,
     PRESSURE,
@@ -34,6 +35,8 @@ def legend_html(look: RobotLook) -> str:
     rows = [(_plain(TARGET), "target"), (_plain(EFFECTOR), "effector")]
     if ActuatorKind.CABLE in kinds:
         rows.append((_gradient(SLACK, MIDDLE, TIGHT), "cable: slack to its largest tension"))
+    if kinds & set(LINES[1:]):
+        rows.append((_gradient(SLACK, MIDDLE, TIGHT), "transmission: no effort to its largest"))
     if any(one.flexibility for one in look.robot.actuators):
         rows.append((_plain(SPRING), "spring between winch and cable"))
     if ActuatorKind.CHAMBER in kinds:

@@ -1,42 +1,16 @@
-"""docs/extend.md as an installed package: its code is the module, its entry points are those of the page."""
+"""The package of docs/extend.md, installed while these tests run."""
 
 from __future__ import annotations
 
-import importlib
-import re
-import sys
-import tomllib
 from collections.abc import Iterator
-from pathlib import Path
 from types import ModuleType
 
 import pytest
-
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "extend.md"
-MODULE = "my_package"
-
-
-def blocks(language: str) -> list[str]:
-    """The code blocks of the page in a language."""
-    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S)
+from support.robots.my_package import installed
 
 
 @pytest.fixture(scope="session")
 def package(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
-    """The module of the page, beside what pip writes for its entry points."""
-    folder = tmp_path_factory.mktemp("site")
-    code = "from __future__ import annotations\n\n" + "\n\n".join(blocks("python"))
-    (folder / f"{MODULE}.py").write_text(code, encoding="utf-8")
-    info = folder / f"{MODULE}-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {MODULE}\nVersion: 1.0\n")
-    groups = tomllib.loads("\n".join(blocks("toml")))["project"]["entry-points"]
-    lines = []
-    for group, entries in groups.items():
-        lines += [f"[{group}]", *(f"{name} = {value}" for name, value in entries.items())]
-    (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
-    sys.path.insert(0, str(folder))
-    importlib.invalidate_caches()
-    yield importlib.import_module(MODULE)
-    sys.path.remove(str(folder))
-    del sys.modules[MODULE]
+    """The module of the page."""
+    with installed(tmp_path_factory.mktemp("site")) as module:
+        yield module

@@ -9,9 +9,9 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from extension.conftest import blocks
 from support.processes import ROBOT, write_robot
 from support.qpcc_checks import assert_solves, recorded
+from support.robots.my_package import blocks
 from support.robots.small_bodies import small_body
 from support.state_bases import basis_of, turned_space
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model import Assembled, Integration, Robot, State, System
+from tauten.model.actuators import Loads
 from tauten.model.beams import BeamBody, BeamTree, follow
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import AttachedPoints, OuterForces, path_lengths
@@ -174,7 +175,8 @@ class StrainBody(ReducedBody[AttachedPoints]):
         preload = self.actuator_set.preload(work.motion)
         if preload is not None:
             force += preload[0]
-        return force, self.tangent(work, self.actuator_set.efforts(effort), exact)
+        actuators = self.actuator_set
+        return force, self.tangent(work, actuators.loads(actuators.efforts(effort), exact), exact)
 
     def mass_rows(self, acceleration: Array) -> Array:
         """Forces on all nodes (6 n_nodes,) under an acceleration (3,) of the whole body [N]."""
@@ -182,32 +184,31 @@ class StrainBody(ReducedBody[AttachedPoints]):
         load[:, :3] = np.outer(self.beams.beams.mass, acceleration)
         return load.ravel()
 
-    def tangent(self, work: BeamWork, effort: Array | None, exact: bool) -> Array:
+    def tangent(self, work: BeamWork, loads: Loads | None, exact: bool) -> Array:
         """The tangent K (r, r), see `forces`.
 
         Args:
             work: motion at the state.
-            effort: of each cable, then of each force [N], or None.
+            loads: efforts of the actuators; None: there are none.
             exact: with the terms that loads bring.
         """
         full, actuators = self.beams, self.actuator_set
         K = self.stiffness.copy()
         force, moment = np.zeros((full.n_nodes, 3)), np.zeros((full.n_nodes, 3, 3))
-        if effort is not None:
+        if loads is not None:
             stations, paths = actuators.stations, actuators.paths
             points, arms = stations.place(work.motion.x, work.motion.Q)
             motion = point_motion(stations.nodes, stations.weights, arms, work.motion.J)
-            used = effort if exact else np.maximum(effort, 0.0)  # rods that push soften
-            effort_rows(points, paths.segment_arrays, used, motion, work.Z, work.Y)
+            effort_rows(points, paths.segment_arrays, loads.tension, motion, work.Z, work.Y)
             K += work.Z.T @ work.Y
             _, positions = path_lengths(points, paths.starts, paths.shortest)
-            along = effort[self.cable][:, None] * positions
+            along = loads.tension[self.cable][:, None] * positions
             add_point_loads(along, stations.nodes, stations.weights, arms, force, moment)
-            if len(actuators.forces) > 0:
-                pushed = actuators.pushed
-                _, arms = pushed.place(work.motion.x, work.motion.Q)
-                push = actuators.forces.vectors(effort[paths.n_a :])
-                add_point_loads(push, pushed.nodes, pushed.weights, arms, force, moment)
+            for held, vectors in actuators.spread(work.motion, loads):
+                _, arms = held.place(work.motion.x, work.motion.Q)
+                add_point_loads(vectors, held.nodes, held.weights, arms, force, moment)
+            if exact and actuators.transmissions is not None:
+                K += actuators.transmissions.stiffness(work.motion, loads.transmitted)
         if not exact:
             return K
         force += np.outer(full.beams.mass, full.gravity)
@@ -215,15 +216,15 @@ class StrainBody(ReducedBody[AttachedPoints]):
             held = self.outer.points
             _, arms = held.place(work.motion.x, work.motion.Q)
             add_point_loads(self.outer.vectors, held.nodes, held.weights, arms, force, moment)
-        loads = np.empty_like(force), np.empty_like(moment)
-        loads_beyond(force, moment, work.motion.x, self.tree.beams.ends, *loads)
+        beyond = np.empty_like(force), np.empty_like(moment)
+        loads_beyond(force, moment, work.motion.x, self.tree.beams.ends, *beyond)
         strains, Y = self.Phi @ work.alpha, work.load_Y
         load_rows(
             strains,
             self.tree.beams,
             self.elements,
             work.motion.Q,
-            loads,
+            beyond,
             self.Phi,
             work.motion.J,
             Y,

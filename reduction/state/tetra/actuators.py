@@ -61,6 +61,7 @@ def contracted(T: Array, alpha: Array) -> Array:
 def reduced_actuators(body: TetBody, Phi: Array) -> ActuatorSet[ModePoints]:
     """The actuators of a body in the coordinates of a state basis Φ (n, r)."""
     full, tetrahedra = body.actuator_set, body.tetrahedra
+    moved = full.transmissions
     return ActuatorSet(
         paths=full.paths,
         stations=mode_points(tetrahedra, Phi, full.stations),
@@ -70,6 +71,9 @@ def reduced_actuators(body: TetBody, Phi: Array) -> ActuatorSet[ModePoints]:
         pushed=mode_points(tetrahedra, Phi, full.pushed),
         drives=full.drives,
         coupling=full.coupling,
+        transmissions=None
+        if moved is None
+        else moved.over(mode_points(tetrahedra, Phi, moved.points)),
     )
 
 

@@ -35,7 +35,7 @@ class SampledAssembled(DenseAssembled):
     Attributes:
         motion: β there, and its derivative J.
         over_beta: (R,) forces without actuators and contacts for β.
-        members: efforts on cables, chambers and forces; None: there are none.
+        members: efforts on all single actuators but drives; None: there are none.
         wound: cables on drums; None: there are none.
         tension: of each cable [N].
         response: of the elements, in the workspace of the body that assembled it.
@@ -238,15 +238,20 @@ class ModalBody(ReducedBody[ModePoints]):
         tangent: Array = self.work.S.copy()
         if self.springs is not None:
             tangent += (shares[0] + shares[1]) * self.springs.K
+        moved, members = self.actuator_set.transmissions, at.members
+        if exact and moved is not None and members is not None:
+            over_beta = ModeMotion(beta, None, at.motion.travel)
+            efforts = members[len(members) - len(moved) :]
+            tangent += shares[1] * moved.stiffness(over_beta, efforts)
         if J is None:
             return tangent
         tangent = J.T @ tangent @ J
         map_ = self.drive_motion
         if exact and len(map_.turning) > 0:
-            others, efforts = at.over_beta, at.members
-            if efforts is not None and len(efforts) > 0:
+            others = at.over_beta
+            if members is not None and len(members) > 0:
                 over_beta = ModeMotion(beta, None, at.motion.travel)
-                others = others + efforts @ self.actuator_set.other_rows(over_beta).dense()
+                others = others + members @ self.actuator_set.other_rows(over_beta).dense()
             diagonal = np.einsum("ii->i", tangent)[map_.modes :]
             diagonal -= shares[1] * (map_.bend(at.state.q) @ others)
         if at.wound is not None:

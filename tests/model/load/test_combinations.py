@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import combinations, product
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 from support.robots.combinations import AXES, BODIES, robot_with, write_structures
+from support.robots.my_package import installed
 
 from tauten.model import Robot
 from tauten.model.schema import RobotFileError
@@ -17,6 +20,13 @@ PAGE = Path(__file__).resolve().parents[3] / "docs" / "robot-file.md"
 OPTIONS = {"body": tuple(BODIES), **{axis: tuple(options) for axis, options in AXES.items()}}
 AXIS_OF = {name: axis for axis, options in OPTIONS.items() for name in options}
 MOST = 15  # combinations that are refused
+
+
+@pytest.fixture(scope="module", autouse=True)
+def package(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType]:
+    """The package of docs/extend.md, whose functions some options name."""
+    with installed(tmp_path_factory.mktemp("site")) as module:
+        yield module
 
 
 def rows_of_the_page() -> list[list[str]]:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from support.robots.bodies import box_mesh, without
+from support.robots.my_package import tables
 from tauten.model import Robot
 from tauten.model.load import beam_mesh, build_robot, make_robot
 from tauten.model.mesh import TetMesh
@@ -198,6 +199,12 @@ def pair_of_cables(kind: str, more: Settings, **motor: Any) -> Option:
     )  # fmt: skip
 
 
+def transmission(settings: Settings) -> None:
+    """The muscle of docs/extend.md, along the body."""
+    table = next(found["transmissions"][0] for found in tables() if "transmissions" in found)
+    add("transmissions", **{**table, "points": LINE}, **NEAR)(settings)
+
+
 def effector(kind: str, **where: Any) -> Option:
     """An effector."""
     return add("effectors", name="measured", kind=kind, **where)
@@ -231,12 +238,14 @@ ROWS: dict[str, Option] = {
     "force over a region": force_over_a_region,
     "coupling": pair_of_cables("differential", {}, pretensions=[1.0, 1.0]),
     "drum": pair_of_cables("drum", {"spring": SPRING}),
+    "transmission": transmission,
     "point": effector("point", point=BELOW, **NEAR),
     "centre": centre,
     "frame": frame,
     "distance": effector("distance", point=TIP, other=[0.0, 0.01, 0.01], **NEAR),
     "length": effector("length", points=LINE, **NEAR),
     "volume": every(hollow, effector("volume", inside=MIDDLE)),
+    "function": effector("function", points=[*LINE, TIP], measure="spread", **NEAR),
 }
 
 
@@ -299,12 +308,13 @@ AXES: dict[str, dict[str, Option]] = {
 }
 
 
-def robot_with(options: list[tuple[str, str]], folder: Path) -> Robot:
+def robot_with(options: list[tuple[str, str]], folder: Path, *more: Option) -> Robot:
     """The robot with some options; the others are a mesh, linear and corotational, a cable and a point.
 
     Args:
         options: axis and name of each, of a body the axis "body".
         folder: where the structure files are.
+        more: other options.
 
     Raises:
         RobotFileError, StateBasisError: they are refused.
@@ -316,11 +326,12 @@ def robot_with(options: list[tuple[str, str]], folder: Path) -> Robot:
     for axis, name in options:
         if axis != "body":
             AXES[axis][name](settings)
+    every(*more)(settings)
     mesh = HOLLOW if settings.pop("hollow", False) else BLOCK
     with_basis = settings.pop("reduced", False)
     if "effectors" not in settings:
         effector("point", point=TIP, **NEAR)(settings)
-    if not settings.keys() & {"cables", "chambers", "drives", "forces"}:
+    if not settings.keys() & {"cables", "chambers", "drives", "forces", "transmissions"}:
         cable()(settings)
     robot = built(settings, mesh, folder)
     return with_random_modes(robot) if with_basis else robot

@@ -1,0 +1,164 @@
+"""Transmissions: motors that act on points of the body through a function of them, which anybody may write.
+
+The position is the value of the function less that at rest, δ = f(y) − f(y₀). With an effort λ, which does
+the work λ dδ, the force on each point is λ ∂f/∂y, and the tangent gains −λ ∂²f/∂y². A function that does not
+give its second derivative leaves this out: forces and rows remain exact, so that equilibria are the same, but
+steps and iterations follow them as well as an approximate tangent does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.points import Entries, Motion
+from tauten.model.rows import Jacobian, Rows, dense
+from tauten.model.system import Pattern
+
+P = TypeVar("P")
+Q = TypeVar("Q")
+
+
+@dataclass(frozen=True, slots=True)
+class Transmitted:
+    """A function of points at some positions of these.
+
+    Attributes:
+        value: of the function [m, rad or m³].
+        gradient: (k, 3) its derivative by each point.
+        curvature: (3 k, 3 k) its second derivative by the coordinates of the points, x, y, z of the first,
+            then of the next; None: the function never gives it.
+    """
+
+    value: float
+    gradient: Array
+    curvature: Array | None = None
+
+
+class Transmission(Protocol):
+    """A function of k points of a body."""
+
+    def at(self, y: Array) -> Transmitted:
+        """The function for positions y (k, 3) of its points [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class TransmissionSet(Generic[P]):
+    """All transmissions of a robot, each over points of its own.
+
+    Attributes:
+        functions: of the points.
+        starts: (t + 1,) where the points of each start among all of them.
+        rest: (t,) values of the functions at rest.
+        curved: (t,) which functions give their second derivatives.
+        points: of all, of the type that the body has.
+    """
+
+    functions: tuple[Transmission, ...]
+    starts: Ints
+    rest: Array
+    curved: Bools
+    points: P
+
+    def __len__(self) -> int:
+        return len(self.functions)
+
+    def over(self, points: Q) -> TransmissionSet[Q]:
+        """The same functions of points of another type."""
+        return TransmissionSet(self.functions, self.starts, self.rest, self.curved, points)
+
+    def at(self, y: Array) -> list[Transmitted]:
+        """All functions at positions y (p, 3) of their points [m]."""
+        parts = zip(self.functions, self.starts[:-1], self.starts[1:], strict=True)
+        return [function.at(y[first:end]) for function, first, end in parts]
+
+    def rows(self, motion: Motion[P]) -> Rows:
+        """Positions δ and their derivative: Rows of (t, n)."""
+        placed = motion.placed(self.points)
+        found = self.at(placed.y)
+        vectors = np.concatenate([one.gradient for one in found])
+        H = placed.rows(Entries(self.starts, np.arange(len(vectors)), vectors))
+        return Rows(H, np.array([one.value for one in found]) - self.rest)
+
+    def vectors(self, y: Array, efforts: Array) -> Array:
+        """Forces (p, 3) on points at y (p, 3) [m] under efforts (t,) [N]."""
+        pairs = zip(efforts, self.at(y), strict=True)
+        return np.concatenate([effort * one.gradient for effort, one in pairs])
+
+    def segments(self, motion: Motion[P]) -> Array:
+        """From the mean of the points of each to every one of them, for drawing: (p, 2, 3) [m]."""
+        y, counts = motion.placed(self.points).y, np.diff(self.starts)
+        means = np.add.reduceat(y, self.starts[:-1]) / counts[:, None]
+        return np.stack([np.repeat(means, counts, axis=0), y], axis=1)
+
+    @property
+    def segment_owners(self) -> Ints:
+        """The transmission of each segment: (p,)."""
+        return np.repeat(np.arange(len(self)), np.diff(self.starts))
+
+    def coupled(self, nodes: Ints) -> list[Ints]:
+        """Groups (1, s) of nodes that second derivatives couple.
+
+        Args:
+            nodes: (p, k) nodes of all points.
+        """
+        parts = zip(self.starts[:-1], self.starts[1:], self.curved, strict=True)
+        return [np.unique(nodes[first:end])[None] for first, end, curved in parts if curved]
+
+    def stiffness(self, motion: Motion[P], efforts: Array) -> Array:
+        """What efforts (t,) add to a dense tangent, −Σ λ ∂²f/∂q²: (n, n)."""
+        total = np.zeros((motion.n, motion.n))
+        for moved, bend in self._bends(motion, efforts):
+            J = dense(moved)
+            total += J.T @ bend @ J
+        return total
+
+    def add_stiffness(self, motion: Motion[P], efforts: Array, pattern: Pattern, K: Array) -> None:
+        """Add what efforts do to a sparse tangent.
+
+        Args:
+            motion: of the body.
+            efforts: (t,) [N, N m, Pa].
+            pattern: in which the nodes of `coupled` are coupled.
+            K: (nnz,) CSC values of −∂force, added to.
+        """
+        for moved, bend in self._bends(motion, efforts):
+            assert not isinstance(moved, np.ndarray)
+            columns = np.unique(moved.indices).astype(np.int64)
+            J = moved[:, columns].toarray()
+            pattern.add_block(K, columns, J.T @ bend @ J)
+
+    def _bends(self, motion: Motion[P], efforts: Array) -> Iterator[tuple[Jacobian, Array]]:
+        """Of each effort that bends anything, the motion of the points (3 k, n) and −λ ∂²f/∂y² (3 k, 3 k)."""
+        placed = motion.placed(self.points)
+        moved = placed.motion()
+        for i, one in enumerate(self.at(placed.y)):
+            if self.curved[i] and efforts[i] != 0.0 and one.curvature is not None:
+                first, end = 3 * self.starts[i], 3 * self.starts[i + 1]
+                yield moved[first:end], -efforts[i] * one.curvature
+
+
+def make_transmissions(
+    functions: list[Transmission], counts: list[int], y0: Array, points: P
+) -> TransmissionSet[P] | None:
+    """Transmissions at rest; None: there are none.
+
+    Args:
+        functions: of each.
+        counts: points of each.
+        y0: (p, 3) all of them at rest [m].
+        points: of the type that the body has.
+    """
+    if not functions:
+        return None
+    starts = np.cumsum([0, *counts]).astype(np.int64)
+    none = np.zeros(len(functions))
+    still = TransmissionSet(tuple(functions), starts, none, none.astype(np.bool_), points)
+    found = still.at(y0)
+    rest = np.array([one.value for one in found])
+    curved = np.array([one.curvature is not None for one in found], np.bool_)
+    return TransmissionSet(tuple(functions), starts, rest, curved, points)

@@ -1,0 +1,52 @@
+"""docs/extend.md as an installed package: its code is the module, its entry points are those of the page."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "extend.md"
+MODULE = "my_package"
+
+
+def blocks(language: str) -> list[str]:
+    """The code blocks of the page in a language."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S)
+
+
+def tables() -> list[dict[str, list[dict[str, object]]]]:
+    """The tables of robot files on the page, which are indented."""
+    parts = re.findall(r"(?:^    .*\n)+", PAGE.read_text(encoding="utf-8"), re.M)
+    text = [re.sub(r"^    ", "", part, flags=re.M) for part in parts]
+    return [tomllib.loads(part) for part in text if part.startswith("[[")]
+
+
+@contextmanager
+def installed(folder: Path) -> Iterator[ModuleType]:
+    """The module of the page, beside what pip writes for its entry points, while it can be imported."""
+    code = "from __future__ import annotations\n\n" + "\n\n".join(blocks("python"))
+    (folder / f"{MODULE}.py").write_text(code, encoding="utf-8")
+    info = folder / f"{MODULE}-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {MODULE}\nVersion: 1.0\n")
+    groups = tomllib.loads("\n".join(blocks("toml")))["project"]["entry-points"]
+    lines = []
+    for group, entries in groups.items():
+        lines += [f"[{group}]", *(f"{name} = {value}" for name, value in entries.items())]
+    (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
+    sys.path.insert(0, str(folder))
+    importlib.invalidate_caches()
+    before = sys.modules.pop(MODULE, None)
+    try:
+        yield importlib.import_module(MODULE)
+    finally:
+        sys.path.remove(str(folder))
+        sys.modules.pop(MODULE, None)
+        if before is not None:
+            sys.modules[MODULE] = before
