@@ -14,6 +14,7 @@ from tauten.model.contact.self_contact import (
     mean_edge,
     neighbours_at_rest,
 )
+from tauten.model.contact.shapes import SHAPES, MovedShape, Shape
 
 __all__ = [
     "ALARM_EDGES",
@@ -21,6 +22,9 @@ __all__ = [
     "ContactPair",
     "ContactSet",
     "EDGES_AWAY",
+    "MovedShape",
+    "SHAPES",
+    "Shape",
     "WALL_ALARMS",
     "blocks_of",
     "contact_rows",

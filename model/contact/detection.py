@@ -1,4 +1,4 @@
-"""Contact: candidate points of one surface against the triangles of another.
+"""Contact: candidate points of one surface against the triangles of another, or against a fixed shape.
 
 A candidate is a point of a surface triangle, fixed in it. Its *contact point* is the nearest point of
 the target surface within the alarm distance that
@@ -20,6 +20,9 @@ point:
 with the candidate's weights w over its triangle's vertices x and the closest point's weights b over
 the target triangle's vertices y.
 
+The gap to a fixed shape (`tauten.model.contact.shapes`) is its signed distance, at any depth, with the
+gradient nᵀ Σ_j w_j dx_j.
+
 **Open surfaces.** A face selected from a body has a border, and the side of a point beyond the border is
 undefined. By rule 2 a candidate beyond the border, above or below the face, has no row: the border does
 not stop it, and a candidate that has slid off the face is not treated as a deep penetration. The gap is
@@ -35,6 +38,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -42,6 +46,7 @@ from scipy.sparse.csgraph import connected_components
 
 from tauten.model.contact.broad_phase import BLOCK
 from tauten.model.contact.narrow_phase import no_closest_points, search
+from tauten.model.contact.shapes import Shape
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Ints, kernel
@@ -53,14 +58,15 @@ SHORT = 16  # candidates; blocks of connected parts have at least as many
 
 @dataclass(frozen=True, slots=True)
 class ContactPair:
-    """Candidate points of one surface against the triangles of another, or of the same one.
+    """Candidate points of one surface against triangles of another, or of the same one, or against a shape.
 
     Attributes:
         name: in messages and tables.
         nodes: (m, 3) vertex ids of the triangle each candidate lies in.
         weights: (m, 3) its barycentric weights, row sums 1.
-        triangles: (t, 3) vertex ids of the target, counter-clockwise seen from outside.
+        triangles: (t, 3) vertex ids of the target, counter-clockwise seen from outside; none with a shape.
         apart: (k, 2) candidate and triangle that are not compared, beside those that share a vertex.
+        shape: the target instead of triangles; None: these are.
     """
 
     name: str
@@ -68,6 +74,7 @@ class ContactPair:
     weights: Array
     triangles: Ints
     apart: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    shape: Shape | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +82,8 @@ class Detection(Contacts):
     """Candidates in range, with the vertices that move their gaps.
 
     Attributes, beside those of all contacts:
-        vertices: (m, 6) the candidate's three vertices, then the target triangle's.
+        vertices: (m, 6) the candidate's three vertices, then the target triangle's; where the target is a
+            shape the candidate's again, with coefficients of zero.
         coefficients: (m, 6): dgap = Σ_j coefficients_j normalᵀ dx_j (T2).
     """
 
@@ -130,7 +138,10 @@ class ContactSet:
         )
         self._weights: Array = np.vstack([np.zeros((0, 3)), *(p.weights for p in pairs)])
         self._first: Ints = np.cumsum([0, *(len(pair.nodes) for pair in pairs)]).astype(np.int64)
-        self._blocks = blocks_of([pair.nodes for pair in pairs], n_vertices)
+        blocks = blocks_of([pair.nodes for pair in pairs], n_vertices)
+        shaped = np.array([pair.shape is not None for pair in pairs], dtype=bool)
+        self._blocks: Ints = blocks[~shaped[blocks[:, 2]]]
+        self._shaped = np.flatnonzero(shaped).tolist()
         self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
             [pair.nodes.astype(np.int64) for pair in pairs],
@@ -160,7 +171,7 @@ class ContactSet:
         Never fails: a candidate or a triangle at a position that is not finite is out of range.
         """
         x = np.ascontiguousarray(x, dtype=float)
-        return Detection(
+        found = Detection(
             self.n_slots,
             *detect_all(
                 x,
@@ -171,11 +182,50 @@ class ContactSet:
                 (self.alarm_distance, self.distance),
             ),
         )
+        if not self._shaped:
+            return found
+        return merged([found, *(self._touching(number, x) for number in self._shaped)])
+
+    def _touching(self, number: int, x: Array) -> Detection:
+        """Candidates within reach of the shape of a pair, by its number."""
+        pair, first = self.pairs[number], int(self._first[number])
+        assert pair.shape is not None
+        points = np.einsum("mj,mji->mi", pair.weights, x[pair.nodes])
+        place = np.flatnonzero(np.isfinite(points).all(axis=1))
+        gap, normal = pair.shape.closest(points[place])
+        near = gap < self.alarm_distance
+        place, gap, normal = place[near], gap[near], normal[near]
+        nodes, weights = pair.nodes[place], pair.weights[place]
+        return Detection(
+            n_slots=self.n_slots,
+            slots=first + place,
+            pair=np.full(len(place), number),
+            gap=gap - self.distance,
+            point=points[place],
+            normal=np.ascontiguousarray(normal),
+            friction=np.zeros(len(place)),
+            vertices=np.hstack([nodes, nodes]),
+            coefficients=np.hstack([weights, np.zeros_like(weights)]),
+        )
+
+
+def merged(parts: list[Detection]) -> Detection:
+    """Candidates of different pairs as one record, with ascending slots."""
+    order = np.argsort(np.concatenate([part.slots for part in parts]), kind="stable")
+
+    def joined(name: str) -> Any:
+        return np.concatenate([getattr(part, name) for part in parts])[order]
+
+    return Detection(
+        parts[0].n_slots, joined("slots"), joined("pair"), joined("gap"), joined("point"),
+        joined("normal"), joined("friction"), joined("vertices"), joined("coefficients"),
+    )  # fmt: skip
 
 
 def check_pair(pair: ContactPair, n_vertices: int) -> None:
     """Raise a ValueError that names the pair when its arrays do not make a contact."""
-    for what, ids in (("candidates", pair.nodes), ("triangles", pair.triangles)):
+    targets = [("candidates", pair.nodes), ("triangles", pair.triangles)]
+    for what, ids in targets if pair.shape is None else targets[:1]:
         if ids.ndim != 2 or ids.shape[1] != 3 or len(ids) == 0:
             raise ValueError(
                 f"{pair.name}: {what} have shape {ids.shape}, expected (m, 3) with m > 0"

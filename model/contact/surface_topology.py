@@ -92,6 +92,9 @@ def adjacent_candidates(
     """
     counts, members, base = [np.zeros(1, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
     for triangles, nodes, pairs in zip(surfaces, candidates, apart, strict=True):
+        if len(triangles) == 0:  # a shape instead
+            base += len(nodes)
+            continue
         vertices = 1 + max(triangles.max(), nodes.max())
         shared = sp.csr_array(incidence(triangles, vertices) @ incidence(nodes, vertices).T)
         given = (np.ones(len(pairs)), (pairs[:, 1], pairs[:, 0]))

@@ -384,7 +384,7 @@ def build_beam_contacts(
         source: the robot file's path, for errors.
     """
     try:
-        check_surfaces(config.contacts, set(named))
+        check_surfaces(config.contacts, set(named), [one.name for one in config.obstacles])
     except ValueError as error:
         raise RobotFileError(f"{source}: {error}") from error
     every = np.concatenate([np.zeros((0, 3), np.int64), *named.values()])

@@ -4,25 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from tauten.model.contact import (
     ALARM_EDGES,
     EDGES_AWAY,
+    SHAPES,
     WALL_ALARMS,
     ContactPair,
     ContactSet,
+    Shape,
     mean_edge,
     neighbours_at_rest,
 )
+from tauten.model.load.extensions import extension, extension_names, made
 from tauten.model.mesh import Selector, spread_points, triangle_areas, vertex_points
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import (
     ALARM_DISTANCE,
     ITSELF,
     ContactSettings,
+    ObstacleSettings,
     RobotConfig,
     RobotFileError,
     RobotSettings,
 )
+
+CONTACT_SHAPES = "tauten.contact_shapes"
+NO_TRIANGLES = np.zeros((0, 3), dtype=np.int64)
 
 
 def build_contacts(config: RobotConfig, selector: Selector) -> ContactSet:
@@ -51,14 +60,62 @@ def contact_set(
         source: the robot file's path, for errors.
 
     Raises:
-        RobotFileError: a surface without area.
+        RobotFileError: a surface without area, or an obstacle that is none.
     """
     alarm = alarm_distance(config, vertices, surfaces)
+    targets: dict[str | None, Ints | Shape] = {
+        **surfaces,
+        **{one.name: build_obstacle(one, source) for one in config.obstacles},
+    }
     pairs = [
-        contact_pair(contact, f"{source}: contacts.{index}", vertices, surfaces, alarm)
+        contact_pair(contact, f"{source}: contacts.{index}", vertices, targets, alarm)
         for index, contact in enumerate(config.contacts)
     ]
     return ContactSet(pairs, len(vertices), alarm, config.contact.distance)
+
+
+def build_obstacle(item: ObstacleSettings, source: str) -> Shape:
+    """The shape of an obstacle.
+
+    Args:
+        item: the table.
+        source: the robot file's path, for errors.
+
+    Raises:
+        RobotFileError: a shape that nobody has, or parameters that it does not take.
+    """
+    field = f"{source}: obstacles.{item.name}"
+    make = SHAPES.get(item.shape) or extension(CONTACT_SHAPES, item.shape)
+    if make is None:
+        known = ", ".join([*SHAPES, *extension_names(CONTACT_SHAPES)])
+        raise RobotFileError(f"{field}.shape: {item.shape!r} is unknown, found are {known}")
+    shape: Shape = made(make, field, item.parameters)
+    return shape
+
+
+def check_shape(shape: Shape, points: Array, where: str) -> None:
+    """Raise a RobotFileError where a shape does not give distances with their gradients.
+
+    Args:
+        shape: of a package.
+        points: (m, 3) of the candidates at rest [m].
+        where: file and name of the table, for errors.
+    """
+    gap, normal = shape.closest(points)
+    m = len(points)
+    if np.shape(gap) != (m,) or np.shape(normal) != (m, 3):
+        raise RobotFileError(
+            f"{where}.against: the shape gives distances and normals of the shapes {np.shape(gap)} and "
+            f"{np.shape(normal)} for {m} points, expected are {(m,)} and {(m, 3)}"
+        )
+    if not np.isfinite(gap).all():
+        raise RobotFileError(f"{where}.against: the shape gives distances that are not finite")
+    off = np.abs(np.linalg.norm(normal, axis=1) - 1.0)
+    if not off.max() < 1e-6:
+        raise RobotFileError(
+            f"{where}.against: the shape gives the normal {np.round(normal[off.argmax()], 6).tolist()} at "
+            f"{np.round(points[off.argmax()], 6).tolist()} m, which must have the length 1"
+        )
 
 
 def contact_surfaces(config: RobotConfig, selector: Selector) -> dict[str | None, Ints]:
@@ -76,11 +133,12 @@ def contact_surfaces(config: RobotConfig, selector: Selector) -> dict[str | None
             f"{selector.source}: contacts: beams that are bodies are lines without a surface; attach bodies "
             "with meshes to them, or write a structure file, whose beams have surfaces"
         )
+    obstacles = {one.name for one in config.obstacles}
     used = [name for contact in config.contacts for name in (contact.candidates, contact.against)]
     wanted = dict.fromkeys([*(surface.name for surface in config.surfaces), *used])
     surfaces: dict[str | None, Ints] = {None: selector.boundary}
     for name in wanted:
-        if name is not None and name != ITSELF:
+        if name is not None and name != ITSELF and name not in obstacles:
             chosen = selector.select_triangles(selector.named[name], f"surfaces.{name}")
             surfaces[name] = selector.boundary[chosen]
     return surfaces
@@ -107,7 +165,7 @@ def contact_pair(
     contact: ContactSettings,
     where: str,
     vertices: Array,
-    surfaces: Mapping[str | None, Ints],
+    targets: Mapping[str | None, Ints | Shape],
     alarm: float,
 ) -> ContactPair:
     """One contact.
@@ -116,13 +174,14 @@ def contact_pair(
         contact: its table.
         where: file and name of the table, for errors.
         vertices: (v, 3) of the surfaces at rest [m].
-        surfaces: triangles of each surface by name.
+        targets: triangles of each surface, and the obstacles, by name.
         alarm: the alarm distance [m].
 
     Raises:
         RobotFileError: a surface without area.
     """
-    triangles = surfaces[contact.candidates]
+    triangles = targets[contact.candidates]
+    assert isinstance(triangles, np.ndarray)
     edge = mean_edge(vertices, triangles)
     points = contact.points
     if points is None:
@@ -137,8 +196,11 @@ def contact_pair(
     except ValueError as error:
         raise RobotFileError(f"{where}: {error}") from error
     if contact.against != ITSELF:
-        name = f"{contact.candidates} on {contact.against}"
-        return ContactPair(name, nodes, weights, surfaces[contact.against])
+        name, target = f"{contact.candidates} on {contact.against}", targets[contact.against]
+        if isinstance(target, np.ndarray):
+            return ContactPair(name, nodes, weights, target)
+        check_shape(target, np.einsum("mj,mji->mi", weights, vertices[nodes]), where)
+        return ContactPair(name, nodes, weights, NO_TRIANGLES, shape=target)
     along = contact.neighbour_distance or max(EDGES_AWAY * edge, 2.0 * alarm)
     apart = neighbours_at_rest(vertices, triangles, nodes, weights, along, WALL_ALARMS * alarm)
     name = f"{contact.candidates or 'skin'} on itself"

@@ -11,7 +11,13 @@ from tauten.model.schema.body import BodySettings, ElementName, RotationSettings
 from tauten.model.schema.cable import CableSettings, CouplingSettings
 from tauten.model.schema.changes import Changes
 from tauten.model.schema.constraints import AttachmentSettings
-from tauten.model.schema.contact import ALARM_DISTANCE, ITSELF, ContactSettings, check_surfaces
+from tauten.model.schema.contact import (
+    ALARM_DISTANCE,
+    ITSELF,
+    ContactSettings,
+    ObstacleSettings,
+    check_surfaces,
+)
 from tauten.model.schema.digest import beam_robot_digest, differences, robot_digest
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import MaterialSettings, SolidMaterialSettings
@@ -90,6 +96,7 @@ __all__ = [
     "Name",
     "NearStl",
     "NumberedNodes",
+    "ObstacleSettings",
     "Parameters",
     "Point",
     "Positive",

@@ -1,4 +1,4 @@
-"""Surfaces and contacts of a robot file."""
+"""Surfaces, obstacles and contacts of a robot file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,14 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from tauten.model.schema.region import Box, Facing, Intersection, Region
-from tauten.model.schema.section import Direction, Distance, Name, NonNegative, Section
+from tauten.model.schema.section import (
+    Direction,
+    Distance,
+    Name,
+    NonNegative,
+    Parameters,
+    Section,
+)
 
 ITSELF = "itself"  # instead of the name of a surface: the surface of the candidates
 ALARM_DISTANCE = 2e-3  # m, by default between surfaces with names
@@ -36,8 +43,22 @@ class SurfaceSettings(Section):
         return Intersection(kind="intersection", of=[self.box, facing])
 
 
+class ObstacleSettings(Section):
+    """A shape that stands still in the robot's frame; contacts name it in `against`."""
+
+    name: Name = Field(description="Name of the obstacle, used once and by no surface or region.")
+    shape: Name = Field(
+        description="Name of the shape: `plane` with the parameters `point` and `normal`, `sphere` with "
+        "`centre` and `radius`, `capsule` with `start`, `end` and `radius`, or an entry point of the group "
+        "`tauten.contact_shapes`, see docs/extend.md."
+    )
+    parameters: Parameters = Field(
+        default_factory=dict, description="What the shape is made with [m]; by default nothing."
+    )
+
+
 class ContactSettings(Section):
-    """Candidate points spread over one surface against the triangles of another, or of the same one."""
+    """Candidate points spread over a surface against another one, against itself, or against an obstacle."""
 
     candidates: Name | None = Field(
         default=None,
@@ -45,8 +66,8 @@ class ContactSettings(Section):
         "may be left out, which means the whole surface of the robot.",
     )
     against: Name = Field(
-        description='Surface or region that they may touch; "itself" means the one of the candidates, '
-        "without the neighbourhood of each candidate."
+        description='Surface, region or obstacle that they may touch; "itself" means the surface of the '
+        "candidates, without the neighbourhood of each candidate."
     )
     points: Annotated[int, Field(ge=1, le=100_000)] | Literal["vertices"] | None = Field(
         default=None,
@@ -96,14 +117,29 @@ class ContactRange(Section):
         return self
 
 
-def check_surfaces(contacts: Sequence[ContactSettings], known: set[str]) -> None:
-    """Raise a ValueError when a contact names a surface that is not known, or a surface is named itself."""
-    if ITSELF in known:
-        raise ValueError(f"no surface or region may have the name {ITSELF!r}")
+def check_surfaces(
+    contacts: Sequence[ContactSettings], known: set[str], obstacles: Sequence[str]
+) -> None:
+    """Raise a ValueError when a contact names what is not known, or when names do not tell things apart.
+
+    Args:
+        contacts: of a robot file.
+        known: names of its surfaces and regions.
+        obstacles: names of its obstacles.
+    """
+    if ITSELF in known.union(obstacles):
+        raise ValueError(f"no surface, region or obstacle may have the name {ITSELF!r}")
+    for obstacle in obstacles:
+        if obstacle in known:
+            raise ValueError(f"obstacles: {obstacle!r} is the name of a surface or region too")
     for index, contact in enumerate(contacts):
-        for name in (contact.candidates, contact.against):
-            if name is not None and name != ITSELF and name not in known:
+        named: list[tuple[str | None, set[str]]] = [
+            (contact.candidates, known),
+            (contact.against, known.union(obstacles)),
+        ]
+        for name, allowed in named:
+            if name is not None and name != ITSELF and name not in allowed:
                 raise ValueError(
                     f"contacts.{index}: surface {name!r} is not defined, "
-                    f"known are {', '.join(sorted(known)) or 'none'}"
+                    f"known are {', '.join(sorted(allowed)) or 'none'}"
                 )

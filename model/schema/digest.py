@@ -23,7 +23,7 @@ from tauten.model.schema.beam_file import BeamConfig, Structure
 from tauten.model.schema.body import BodySettings, MeshSettings
 from tauten.model.schema.cable import CableSettings, CouplingSettings
 from tauten.model.schema.constraints import DriveSettings
-from tauten.model.schema.contact import ITSELF, ContactSettings
+from tauten.model.schema.contact import ITSELF, ContactSettings, ObstacleSettings
 from tauten.model.schema.material import SolidMaterialSettings
 from tauten.model.schema.region import NearStl, Region
 from tauten.model.schema.robot_file import RobotConfig, RobotSettings
@@ -53,7 +53,7 @@ def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> 
         meshes: content of the mesh of each body, as it was read; empty for beams.
         folder: where other files that the robot file names are.
     """
-    write = _Writer(config.named_regions(), folder)
+    write = _Writer(_named(config), folder)
     bodies, alarm = config.all_bodies, config.contact.alarm_distance
     folded = any(item.against == ITSELF for item in config.contacts)
     outside = [] if config.extrapolate_from == "face" else [config.extrapolate_from]
@@ -81,7 +81,7 @@ def beam_robot_digest(config: BeamConfig, structure: Structure, folder: Path) ->
         structure: its structure file.
         folder: where other files that the robot file names are.
     """
-    write = _Writer(config.named_regions(), folder)
+    write = _Writer(_named(config), folder)
     return _digest(
         [structure.model_dump(exclude_defaults=True)],
         [write.plain((config.material, config.profiles))],
@@ -118,6 +118,11 @@ def _digest(
     return "".join(hashlib.sha256(text.encode()).hexdigest()[:_DIGITS] for text in texts)
 
 
+def _named(config: RobotSettings) -> dict[str, Section]:
+    """Regions and obstacles by name."""
+    return {**config.named_regions(), **{one.name: one for one in config.obstacles}}
+
+
 def _held(config: RobotSettings) -> list[float]:
     """The distance at which surfaces are held, where there is one [m]."""
     return [config.contact.distance] if config.contact.distance else []
@@ -141,11 +146,11 @@ class _Writer:
     """Turns settings into values of JSON, always the same for the same robot.
 
     Attributes:
-        named: regions by name.
+        named: regions and obstacles by name.
         folder: where files that settings name are.
     """
 
-    named: Mapping[str, Region]
+    named: Mapping[str, Section]
     folder: Path
 
     def plain(self, value: Any) -> Any:
@@ -179,7 +184,7 @@ class _Writer:
         return [self._selection(value) for value in values]
 
     def _selection(self, value: Any) -> Any:
-        """A region instead of its name; other values as they are."""
+        """A region or an obstacle instead of its name; other values as they are."""
         return self.plain(self.named.get(value, value) if isinstance(value, str) else value)
 
 
@@ -193,4 +198,4 @@ def _counts(section: Section, name: str) -> bool:
         return name not in ("file", "length_unit")  # the content counts, in metres
     if isinstance(section, SolidMaterialSettings):
         return name != "viscosity"  # bases are made at rest
-    return not (isinstance(section, Region) and name == "name")
+    return not (isinstance(section, Region | ObstacleSettings) and name == "name")

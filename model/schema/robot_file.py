@@ -17,6 +17,7 @@ from tauten.model.schema.constraints import AttachmentSettings, DriveSettings, R
 from tauten.model.schema.contact import (
     ContactRange,
     ContactSettings,
+    ObstacleSettings,
     SurfaceSettings,
     check_surfaces,
 )
@@ -143,8 +144,14 @@ class RobotSettings(Section):
         description="What is to reach targets, one table each; the first one's keys on the wire "
         "are plain."
     )
+    obstacles: tuple[ObstacleSettings, ...] = Field(
+        default=(),
+        description="What stands still around the robot, one table each; by default nothing.",
+    )
     contacts: tuple[ContactSettings, ...] = Field(
-        default=(), description="Pairs of surfaces that may touch, one table each; by default none."
+        default=(),
+        description="Pairs of surfaces, or of a surface and an obstacle, that may touch, one table each; by "
+        "default none.",
     )
     contact: ContactRange = Field(
         default=ContactRange(), description="Distances of contact handling."
@@ -160,6 +167,7 @@ class RobotSettings(Section):
     def _names_once(self) -> Self:
         check_unique("cables", [cable.name for cable in self.cables])
         check_unique("effectors", [effector.name for effector in self.effectors])
+        check_unique("obstacles", [obstacle.name for obstacle in self.obstacles])
         single = self.single_actuators
         if not single:
             raise ValueError(
@@ -328,7 +336,8 @@ class RobotConfig(RobotSettings):
 
     @model_validator(mode="after")
     def _surfaces(self) -> RobotConfig:
-        check_surfaces(self.contacts, set(self.named_regions()))
+        obstacles = [obstacle.name for obstacle in self.obstacles]
+        check_surfaces(self.contacts, set(self.named_regions()), obstacles)
         return self
 
     def named_regions(self) -> dict[str, Region]:

@@ -88,6 +88,8 @@ def thin_walls(robot: Robot[TetBody], alarm_distance: float) -> Finding:
     pairs = robot.contacts.pairs
     if not pairs:
         return Finding(subject, "fine", "no contacts in the robot file")
+    if not any(len(pair.triangles) for pair in pairs):
+        return Finding(subject, "fine", "all contacts are with obstacles")
     nodes, drawn = robot.body.mesh.nodes, robot.triangles
     boundary = drawn[(drawn < len(nodes)).all(axis=1)]  # outlines of beams are no walls
     triangles = np.unique(np.concatenate([pair.triangles for pair in pairs]), axis=0)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tauten.model import Robot
-from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.contact import ContactSet
 from tauten.model.materials import COROTATIONAL
 from tauten.model.numerics import LANES, Array, Ints
 from tauten.model.points import (
@@ -167,7 +167,7 @@ def contact_surface(robot: Robot[TetBody], Phi: Array) -> tuple[ModePoints, Cont
         return np.searchsorted(used, vertices)
 
     pairs = [
-        ContactPair(pair.name, number(pair.nodes), pair.weights, number(pair.triangles), pair.apart)
+        replace(pair, nodes=number(pair.nodes), triangles=number(pair.triangles))
         for pair in old.pairs
     ]
     surface = mode_points(robot.body.tetrahedra, Phi, points_at(used))

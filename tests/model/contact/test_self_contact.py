@@ -110,7 +110,7 @@ def test_bent_it_neither_pushes_itself_nor_passes_through_itself(robot: Robot[No
         ),
         (
             'against = "itself"\n[[regions]]\nname = "itself"\nkind = "skin"',
-            "no surface or region may have the name 'itself'",
+            "no surface, region or obstacle may have the name 'itself'",
         ),
     ],
 )

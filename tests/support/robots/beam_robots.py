@@ -53,7 +53,7 @@ def build(
         material: Young's modulus [Pa], Poisson's ratio, density [kg/m³].
         held: nodes that neither move nor turn.
         loaded: node that carries the effector.
-        changes: other fields of the robot file.
+        changes: other fields of the robot file, and the surfaces of the structure.
     """
     discs = sorted({*held, loaded})
     structure = {
@@ -62,6 +62,7 @@ def build(
         "vertebrae": [
             {"name": f"disc{i}", "node": i, "radius": SMALL, "thickness": 2 * SMALL} for i in discs
         ],
+        "surfaces": changes.pop("surfaces", []),
     }
     (folder / "structure.json").write_text(json.dumps(structure))
     E, nu, density = material

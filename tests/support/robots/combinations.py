@@ -303,6 +303,15 @@ AXES: dict[str, dict[str, Option]] = {
     "contact": {
         "two surfaces": contact(candidates="top", against="bottom"),
         "itself": contact(against="itself"),
+        "obstacle": every(
+            contact(candidates="bottom", against="floor"),
+            add(
+                "obstacles",
+                name="floor",
+                shape="plane",
+                parameters={"point": [0.0, 0.0, -1e-3], "normal": [0.0, 0.0, 1.0]},
+            ),
+        ),
     },
     "reduction": {"state basis": reduced},
 }

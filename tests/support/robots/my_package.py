@@ -22,8 +22,8 @@ def blocks(language: str) -> list[str]:
 
 def tables() -> list[dict[str, list[dict[str, object]]]]:
     """The tables of robot files on the page, which are indented."""
-    parts = re.findall(r"(?:^    .*\n)+", PAGE.read_text(encoding="utf-8"), re.M)
-    text = [re.sub(r"^    ", "", part, flags=re.M) for part in parts]
+    parts = re.findall(r"(?:^(?:    .*)?\n)+", PAGE.read_text(encoding="utf-8"), re.M)
+    text = [re.sub(r"^    ", "", part, flags=re.M).strip() for part in parts]
     return [tomllib.loads(part) for part in text if part.startswith("[[")]
 
 

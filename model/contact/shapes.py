@@ -1,0 +1,155 @@
+"""Fixed shapes that a robot may touch, given by their signed distance: obstacles in the robot's frame.
+
+Other packages add shapes of the same interface by entry points (docs/extend.md). Each takes its parameters as
+keywords, and refuses those that make no shape by a ValueError.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from tauten.model.numerics import Array
+
+_SHORTEST = 1e-9  # m, below which a length is none
+
+
+class Shape(Protocol):
+    """What a robot may touch."""
+
+    def closest(self, points: Array) -> tuple[Array, Array]:
+        """Signed distances (m,) of points (m, 3) to it [m], negative inside, and their gradients (m, 3).
+
+        The gradient of a distance is a unit vector, which points from the nearest point of the shape to the
+        point, and inside the other way.
+        """
+
+
+class PlaneShape:
+    """A half-space: all that lies behind a plane."""
+
+    def __init__(self, point: Array, normal: Array) -> None:
+        """A plane.
+
+        Args:
+            point: (3,) on it [m].
+            normal: (3,) out of the half-space, towards the robot; its length does not matter.
+
+        Raises:
+            ValueError: these are not three numbers each, or the normal has no direction.
+        """
+        self._point = vector("point", point)
+        self._normal = direction("normal", normal)
+
+    def closest(self, points: Array) -> tuple[Array, Array]:
+        """Distances (m,) of points (m, 3) [m], and the normal for each (m, 3)."""
+        return (points - self._point) @ self._normal, np.tile(self._normal, (len(points), 1))
+
+
+class SphereShape:
+    """A ball."""
+
+    def __init__(self, centre: Array, radius: float) -> None:
+        """A ball.
+
+        Args:
+            centre: (3,) [m].
+            radius: [m].
+
+        Raises:
+            ValueError: the centre is not three numbers, or the radius is not positive.
+        """
+        self._centre, self._radius = vector("centre", centre), positive("radius", radius)
+
+    def closest(self, points: Array) -> tuple[Array, Array]:
+        """Distances (m,) of points (m, 3) [m], and their gradients (m, 3)."""
+        return around(points - self._centre, self._radius)
+
+
+class CapsuleShape:
+    """All within a distance of the line between two points: a rod with round ends."""
+
+    def __init__(self, start: Array, end: Array, radius: float) -> None:
+        """A rod with round ends.
+
+        Args:
+            start: (3,) centre of one end [m].
+            end: (3,) centre of the other [m].
+            radius: [m].
+
+        Raises:
+            ValueError: a centre is not three numbers, they coincide, or the radius is not positive.
+        """
+        self._start, self._radius = vector("start", start), positive("radius", radius)
+        self._along = vector("end", end) - self._start
+        if np.linalg.norm(self._along) < _SHORTEST:
+            raise ValueError("end: coincides with start; a ball is a sphere")
+
+    def closest(self, points: Array) -> tuple[Array, Array]:
+        """Distances (m,) of points (m, 3) [m], and their gradients (m, 3)."""
+        away = points - self._start
+        share = np.clip(away @ self._along / (self._along @ self._along), 0.0, 1.0)  # (m,)
+        return around(away - share[:, None] * self._along, self._radius)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MovedShape:
+    """A shape in another frame: x = Q x_shape + position.
+
+    Attributes:
+        shape: in its own frame.
+        Q: (3, 3) rotation from its frame.
+        position: (3,) of the origin of its frame [m].
+    """
+
+    shape: Shape
+    Q: Array
+    position: Array
+
+    def closest(self, points: Array) -> tuple[Array, Array]:
+        """Distances (m,) of points (m, 3) [m], and their gradients (m, 3)."""
+        gap, normal = self.shape.closest((points - self.position) @ self.Q)
+        return gap, normal @ self.Q.T
+
+
+SHAPES = {"plane": PlaneShape, "sphere": SphereShape, "capsule": CapsuleShape}
+
+
+def around(away: Array, radius: float) -> tuple[Array, Array]:
+    """Distances (m,) of points to what reaches a radius [m] from a centre, and their gradients (m, 3).
+
+    Args:
+        away: (m, 3) from the nearest centre to each point [m]; at the centre itself the gradient is +z.
+        radius: [m].
+    """
+    length = np.linalg.norm(away, axis=1)  # (m,)
+    far = length > 0.0
+    normal = np.where(far[:, None], away, [0.0, 0.0, 1.0])
+    return length - radius, normal / np.where(far, length, 1.0)[:, None]
+
+
+def vector(name: str, value: Array) -> Array:
+    """Three finite numbers, or a ValueError that names the parameter."""
+    found = np.asarray(value, dtype=float)
+    if found.shape != (3,) or not np.isfinite(found).all():
+        raise ValueError(f"{name}: expected three numbers [m], found {np.asarray(value).tolist()}")
+    return found
+
+
+def direction(name: str, value: Array) -> Array:
+    """A unit vector (3,) along three numbers, or a ValueError that names the parameter."""
+    found = vector(name, value)
+    length = float(np.linalg.norm(found))
+    if not length > _SHORTEST:
+        raise ValueError(f"{name}: {found.tolist()} has no direction")
+    unit: Array = found / length
+    return unit
+
+
+def positive(name: str, value: float) -> float:
+    """A positive number, or a ValueError that names the parameter."""
+    if np.ndim(value) != 0 or not 0.0 < value < np.inf:
+        raise ValueError(f"{name}: expected a positive number [m], found {value}")
+    return float(value)

@@ -1,0 +1,250 @@
+"""Obstacles: distances of the shapes, and forces and motions that are known."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.robots.beam_robots import build, path_of_beams, rectangle
+from support.robots.bodies import box_mesh
+from support.robots.small_bodies import small_body
+
+from tauten.model import Robot, RobotFileError, Simulator
+from tauten.model.contact import SHAPES, ContactPair, ContactSet, MovedShape, Shape
+from tauten.model.load import build_robot
+from tauten.model.numerics import Array
+from tauten.model.schema import RobotConfig, validated
+from tauten.reduction.campaign import exploring
+from tauten.reduction.contact import ReduceSettings, reduce_robot
+
+EVERYWHERE = {"lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
+BELOW = {"name": "below", "box": EVERYWHERE, "normal": [0.0, 0.0, -1.0]}
+FLOOR = {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
+g = 9.81
+
+KNOWN: dict[str, tuple[dict[str, Any], Array, list[float], Array]] = {
+    "plane": (
+        {"point": [0.0, 0.0, 1.0], "normal": [0.0, 3.0, 4.0]},
+        np.array([[5.0, 0.0, 2.0], [0.0, -1.0, 1.0], [1.0, 4.0, -2.0]]),
+        [0.8, -0.6, 0.0],
+        np.tile([0.0, 0.6, 0.8], (3, 1)),
+    ),
+    "sphere": (
+        {"centre": [1.0, 0.0, 0.0], "radius": 2.0},
+        np.array([[1.0, 0.0, 3.0], [0.0, 0.0, 0.0], [4.0, 4.0, 0.0]]),
+        [1.0, -1.0, 3.0],
+        np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.6, 0.8, 0.0]]),
+    ),
+    "capsule": (
+        {"start": [0.0, 0.0, 0.0], "end": [4.0, 0.0, 0.0], "radius": 0.5},
+        np.array([[2.0, 0.0, 2.0], [-3.0, 4.0, 0.0], [7.0, 0.0, 4.0], [1.0, 0.2, 0.0]]),
+        [1.5, 4.5, 4.5, -0.3],
+        np.array([[0.0, 0.0, 1.0], [-0.6, 0.8, 0.0], [0.6, 0.0, 0.8], [0.0, 1.0, 0.0]]),
+    ),
+}
+
+
+def shape(name: str, parameters: dict[str, Any]) -> Shape:
+    """A shape with the parameters of a robot file."""
+    arrays = {
+        key: np.array(value) if isinstance(value, list) else value
+        for key, value in parameters.items()
+    }
+    found: Shape = SHAPES[name](**arrays)
+    return found
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_distances_and_normals_are_known(name: str) -> None:
+    parameters, points, gaps, normals = KNOWN[name]
+    gap, normal = shape(name, parameters).closest(points)
+    np.testing.assert_allclose(gap, gaps, atol=1e-12)
+    np.testing.assert_allclose(normal, normals, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_normals_are_gradients_and_shapes_can_be_moved(name: str) -> None:
+    rng, one = np.random.default_rng(0), shape(name, KNOWN[name][0])
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    for found in (one, MovedShape(one, turn, np.array([0.3, -0.2, 0.1]))):
+        points, step = 3.0 * rng.normal(size=(20, 3)), 1e-6
+        _, normal = found.closest(points)
+        for k, axis in enumerate(np.eye(3)):
+            up, down = (found.closest(points + by * axis)[0] for by in (step, -step))
+            np.testing.assert_allclose(normal[:, k], (up - down) / (2.0 * step), atol=1e-6)
+    gap = one.closest(points)[0]
+    moved = MovedShape(one, turn, np.ones(3)).closest(points @ turn.T + 1.0)[0]
+    np.testing.assert_allclose(moved, gap, atol=1e-12)
+
+
+def test_pairs_of_both_kinds_have_their_slots() -> None:
+    """A shape between two pairs of surfaces: slots ascend, and what is out of range has none."""
+    x = np.array(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0.5], [1, 0, 0.5], [0, 1, 0.5]], dtype=float
+    )
+    lower, upper = np.array([[0, 1, 2]]), np.array([[3, 4, 5]])
+    centre = np.full((1, 3), 1.0 / 3.0)
+    none = np.zeros((0, 3), dtype=np.int64)
+    corners = np.eye(3)
+    floor = shape("plane", {"point": [0.0, 0.0, -0.25], "normal": [1.0, 0.0, 1.0]})
+    contacts = ContactSet(
+        [
+            ContactPair("one", upper, centre, lower),
+            ContactPair("floor", np.tile(lower, (3, 1)), corners, none, shape=floor),
+            ContactPair("other", upper, centre, lower),
+        ],
+        len(x), alarm_distance=0.6, distance=0.01,
+    )  # fmt: skip
+    found = contacts.detect(x)
+    assert [one.name for one in contacts.pair_slots] == ["one", "floor", "other"]
+    assert found.slots.tolist() == [0, 1, 3, 4]
+    assert found.pair.tolist() == [0, 1, 1, 2]
+    np.testing.assert_allclose(found.gap, [0.49, 0.25 / 2**0.5 - 0.01, 0.25 / 2**0.5 - 0.01, 0.49])
+    np.testing.assert_allclose(found.point[1:3], x[[0, 2]])
+    x[2] = np.nan  # a corner of all of them
+    assert contacts.detect(x).slots.tolist() == []
+
+
+def block(**changes: Any) -> Robot:
+    """A soft block that nothing holds, 2 cm a side, on a floor; a force that nobody uses."""
+    push = {
+        "name": "push", "region": {"kind": "all"}, "direction": [1.0, 0.0, 0.0],
+        "max_force": 1.0, "max_travel": 1e3, "max_rate": 1e3,
+    }  # fmt: skip
+    settings = {
+        "name": "block", "forces": [push], "surfaces": [BELOW],
+        "material": {"young_modulus": 1e5, "poisson_ratio": 0.3, "density": 1000.0},
+        "bodies": [{"name": "cube", "mesh": {"file": "cube.vtu"}, "free": True}],
+        "effectors": [{"name": "centre", "kind": "centre", "region": {"kind": "all"}}],
+        "contacts": [{"candidates": "below", "against": "floor", "points": "vertices"}],
+        "obstacles": [{"name": "floor", "shape": "plane",
+                       "parameters": {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}}],
+        "integration": {"rayleigh_stiffness": 0.05}, "controller": {"rate": 100.0}, **changes,
+    }  # fmt: skip
+    cube = box_mesh((0.02, 0.02, 0.02), (2, 2, 2))
+    return build_robot(validated(RobotConfig, settings, "block.toml"), [cube], "block.toml")
+
+
+def force_on(simulator: Simulator) -> Array:
+    """Sum of all contact forces (3,) [N]."""
+    found: Array = simulator.contact_forces.sum(axis=0)
+    return found
+
+
+def test_a_floor_carries_the_weight_of_a_block() -> None:
+    simulator = Simulator(block(), "full")
+    for _ in range(100):
+        simulator.step(effort=[0.0])
+    weight = 1000.0 * 0.02**3 * g
+    np.testing.assert_allclose(force_on(simulator), [0.0, 0.0, weight], rtol=1e-6, atol=1e-9)
+    assert simulator.robot.rows(simulator.state).contacts.rows.delta == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_block_slides_down_with_g_sin() -> None:
+    """Without friction it accelerates along the floor, which carries m g cos α across."""
+    alpha, steps = 0.3, 50
+    gravity = [g * np.sin(alpha), 0.0, -g * np.cos(alpha)]
+    simulator = Simulator(block(gravity=gravity), "full")
+    start, h = simulator.effector[0].copy(), simulator.robot.h
+    for _ in range(steps):
+        simulator.step(effort=[0.0])
+    # implicit Euler: positions follow the velocities at the ends of the steps
+    expected = g * np.sin(alpha) * h**2 * steps * (steps + 1) / 2.0
+    assert simulator.effector[0][0] - start[0] == pytest.approx(expected, rel=1e-6)
+    across = 1000.0 * 0.02**3 * g * np.cos(alpha)
+    np.testing.assert_allclose(force_on(simulator), [0.0, 0.0, across], rtol=1e-4, atol=1e-9)
+
+
+def propped(folder: Path, below: float) -> Robot:
+    """A slender beam along x under its weight, clamped at x = 0, its tip above a floor at a distance [m]."""
+    nodes = np.outer(np.linspace(0.0, 1.0, 33), [1.0, 0.0, 0.0])
+    beams = path_of_beams(nodes, (0.0, 0.0, 1.0), "bar")
+    profile = rectangle("bar", 0.02, 0.01)
+    return build(
+        folder, nodes, beams, [profile], (1e9, 0.3, 1000.0), [0], 32,
+        gravity=[0.0, 0.0, -1.0],
+        contacts=[{"candidates": "foot", "against": "floor", "points": 1}],
+        obstacles=[{"name": "floor", "shape": "plane",
+                    "parameters": {"point": [0.0, 0.0, -below], "normal": [0.0, 0.0, 1.0]}}],
+        surfaces=[{"name": "foot", "nodes": [32, 32, 32],
+                   "points": [[1.001, 0.0, 0.0], [0.9995, 1e-3, 0.0], [0.9995, -1e-3, 0.0]],
+                   "triangles": [[0, 2, 1]]}],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("below", [0.0, 2e-3])
+def test_a_propped_cantilever_has_the_reaction_of_the_textbook(
+    tmp_path: Path, below: float
+) -> None:
+    """R = 3/8 q L − 3 E I d / L³ where the prop is d below, of Euler and Bernoulli."""
+    robot = propped(tmp_path, below)
+    simulator = Simulator(robot, "full")
+    assert simulator.settle(position=[-0.5], tolerance=1e-12).converged
+    q, EI = 1000.0 * 0.02 * 0.01 * 1.0, 1e9 * 0.02 * 0.01**3 / 12.0
+    expected = 0.375 * q - 3.0 * EI * below
+    np.testing.assert_allclose(force_on(simulator), [0.0, 0.0, expected], rtol=2e-3, atol=1e-9)
+
+
+def test_a_contact_basis_is_made_with_an_obstacle(tmp_path: Path) -> None:
+    """`tauten reduce`: a beam that is pulled onto a ball; with the basis it comes to rest as without."""
+    ball = {
+        "name": "ball",
+        "shape": "sphere",
+        "parameters": {"centre": [0.09, 0.01, -0.012], "radius": 0.01},
+    }
+    robot = small_body(
+        "linear", surfaces=[BELOW], obstacles=[ball],
+        contacts=[{"candidates": "below", "against": "ball", "points": "vertices"}],
+    )  # fmt: skip
+    design = exploring(robot)
+    result = reduce_robot(robot, design, tmp_path, ReduceSettings(k=3), show_progress=False)
+    assert result.basis.k == 3
+    pulled = [Simulator(robot, contact) for contact in ("full", result.basis, "none")]
+    for simulator in pulled:
+        assert simulator.settle(position=[5e-3]).converged
+    tips = [simulator.effector[0] for simulator in pulled]
+    assert np.linalg.norm(tips[0] - tips[2]) > 1e-3
+    np.testing.assert_allclose(tips[1], tips[0], atol=5e-5)
+    lowest = pulled[0].robot.candidates(pulled[0].state) - ball["parameters"]["centre"]  # type: ignore[index]
+    assert np.linalg.norm(lowest, axis=1).min() == pytest.approx(0.01, abs=5e-5)
+
+
+REFUSED: dict[str, dict[str, Any]] = {
+    "floor.parameters: got an unexpected keyword argument 'height'": {"parameters": {**FLOOR, "height": 1.0}},
+    "floor.parameters: normal: [0.0, 0.0, 0.0] has no direction": {
+        "parameters": {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 0.0]}
+    },
+    "floor.parameters: radius: expected a positive number [m], found -1": {
+        "shape": "sphere", "parameters": {"centre": [0.0, 0.0, 0.0], "radius": -1.0}
+    },
+    "floor.parameters: end: coincides with start": {
+        "shape": "capsule", "parameters": {"start": [0.0, 0.0, 0.0], "end": [0.0, 0.0, 0.0], "radius": 1.0}
+    },
+    "floor.parameters: centre: expected three numbers [m], found [0.0, 0.0]": {
+        "shape": "sphere", "parameters": {"centre": [0.0, 0.0], "radius": 1.0}
+    },
+    "obstacles: 'below' is the name of a surface or region too": {"name": "below"},
+    "contacts.0: surface 'floor' is not defined, known are below, ground": {"name": "ground"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("sentence", REFUSED)
+def test_what_makes_no_obstacle_is_refused(sentence: str) -> None:
+    floor = {"name": "floor", "shape": "plane", "parameters": {}, **REFUSED[sentence]}
+    with pytest.raises(RobotFileError, match=re.escape(sentence)):
+        block(obstacles=[floor])
+
+
+def test_what_a_basis_is_made_for_depends_on_the_obstacle() -> None:
+    def digest(name: str, height: float) -> str:
+        parameters = {"point": [0.0, 0.0, height], "normal": [0.0, 0.0, 1.0]}
+        return block(
+            obstacles=[{"name": name, "shape": "plane", "parameters": parameters}],
+            contacts=[{"candidates": "below", "against": name}],
+        ).digest
+
+    assert digest("floor", 0.0) == digest("ground", 0.0)
+    assert digest("floor", 0.0) != digest("floor", -1e-3)
