@@ -6,9 +6,10 @@ import json
 import os
 import time
 from pathlib import Path
+from typing import IO
 
 import pytest
-from support.processes import START
+from support.processes import START, Forked, fork_server
 
 from tauten.service.plant import (
     LOG,
@@ -23,12 +24,20 @@ from tauten.service.process import StopFlag
 from tauten.service.replay import replay
 
 
+def forked(command: str, arguments: list[str], sink: IO[bytes]) -> Forked:
+    """A process of the demo."""
+    return Forked(fork_server(), Path(sink.name), arguments=[command, *arguments])
+
+
 @pytest.fixture(scope="module")
 def folder(beam_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("demo") / "out"
     settings = DemoSettings(str(beam_file), out, seconds=4.0, period=4.0, fraction=0.3)
     said: list[str] = []
-    done = run_demo(settings, StopFlag(), said.append)
+    with pytest.MonkeyPatch.context() as patch:
+        # processes that need not import tauten; those of the tests below do
+        patch.setattr("tauten.service.plant.processes._start", forked)
+        done = run_demo(settings, StopFlag(), said.append)
     assert any("4 s" in text for text in said)
     assert done.report.following > 20
     assert done.actuators.names == ("lower", "upper")

@@ -17,7 +17,7 @@ from tauten.model.numerics import Array
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-WIDTH, HEIGHT = 1600, 800
+WIDTH, HEIGHT = 1000, 500
 FIELD_OF_VIEW = np.radians(75.0)  # of viser's camera, from bottom to top
 
 

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 import signal
-import subprocess
-import sys
 import urllib.request
 from pathlib import Path
 
 import pytest
-from support.processes import Process, Start, run_benchmark, run_main
+from support.processes import START, Process, Start, run_benchmark, run_main, start_script
 from support.viewers import wait_until
 
 from tauten.service.plant import free_ports
@@ -32,11 +30,12 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
     return lines[-1]
 
 
-def test_a_missing_extra_is_named() -> None:
-    command = [sys.executable, "-c", WITHOUT_VISER]
-    found = subprocess.run(command, capture_output=True, text=True, timeout=120.0, check=False)
-    assert found.returncode == 2
-    assert found.stderr.strip().splitlines() == [
+def test_a_missing_extra_is_named(tmp_path: Path) -> None:
+    script = tmp_path / "without_viser.py"
+    script.write_text(WITHOUT_VISER)
+    process = start_script(tmp_path / "output.txt", script)
+    assert process.process.wait(START) == 2
+    assert process.output.read_text().strip().splitlines() == [
         "tauten: the viewer needs viser, which is not installed: pip install 'tauten[viewer]'"
     ]
 

@@ -42,6 +42,21 @@ def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
         yield found
 
 
+@pytest.fixture(scope="module")
+def one_viewer(beam_file: Path, beam: Robot) -> Iterator[Shown]:
+    """The viewer of all tests that only have something refused."""
+    with showing(SimulatedRobot(load_setup(beam_file), load_setup(beam_file))) as found:
+        yield found
+
+
+@pytest.fixture
+def refusing(one_viewer: Shown) -> Shown:
+    """It, without a browser and with nothing refused so far."""
+    assert wait_until(lambda: one_viewer.guard.browsers == 0)
+    one_viewer.guard.refused.clear()
+    return one_viewer
+
+
 @pytest.mark.parametrize(
     "origin",
     [
@@ -53,37 +68,37 @@ def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
         None,
     ],
 )
-def test_a_foreign_origin_is_refused(shown: Shown, origin: str | None) -> None:
-    with pytest.raises(InvalidStatus) as refused, browser(shown, origin):
+def test_a_foreign_origin_is_refused(refusing: Shown, origin: str | None) -> None:
+    with pytest.raises(InvalidStatus) as refused, browser(refusing, origin):
         pass
     assert refused.value.response.status_code == 403
-    assert shown.guard.browsers == 0
+    assert refusing.guard.browsers == 0
 
 
-def test_only_this_computer_can_connect(shown: Shown) -> None:
-    sockets = shown.server._websock_server._live_connections  # viser has no other way to look
-    with browser(shown):
+def test_only_this_computer_can_connect(refusing: Shown) -> None:
+    sockets = refusing.server._websock_server._live_connections  # viser has no other way to look
+    with browser(refusing):
         assert wait_until(lambda: len(sockets) == 1)
         address = next(iter(sockets.values())).local_address
     assert address[0] == "127.0.0.1"
 
 
-def test_no_browser_opens_a_tunnel(shown: Shown) -> None:
-    with browser(shown) as page:
+def test_no_browser_opens_a_tunnel(refusing: Shown) -> None:
+    with browser(refusing) as page:
         send(page, "ShareUrlRequest")
-        assert wait_until(lambda: shown.guard.refused["type ShareUrlRequest"] == 1)
-    assert shown.server.request_share_url() is None
-    assert shown.server._share_tunnel is None
+        assert wait_until(lambda: refusing.guard.refused["type ShareUrlRequest"] == 1)
+    assert refusing.server.request_share_url() is None
+    assert refusing.server._share_tunnel is None
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 1e300, True, "0", None, [0.0]])
-def test_what_is_no_position_is_refused(shown: Shown, value: object) -> None:
-    shown.session.arm()
-    before = shown.session.targets.positions
-    with browser(shown) as page:
+def test_what_is_no_position_is_refused(refusing: Shown, value: object) -> None:
+    refusing.session.arm()
+    before = refusing.session.targets.positions
+    with browser(refusing) as page:
         drag(page, (value, 0.0, 0.0))  # type: ignore[arg-type]
-        assert wait_until(lambda: shown.guard.refused.total() == 1)
-        assert np.array_equal(shown.session.targets.positions, before)
+        assert wait_until(lambda: refusing.guard.refused.total() == 1)
+        assert np.array_equal(refusing.session.targets.positions, before)
 
 
 def test_a_target_beyond_reach_is_clamped(shown: Shown, beam: Robot) -> None:
@@ -97,20 +112,22 @@ def test_a_target_beyond_reach_is_clamped(shown: Shown, beam: Robot) -> None:
     assert 0.99 * reach_of(beam.size) < distance <= reach_of(beam.size)
 
 
-def test_inputs_keep_their_limits_and_the_rest_of_the_panel_cannot_be_changed(shown: Shown) -> None:
-    sliders = shown.server.gui._gui_input_handle_from_uuid
-    with browser(shown) as page:
+def test_inputs_keep_their_limits_and_the_rest_of_the_panel_cannot_be_changed(
+    refusing: Shown,
+) -> None:
+    sliders = refusing.server.gui._gui_input_handle_from_uuid
+    with browser(refusing) as page:
         for uuid in list(sliders):
             send(page, "GuiUpdateMessage", uuid=uuid, updates={"max": 1e5, "callback": 1})
             send(page, "GuiUpdateMessage", uuid=uuid, updates={"value": 1e9})
-        assert wait_until(lambda: shown.guard.refused.total() == 2 * len(sliders))
+        assert wait_until(lambda: refusing.guard.refused.total() == 2 * len(sliders))
         send(page, "FileTransferStartUpload", filename="x", size_bytes=1)
         send(page, "RunJavascriptMessage", source="alert(1)")
         page.send("text")
         page.send(b"\xc1 no msgpack")
-        assert wait_until(lambda: shown.guard.refused.total() == 2 * len(sliders) + 4)
+        assert wait_until(lambda: refusing.guard.refused.total() == 2 * len(sliders) + 4)
         page.send(b"\x00" * 100_000)  # beyond the largest message: the connection is closed
-        assert wait_until(lambda: shown.guard.browsers == 0)
+        assert wait_until(lambda: refusing.guard.browsers == 0)
 
 
 @pytest.mark.parametrize(
@@ -122,10 +139,10 @@ def test_inputs_keep_their_limits_and_the_rest_of_the_panel_cannot_be_changed(sh
         {"ray_direction": (0.0, math.nan, 0.0)},
     ],
 )
-def test_what_is_no_click_is_refused(shown: Shown, change: dict[str, object]) -> None:
-    with browser(shown) as page:
+def test_what_is_no_click_is_refused(refusing: Shown, change: dict[str, object]) -> None:
+    with browser(refusing) as page:
         send(page, "ScenePointerMessage", **{**CLICK, **change})
-        assert wait_until(lambda: shown.guard.refused.total() == 1)
+        assert wait_until(lambda: refusing.guard.refused.total() == 1)
 
 
 def test_clicks_draw_only_where_it_is_allowed(beam_file: Path, beam: Robot, tmp_path: Path) -> None:
