@@ -26,6 +26,7 @@ from tauten.service.wire import (
     Keys,
     Network,
     Rejection,
+    Ring,
     ask_description,
     payload_format,
     payload_of,
@@ -89,11 +90,7 @@ def record_robot(robot: str, path: Path, network: Network, stop: StopFlag) -> in
     return count
 
 
-def _drain(
-    source: zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]],
-    kinds: dict[str, str],
-    recorder: LogRecorder,
-) -> int:
+def _drain(source: Ring, kinds: dict[str, str], recorder: LogRecorder) -> int:
     """Write the messages that have arrived, except those that are not of the type of their key."""
     count = 0
     for _ in range(_RING):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from tauten.service.wire import (
     Cause,
     Diagnostic,
     EffectorMessage,
+    Joints,
     Keys,
     Mode,
     Rejection,
@@ -27,9 +29,9 @@ from tauten.service.wire import (
     Tick,
     decode_effector,
     decode_health,
+    decode_joints,
     decode_tick,
     from_cdr,
-    nanoseconds,
 )
 
 # Causes for not following a target that is there.
@@ -130,10 +132,9 @@ def read_run(path: Path) -> RecordedRun:
     if not ticks:
         raise LogError(f"{path}: no tick in it")
     start = ticks[0].stamp
-    joints = [joint_values(message.payload) for message in by_key.get(keys.actuation, [])]
-    names = _actuator_names(by_key.get(keys.actuation, []))
-    sizes = {(len(position), len(effort)) for _, position, effort in joints}
-    if sizes != {(len(names), len(names))} or not names:
+    joints = [_joints(message) for message in by_key.get(keys.actuation, [])]
+    names = joints[0].names if joints else ()
+    if not names or any(len(one.names) != len(names) for one in joints):
         raise LogError(
             f"{path}: no actuation in it, or actuations of different numbers of actuators"
         )
@@ -156,8 +157,8 @@ def read_run(path: Path) -> RecordedRun:
         goal=np.array([_first(tick.goal_values, size) for tick in ticks]),
         model=_values(by_key.get(keys.effectors(("",))[0], []), kind, start),
         actuators=tuple(zip(names, kinds, strict=True)),
-        position=_series([(stamp, position) for stamp, position, _ in joints], start),
-        effort=_series([(stamp, effort) for stamp, _, effort in joints], start),
+        position=_series([(one.stamp, one.position) for one in joints], start),
+        effort=_series([(one.stamp, one.effort) for one in joints], start),
         plant=_values(by_key.get(keys.plant_effectors(("",))[0], []), kind, start),
         plant_gap=_series([(gap.logged, [_float(gap.payload)]) for gap in gaps], start),
         health=_last(health),
@@ -166,27 +167,16 @@ def read_run(path: Path) -> RecordedRun:
     )
 
 
-def joint_values(payload: bytes) -> tuple[int, list[float], list[float]]:
-    """Stamp [ns], pulls [m] and tensions [N] of a recorded JointState.
+def _joints(message: Logged) -> Joints:
+    """A recorded actuation.
 
     Raises:
-        LogError: the payload is damaged.
+        LogError: it is damaged.
     """
-    message = from_cdr(JOINTS, payload)
-    if isinstance(message, Rejection):
-        raise LogError(f"a damaged actuation: {message.detail}")
-    if not np.isfinite([*message.position, *message.effort]).all():
-        raise LogError("a damaged actuation: a pull or tension is not finite")
-    return nanoseconds(message.header.stamp), list(message.position), list(message.effort)
-
-
-def _actuator_names(actuations: list[Logged]) -> tuple[str, ...]:
-    """Names of the actuators in the first of some actuations that `joint_values` has accepted."""
-    if not actuations:
-        return ()
-    message = from_cdr(JOINTS, actuations[0].payload)
-    assert not isinstance(message, Rejection)
-    return tuple(message.name)
+    found = decode_joints(message.payload, CDR, None)
+    if isinstance(found, Rejection):
+        raise LogError(f"a damaged actuation: {found.detail}")
+    return found
 
 
 def _last(health: list[dict[str, Diagnostic] | Rejection]) -> dict[str, Diagnostic]:
@@ -201,7 +191,7 @@ def _first(values: tuple[float, ...], size: int) -> list[float]:
 
 def _values(messages: list[Logged], kind: EffectorKind, start: int) -> Series:
     found = [_message(message.payload, kind) for message in messages]
-    rows = [(one.stamp, list(one.values)) for one in found if isinstance(one, EffectorMessage)]
+    rows = [(one.stamp, one.values) for one in found if isinstance(one, EffectorMessage)]
     return _series(rows, start) if rows else Series(np.zeros(0), np.zeros((0, VALUES[kind])))
 
 
@@ -220,7 +210,7 @@ def _float(payload: bytes) -> float:
     return np.nan if isinstance(message, Rejection) else float(message.data)
 
 
-def _series(rows: list[tuple[int, list[float]]], start: int) -> Series:
+def _series(rows: Sequence[tuple[int, Sequence[float]]], start: int) -> Series:
     if not rows:
         return Series(np.zeros(0), np.zeros((0, 3)))
     return Series(

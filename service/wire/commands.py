@@ -8,19 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from tauten.service.link import LockOrder, OperatorCommand, OperatorOrder
-from tauten.service.wire.effector_subscriber import Source, payload_of
+from tauten.service.wire.effector_subscriber import Ring, payload_of
 from tauten.service.wire.health import MessageCounts
 from tauten.service.wire.json_messages import JsonText, from_json
-from tauten.service.wire.messages import (
-    JSON,
-    TEXT,
-    from_cdr,
-    new,
-    payload_format,
-    to_cdr,
-)
+from tauten.service.wire.messages import JSON, TEXT, from_cdr, payload_format
 from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 COMMAND_RING = 16
@@ -49,7 +43,7 @@ class CommandSubscriber:
         counts: messages, accepted and refused by reason; a command is accepted when it has been carried out.
     """
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Ring) -> None:
         """Read from a ring of samples."""
         self.counts = MessageCounts()
         self._source = source
@@ -73,19 +67,15 @@ class CommandSubscriber:
         return found
 
 
-def encode_command(command: OperatorOrder) -> bytes:
-    """A command in CDR."""
-    return to_cdr(TEXT, new(TEXT, data=str(command)))
-
-
 def decode_command(payload: bytes, encoding: str) -> OperatorOrder | Rejection:
     """A command from CDR or JSON, whichever the encoding names."""
     found = payload_format(payload, encoding, TEXT)
     if isinstance(found, Rejection):
         return found
-    text = _json_text(payload) if found == JSON else _cdr_text(payload)
-    if isinstance(text, Rejection):
-        return text
+    message: Any = from_json(JsonText, TEXT, payload) if found == JSON else from_cdr(TEXT, payload)
+    if isinstance(message, Rejection):
+        return message
+    text = str(message.data)
     if text in set(OperatorCommand):
         return OperatorCommand(text)
     words = text.split(" ")
@@ -112,13 +102,3 @@ def _lock_order(actuator: str, quantity: str, number: str) -> LockOrder | Reject
     if quantity == "position":
         return LockOrder(actuator, position=value)
     return LockOrder(actuator, force=value)
-
-
-def _cdr_text(payload: bytes) -> str | Rejection:
-    message = from_cdr(TEXT, payload)
-    return message if isinstance(message, Rejection) else str(message.data)
-
-
-def _json_text(payload: bytes) -> str | Rejection:
-    found = from_json(JsonText, TEXT, payload)
-    return found if isinstance(found, Rejection) else found.data

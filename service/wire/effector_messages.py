@@ -16,11 +16,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from tauten.model import UNIT_LENGTH
 from tauten.model.schema import EffectorKind
 from tauten.service.wire.json_messages import (
+    NANO,
     JsonJointState,
     JsonPointStamped,
     JsonPoseStamped,
@@ -31,14 +30,12 @@ from tauten.service.wire.messages import (
     JSON,
     POINT,
     POSE,
-    Point,
-    encode_point,
+    Joints,
+    encode_joints,
     from_cdr,
     header,
-    header_json,
     new,
     payload_format,
-    point_json,
     time_of,
     to_cdr,
 )
@@ -71,25 +68,16 @@ def encode_effector(kind: EffectorKind, name: str, message: EffectorMessage) -> 
         message: its values.
     """
     stamp, frame, values = message.stamp, message.frame, message.values
-    if MESSAGE_TYPES[kind] == POINT:
-        return encode_point(Point(stamp, frame, (values[0], values[1], values[2])))
-    if kind == "frame":
-        x, y, z, qw, qx, qy, qz = values
-        pose = new(
-            "geometry_msgs/msg/Pose",
-            position=new("geometry_msgs/msg/Point", x=x, y=y, z=z),
-            orientation=new("geometry_msgs/msg/Quaternion", x=qx, y=qy, z=qz, w=qw),
-        )
-        return to_cdr(POSE, new(POSE, header=header(stamp, frame), pose=pose))
-    scalar = new(
-        JOINTS,
-        header=header(stamp, frame),
-        name=[name],
-        position=np.array(values, dtype=np.float64),
-        velocity=np.zeros(0),
-        effort=np.zeros(0),
-    )
-    return to_cdr(JOINTS, scalar)
+    if MESSAGE_TYPES[kind] == JOINTS:
+        return encode_joints(Joints(stamp, frame, (name,), values, ()))
+    x, y, z = values[:3]
+    position = new("geometry_msgs/msg/Point", x=x, y=y, z=z)
+    if kind != "frame":
+        return to_cdr(POINT, new(POINT, header=header(stamp, frame), point=position))
+    qw, qx, qy, qz = values[3:]
+    orientation = new("geometry_msgs/msg/Quaternion", x=qx, y=qy, z=qz, w=qw)
+    pose = new("geometry_msgs/msg/Pose", position=position, orientation=orientation)
+    return to_cdr(POSE, new(POSE, header=header(stamp, frame), pose=pose))
 
 
 def effector_json(kind: EffectorKind, name: str, message: EffectorMessage) -> bytes:
@@ -100,17 +88,17 @@ def effector_json(kind: EffectorKind, name: str, message: EffectorMessage) -> by
         name: of the effector.
         message: its values.
     """
-    stamp, frame, values = message.stamp, message.frame, message.values
-    if MESSAGE_TYPES[kind] == POINT:
-        return point_json(Point(stamp, frame, (values[0], values[1], values[2])))
-    fields: dict[str, Any] = {"header": header_json(stamp, frame)}
+    sec, nanosec = divmod(message.stamp, NANO)
+    header = {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": message.frame}
+    fields: dict[str, Any] = {"name": [name], "position": message.values}
+    if MESSAGE_TYPES[kind] != JOINTS:
+        x, y, z, *rotation = message.values
+        fields = {"point": {"x": x, "y": y, "z": z}}
     if kind == "frame":
-        x, y, z, qw, qx, qy, qz = values
+        qw, qx, qy, qz = rotation
         orientation = {"x": qx, "y": qy, "z": qz, "w": qw}
-        fields["pose"] = {"position": {"x": x, "y": y, "z": z}, "orientation": orientation}
-    else:
-        fields |= {"name": [name], "position": list(values)}
-    return json.dumps(fields).encode()
+        fields = {"pose": {"position": fields["point"], "orientation": orientation}}
+    return json.dumps({"header": header, **fields}).encode()
 
 
 def decode_effector(
@@ -134,43 +122,28 @@ def decode_effector(
             detail = f"{form.detail} for effector {name!r} of kind {kind!r}"
             return Rejection(RejectionReason.WRONG_TYPE, detail)
         return form
-    read = _from_json if form == JSON else _from_cdr
-    return _checked(read(kind, name, payload), kind)
-
-
-def _from_cdr(kind: EffectorKind, name: str, payload: bytes) -> EffectorMessage | Rejection:
-    message = from_cdr(MESSAGE_TYPES[kind], payload)
-    if isinstance(message, Rejection):
-        return message
-    stamp, frame = time_of(message.header.stamp), str(message.header.frame_id)
-    if isinstance(stamp, Rejection):
-        return stamp
-    if MESSAGE_TYPES[kind] == POINT:
-        point = message.point
-        return EffectorMessage(stamp, frame, (point.x, point.y, point.z))
-    if MESSAGE_TYPES[kind] == JOINTS:
-        positions = tuple(map(float, message.position))
-        return _scalar(EffectorMessage(stamp, frame, positions), tuple(message.name), name)
-    p, q = message.pose.position, message.pose.orientation
-    return EffectorMessage(stamp, frame, (p.x, p.y, p.z, q.w, q.x, q.y, q.z))
-
-
-def _from_json(kind: EffectorKind, name: str, payload: bytes) -> EffectorMessage | Rejection:
-    expected = MESSAGE_TYPES[kind]
-    found = from_json(_MODELS[expected], expected, payload)
+    found: Any = (
+        from_json(_MODELS[expected], expected, payload)
+        if form == JSON
+        else from_cdr(expected, payload)
+    )
     if isinstance(found, Rejection):
-        other = _other_type(payload, expected)
+        other = _other_type(payload, expected) if form == JSON else ""
         if not other:
             return found
         detail = f"found {other}, expected {expected} for effector {name!r} of kind {kind!r}"
         return Rejection(RejectionReason.WRONG_TYPE, detail)
-    stamp, frame = found.header.nanoseconds, found.header.frame_id
-    if isinstance(found, JsonPointStamped):
-        return EffectorMessage(stamp, frame, (found.point.x, found.point.y, found.point.z))
-    if isinstance(found, JsonJointState):
-        return _scalar(EffectorMessage(stamp, frame, found.position), found.name, name)
+    stamp, frame = time_of(found.header.stamp), str(found.header.frame_id)
+    if isinstance(stamp, Rejection):
+        return stamp
+    if expected == JOINTS:
+        message = EffectorMessage(stamp, frame, tuple(map(float, found.position)))
+        return _scalar(message, tuple(found.name), name, kind)
+    if kind != "frame":
+        point = found.point
+        return _checked(EffectorMessage(stamp, frame, (point.x, point.y, point.z)), kind)
     p, q = found.pose.position, found.pose.orientation
-    return EffectorMessage(stamp, frame, (p.x, p.y, p.z, q.w, q.x, q.y, q.z))
+    return _checked(EffectorMessage(stamp, frame, (p.x, p.y, p.z, q.w, q.x, q.y, q.z)), kind)
 
 
 def _other_type(payload: bytes, expected: str) -> str:
@@ -182,20 +155,18 @@ def _other_type(payload: bytes, expected: str) -> str:
 
 
 def _scalar(
-    message: EffectorMessage, names: tuple[str, ...], name: str
+    message: EffectorMessage, names: tuple[str, ...], name: str, kind: EffectorKind
 ) -> EffectorMessage | Rejection:
     """A message of one position whose name, where it has one, is the effector's."""
     if len(message.values) != 1 or names not in ((), (name,)):
         shown = quoted(", ".join(names)) if names else "no name"
         detail = f"found {len(message.values)} positions of {shown}, expected one of {name!r}"
         return Rejection(RejectionReason.WRONG_SHAPE, detail)
-    return message
+    return _checked(message, kind)
 
 
-def _checked(found: EffectorMessage | Rejection, kind: EffectorKind) -> EffectorMessage | Rejection:
+def _checked(found: EffectorMessage, kind: EffectorKind) -> EffectorMessage | Rejection:
     """A message with finite values and a quaternion of length one."""
-    if isinstance(found, Rejection):
-        return found
     if not all(map(math.isfinite, found.values)):
         return Rejection(RejectionReason.NOT_FINITE, f"{kind} {quoted(found.values)} is not finite")
     if kind != "frame":

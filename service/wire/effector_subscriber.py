@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
-from typing import Protocol
 
 import numpy as np
+import zenoh
 
 from tauten.model import EffectorLayout
 from tauten.model.numerics import Array, Bools
@@ -29,45 +28,7 @@ EFFECTOR_RING = 64
 CLOCKS_AGREE = 600.0  # s
 _NANO = 1e-9
 
-
-class Payload(Protocol):
-    """The part of zenoh.ZBytes that is used here."""
-
-    def __len__(self) -> int:
-        """Number of bytes."""
-
-    def __bytes__(self) -> bytes:
-        """A copy."""
-
-
-class Timestamp(Protocol):
-    """The part of zenoh.Timestamp that is used here."""
-
-    def get_time(self) -> datetime:
-        """The time."""
-
-
-class Sample(Protocol):
-    """The part of a zenoh.Sample that is used here."""
-
-    @property
-    def payload(self) -> Payload:
-        """The message."""
-
-    @property
-    def encoding(self) -> object:
-        """Its text names the encoding."""
-
-    @property
-    def timestamp(self) -> Timestamp | None:
-        """Time of arrival, or of sending where the sender or a router has written one."""
-
-
-class Source(Protocol):
-    """The part of a zenoh.Subscriber with a ring that is used here."""
-
-    def try_recv(self) -> Sample | None:
-        """The next sample, or None."""
+Ring = zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +61,7 @@ class EffectorSubscriber:
 
     def __init__(
         self,
-        sources: Sequence[Source],
+        sources: Sequence[Ring],
         frame: str,
         layout: EffectorLayout,
         rest: Array,
@@ -223,7 +184,7 @@ class EffectorSubscriber:
         """Largest age of the effectors' latest messages [s]; infinity before each has one."""
         return now - min(self._made)
 
-    def _checked(self, effector: int, sample: Sample, wall: float) -> Received | Rejection:
+    def _checked(self, effector: int, sample: zenoh.Sample, wall: float) -> Received | Rejection:
         """A sample decoded, and checked for what does not depend on the others."""
         payload = payload_of(sample)
         if isinstance(payload, Rejection):
@@ -281,7 +242,7 @@ def age_by(made: float, wall: float) -> float:
     return age if 0.0 < age <= CLOCKS_AGREE else 0.0
 
 
-def payload_of(sample: Sample) -> bytes | Rejection:
+def payload_of(sample: zenoh.Sample) -> bytes | Rejection:
     """The bytes of a sample; one that is too large is not copied."""
     payload = sample.payload
     size = len(payload)

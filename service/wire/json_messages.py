@@ -35,11 +35,6 @@ class JsonHeader(JsonMessage):
     stamp: JsonTime = JsonTime()
     frame_id: str = ""
 
-    @property
-    def nanoseconds(self) -> int:
-        """Time since the epoch [ns]."""
-        return self.stamp.sec * NANO + self.stamp.nanosec
-
 
 class JsonVector(JsonMessage):
     """geometry_msgs/Point."""

@@ -16,7 +16,6 @@ Whatever arrives is checked: decoding returns the message or a `Rejection` and r
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from functools import cache
@@ -73,15 +72,6 @@ MAX_PAYLOAD = 16_384  # bytes; the largest correct message has a few hundred
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
-    """geometry_msgs/PointStamped: time [ns since the epoch], frame, position [m]."""
-
-    stamp: int
-    frame: str
-    xyz: tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
 class Joints:
     """sensor_msgs/JointState of cables: pulled lengths [m] and tensions [N]."""
 
@@ -132,12 +122,6 @@ def header(stamp: int, frame: str) -> Any:
     return new("std_msgs/msg/Header", stamp=time_message(stamp), frame_id=frame)
 
 
-def header_json(stamp: int, frame: str) -> dict[str, Any]:
-    """The fields of a std_msgs/Header of a time [ns since the epoch]."""
-    sec, nanosec = divmod(stamp, NANO)
-    return {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": frame}
-
-
 def time_message(stamp: int) -> Any:
     """builtin_interfaces/Time of a time [ns since the epoch]."""
     return new("builtin_interfaces/msg/Time", sec=stamp // NANO, nanosec=stamp % NANO)
@@ -146,20 +130,6 @@ def time_message(stamp: int) -> Any:
 def nanoseconds(time: Any) -> int:
     """Nanoseconds since the epoch of a builtin_interfaces/Time."""
     return int(time.sec) * NANO + int(time.nanosec)
-
-
-def encode_point(point: Point) -> bytes:
-    """A point in CDR."""
-    x, y, z = point.xyz
-    inner = new("geometry_msgs/msg/Point", x=x, y=y, z=z)
-    return to_cdr(POINT, new(POINT, header=header(point.stamp, point.frame), point=inner))
-
-
-def point_json(point: Point) -> bytes:
-    """A point as JSON."""
-    x, y, z = point.xyz
-    fields = {"header": header_json(point.stamp, point.frame), "point": {"x": x, "y": y, "z": z}}
-    return json.dumps(fields).encode()
 
 
 def encode_joints(joints: Joints) -> bytes:
@@ -175,13 +145,15 @@ def encode_joints(joints: Joints) -> bytes:
     return to_cdr(JOINTS, message)
 
 
-def decode_joints(payload: bytes, encoding: str, names: tuple[str, ...]) -> Joints | Rejection:
+def decode_joints(
+    payload: bytes, encoding: str, names: tuple[str, ...] | None
+) -> Joints | Rejection:
     """Cables from CDR.
 
     Args:
         payload: the message.
         encoding: names the format and the type.
-        names: of the cables, in the order that is expected.
+        names: of the cables, in the order that is expected; None: any.
 
     Returns:
         Finite numbers for these cables, or why the message was refused.
@@ -201,10 +173,12 @@ def decode_joints(payload: bytes, encoding: str, names: tuple[str, ...]) -> Join
         tuple(map(float, message.position)),
         tuple(map(float, message.effort)),
     )
-    if joints.names != names or not len(names) == len(joints.position) == len(joints.effort):
+    expected = joints.names if names is None else names
+    counts = {len(expected), len(joints.position), len(joints.effort)}
+    if joints.names != expected or len(counts) > 1:
         detail = (
             f"found cables {quoted(', '.join(joints.names))} with {len(joints.position)} positions and "
-            f"{len(joints.effort)} efforts, expected {', '.join(names)}"
+            f"{len(joints.effort)} efforts, expected {', '.join(expected)}"
         )
         return Rejection(RejectionReason.WRONG_SHAPE, detail)
     if not all(map(math.isfinite, joints.position + joints.effort)):

@@ -27,6 +27,11 @@ from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 _MODES, _CAUSES = frozenset(Mode), frozenset(Cause)
 _STATUSES = frozenset({"", *Status.__members__})
+# fields that are the same in a tick and in its message
+_ALIKE = (
+    "status", "lateness", "latency", "decide", "step", "slack", "skipped", "deepest_gap",
+    "complementarity", "stationarity", "extra_columns", "clamped",
+)  # fmt: skip
 
 Positions = tuple[tuple[float, float, float], ...]
 
@@ -99,21 +104,10 @@ def encode_tick(tick: Tick) -> bytes:
         tick=tick.index,
         mode=tick.mode.value,
         cause=tick.cause.value,
-        status=tick.status,
         goal=points(tick.goal),
         correction=points(tick.correction),
         target_stamp=time_message(tick.target_stamp),
-        lateness=tick.lateness,
-        latency=tick.latency,
-        decide=tick.decide,
-        step=tick.step,
-        slack=tick.slack,
-        skipped=tick.skipped,
-        deepest_gap=tick.deepest_gap,
-        complementarity=tick.complementarity,
-        stationarity=tick.stationarity,
-        extra_columns=tick.extra_columns,
-        clamped=tick.clamped,
+        **{name: getattr(tick, name) for name in _ALIKE},
         goal_values=np.array(tick.goal_values, dtype=np.float64),
         correction_values=np.array(tick.correction_values, dtype=np.float64),
     )
@@ -147,21 +141,10 @@ def decode_tick(payload: bytes) -> Tick | Rejection:
         index=message.tick,
         mode=Mode(message.mode),
         cause=Cause(message.cause),
-        status=message.status,
         goal=goal,
         correction=correction,
         target_stamp=nanoseconds(message.target_stamp),
-        lateness=message.lateness,
-        latency=message.latency,
-        decide=message.decide,
-        step=message.step,
-        slack=message.slack,
-        skipped=message.skipped,
-        deepest_gap=message.deepest_gap,
-        complementarity=message.complementarity,
-        stationarity=message.stationarity,
-        extra_columns=message.extra_columns,
-        clamped=message.clamped,
+        **{name: getattr(message, name) for name in _ALIKE},
         goal_values=values("goal_values") or _flat(goal),
         correction_values=values("correction_values") or _flat(correction),
     )

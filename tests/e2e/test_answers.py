@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import zenoh
 from support.faults import Proxy, Wire, client_config, start_router
+from support.messages import encode_command
 from support.nodes import follow, wait_mode
 from support.processes import Process, Served, Start, wait_alive
 
@@ -29,7 +30,6 @@ from tauten.service.wire import (
     Role,
     Tick,
     decode_tick,
-    encode_command,
     open_session,
     read_config,
 )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.messages import encode_command
 from support.nodes import (
     check_limits,
     reached,
@@ -34,7 +35,6 @@ from tauten.service.wire import (
     Network,
     OperatorCommand,
     Role,
-    encode_command,
     open_session,
 )
 

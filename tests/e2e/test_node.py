@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
+from support.messages import Point, encode_point
 from support.nodes import (
     PERIOD,
     check_limits,
@@ -31,7 +32,7 @@ from support.processes import START, Served, start
 
 from tauten.model import Robot
 from tauten.service.log import LogReader, logged_description
-from tauten.service.wire import CDR, JSON, Cause, Mode, Point, Tick, decode_tick, encode_point
+from tauten.service.wire import CDR, JSON, Cause, Mode, Tick, decode_tick
 
 TIP = "tauten/beam/effector"
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.messages import encode_point
 from support.nodes import last_health, point_at
 from support.processes import Served, at_ordinary_priority, run_main, start, wait_alive
 from support.robots.thumb import write_thumb
@@ -21,7 +22,7 @@ from tauten.service.link import close_session
 from tauten.service.node import ControlLoop, make_fall_back
 from tauten.service.plant import free_ports
 from tauten.service.setup import load_setup
-from tauten.service.wire import CDR, POINT, Keys, Level, Network, Role, encode_point, open_session
+from tauten.service.wire import CDR, POINT, Keys, Level, Network, Role, open_session
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from support.messages import Point, encode_point
 from support.processes import ROBOT, write_robot
 from support.qpcc_checks import assert_solves, recorded
 from support.robots.my_package import blocks
@@ -32,14 +33,7 @@ from tauten.reduction.state import reduced_robot, reducible
 from tauten.service.node import LARGEST, Estimator, MeasuredLoop, make_estimator
 from tauten.service.settings import ServiceSettings
 from tauten.service.setup import load_setup, warm_controller
-from tauten.service.wire import (
-    CDR,
-    Cause,
-    EffectorSubscriber,
-    OperatorCommand,
-    Point,
-    encode_point,
-)
+from tauten.service.wire import CDR, Cause, EffectorSubscriber, OperatorCommand
 
 LINES = 40
 

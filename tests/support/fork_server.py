@@ -16,10 +16,10 @@ import signal
 import sys
 from typing import Any, TextIO
 
+from support.messages import Point, encode_point
 from tauten.service.cli import main
 from tauten.service.process import one_blas_thread
 from tauten.service.setup import load_setup, warm_controller
-from tauten.service.wire import Point, encode_point
 
 
 def warm(robot: str) -> None:

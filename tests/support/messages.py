@@ -1,9 +1,40 @@
-"""Messages as tests read them, and effectors as a description has them."""
+"""Messages as tests write and read them, and effectors as a description has them."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from tauten.model.schema import COMPONENTS, EffectorKind
-from tauten.service.wire import DescribedEffector, Point, Rejection, decode_effector
+from tauten.service.wire import (
+    TEXT,
+    DescribedEffector,
+    EffectorMessage,
+    OperatorOrder,
+    Rejection,
+    decode_effector,
+    effector_json,
+    encode_effector,
+    typestore,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """geometry_msgs/PointStamped: time [ns since the epoch], frame, position [m]."""
+
+    stamp: int
+    frame: str
+    xyz: tuple[float, float, float]
+
+
+def encode_point(point: Point) -> bytes:
+    """A point in CDR."""
+    return encode_effector("point", "tip", EffectorMessage(point.stamp, point.frame, point.xyz))
+
+
+def point_json(point: Point) -> bytes:
+    """A point as JSON."""
+    return effector_json("point", "tip", EffectorMessage(point.stamp, point.frame, point.xyz))
 
 
 def decode_point(payload: bytes, encoding: str) -> Point | Rejection:
@@ -18,6 +49,12 @@ def decode_point(payload: bytes, encoding: str) -> Point | Rejection:
         return found
     x, y, z = found.values
     return Point(found.stamp, found.frame, (x, y, z))
+
+
+def encode_command(command: OperatorOrder) -> bytes:
+    """A command of an operator in CDR, as a bridge to ROS 2 sends it."""
+    store = typestore()
+    return bytes(store.serialize_cdr(store.types[TEXT](data=str(command)), TEXT))
 
 
 def effector(

@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 import zenoh
 
-from support.messages import decode_point
+from support.messages import Point, decode_point, encode_point, point_json
 from support.processes import Served
 from tauten.model import Robot, Simulator
 from tauten.service.log import LogReader
@@ -24,13 +24,10 @@ from tauten.service.wire import (
     Diagnostic,
     Joints,
     Mode,
-    Point,
     Tick,
     decode_health,
     decode_joints,
     decode_tick,
-    encode_point,
-    point_json,
 )
 
 PERIOD = 0.02

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from support.messages import Point, encode_point
 from support.processes import ROBOT
 from tauten.controller import Controller
 from tauten.service.describing import log_metadata
@@ -20,11 +21,9 @@ from tauten.service.wire import (
     TICK,
     Joints,
     Keys,
-    Point,
     Tick,
     encode_float,
     encode_joints,
-    encode_point,
     encode_tick,
 )
 

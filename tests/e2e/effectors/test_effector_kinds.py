@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.messages import Point, encode_point
 from support.nodes import check_limits, wait_for, wait_health
 from support.processes import (
     ROBOT,
@@ -36,13 +37,11 @@ from tauten.service.wire import (
     Keys,
     Mode,
     Network,
-    Point,
     Role,
     decode_effector,
     decode_joints,
     effector_json,
     encode_effector,
-    encode_point,
     open_session,
 )
 

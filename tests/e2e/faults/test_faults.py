@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import zenoh
 from support.faults import start_jumping
+from support.messages import encode_point
 from support.nodes import (
     PERIOD,
     check_limits,
@@ -47,7 +48,6 @@ from tauten.service.wire import (
     Mode,
     Network,
     Role,
-    encode_point,
     open_session,
 )
 

@@ -13,23 +13,14 @@ from pathlib import Path
 import pytest
 import trustme
 import zenoh
+from support.messages import encode_command, encode_point
 from support.nodes import PERIOD, point_at
 from support.processes import Process, start, wait_alive
 
 from tauten.model import Robot
 from tauten.service.link import ask_metrics, close_session
 from tauten.service.plant import free_ports
-from tauten.service.wire import (
-    CDR,
-    POINT,
-    TEXT,
-    Keys,
-    OperatorCommand,
-    decode_health,
-    encode_command,
-    encode_point,
-    read_config,
-)
+from tauten.service.wire import CDR, POINT, TEXT, Keys, OperatorCommand, decode_health, read_config
 
 SHIPPED = Path(__file__).resolve().parents[3] / "docker" / "zenoh"
 ROLES = ("node", "operator", "viewer")

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 from support.browsers import page_of
+from support.messages import Point, encode_point
 from support.processes import Served
 from support.viewers import Shown, showing, wait_until
 
 from tauten.model import Robot
 from tauten.service.frames import ServedRobot, SimulatedRobot
 from tauten.service.setup import load_setup
-from tauten.service.wire import CDR, POINT, Mode, Point, encode_point
+from tauten.service.wire import CDR, POINT, Mode
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

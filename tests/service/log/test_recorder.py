@@ -8,19 +8,10 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from support.messages import Point, encode_point, point_json
 
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder
-from tauten.service.wire import (
-    FLOAT,
-    JOINTS,
-    POINT,
-    Joints,
-    Point,
-    encode_float,
-    encode_joints,
-    encode_point,
-    point_json,
-)
+from tauten.service.wire import FLOAT, JOINTS, POINT, Joints, encode_float, encode_joints
 
 METADATA = {"robot": "finger", "robot_file": 'name = "finger"\n'}
 

@@ -18,7 +18,7 @@ import pytest
 import zenoh
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from support.messages import decode_point
+from support.messages import Point, decode_point, encode_command, encode_point
 
 from tauten.service.log import Entry
 from tauten.service.node import Beat, Clock, ControlLoop, Node
@@ -33,13 +33,10 @@ from tauten.service.wire import (
     Keys,
     Network,
     OperatorCommand,
-    Point,
     Role,
     Tick,
     decode_joints,
     decode_tick,
-    encode_command,
-    encode_point,
     open_session,
 )
 

@@ -8,22 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from support.messages import Point, encode_point
 
 from tauten.controller import Controller
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.service.node import LARGEST, ControlLoop, MeasuredLoop, Signals
 from tauten.service.settings import ServiceSettings
-from tauten.service.wire import (
-    CDR,
-    Cause,
-    EffectorSubscriber,
-    Level,
-    Mode,
-    OperatorCommand,
-    Point,
-    encode_point,
-)
+from tauten.service.wire import CDR, Cause, EffectorSubscriber, Level, Mode, OperatorCommand
 
 Measure = Callable[[Array], Array]
 

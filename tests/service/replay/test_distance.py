@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.messages import Point, encode_point
 
 from tauten.controller import Controller
 from tauten.model import Simulator
@@ -27,11 +28,9 @@ from tauten.service.wire import (
     Joints,
     Keys,
     Level,
-    Point,
     Tick,
     encode_health,
     encode_joints,
-    encode_point,
     encode_tick,
 )
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.messages import Point, encode_point
 
 from tauten.service.frames import RecordedRobot
 from tauten.service.log import Entry, LogError, Logged, LogReader, LogRecorder
@@ -22,11 +23,9 @@ from tauten.service.wire import (
     Joints,
     Keys,
     Mode,
-    Point,
     Tick,
     decode_tick,
     encode_joints,
-    encode_point,
     encode_tick,
 )
 

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.effectors import ALL_KINDS, solid
+from support.messages import Point, encode_point
 
 from tauten.model.schema import EffectorKind
 from tauten.service.wire import (
@@ -23,13 +24,11 @@ from tauten.service.wire import (
     POSE,
     EffectorMessage,
     EffectorSubscriber,
-    Point,
     Rejection,
     RejectionReason,
     decode_effector,
     effector_json,
     encode_effector,
-    encode_point,
     from_cdr,
     reach_of,
 )

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
+from support.messages import Point, encode_point, point_json
 
 from tauten.model import point_layout
 from tauten.service.wire import (
@@ -15,9 +16,6 @@ from tauten.service.wire import (
     JSON,
     MAX_PAYLOAD,
     EffectorSubscriber,
-    Point,
-    encode_point,
-    point_json,
 )
 
 LAYOUT = point_layout(["tip", "middle"])

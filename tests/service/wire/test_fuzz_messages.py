@@ -7,7 +7,7 @@ import random
 from collections.abc import Callable
 
 import pytest
-from support.messages import decode_point
+from support.messages import Point, decode_point, encode_command, encode_point, point_json
 
 from tauten.service.wire import (
     CDR,
@@ -19,7 +19,6 @@ from tauten.service.wire import (
     LockOrder,
     Mode,
     OperatorCommand,
-    Point,
     Rejection,
     RejectionReason,
     Tick,
@@ -27,12 +26,9 @@ from tauten.service.wire import (
     decode_health,
     decode_joints,
     decode_tick,
-    encode_command,
     encode_health,
     encode_joints,
-    encode_point,
     encode_tick,
-    point_json,
 )
 
 CABLES = ("lower", "upper")

@@ -6,7 +6,7 @@ import math
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from support.messages import decode_point
+from support.messages import Point, decode_point, encode_point, point_json
 
 from tauten.service.wire import (
     CDR,
@@ -17,15 +17,12 @@ from tauten.service.wire import (
     POINT,
     TICK,
     Joints,
-    Point,
     Rejection,
     RejectionReason,
     decode_joints,
     definition,
     encode_joints,
-    encode_point,
     from_cdr,
-    point_json,
 )
 
 finite = st.floats(allow_nan=False, allow_infinity=False)

@@ -14,8 +14,8 @@ from tauten.service.wire import (
     Network,
     NetworkError,
     Publisher,
+    Ring,
     Role,
-    Source,
     default_port,
     open_session,
     read_config,
@@ -42,7 +42,7 @@ def open_one(port: int) -> Iterator[Open]:
         close_session(session)
 
 
-def arrives(publisher: zenoh.Publisher, subscriber: Source, seconds: float = 10.0) -> bool:
+def arrives(publisher: zenoh.Publisher, subscriber: Ring, seconds: float = 10.0) -> bool:
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         publisher.put(b"x")

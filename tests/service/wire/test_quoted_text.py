@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from support.messages import Point, encode_point
 
 from tauten.model import point_layout
 from tauten.model.schema import EffectorKind
@@ -21,7 +22,6 @@ from tauten.service.wire import (
     EffectorSubscriber,
     Joints,
     Mode,
-    Point,
     Rejection,
     Tick,
     decode_command,
@@ -30,7 +30,6 @@ from tauten.service.wire import (
     decode_tick,
     encode_effector,
     encode_joints,
-    encode_point,
     encode_tick,
 )
 
