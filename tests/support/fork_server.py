@@ -16,17 +16,17 @@ import signal
 import sys
 from typing import Any, TextIO
 
-from support.messages import Point, encode_point
 from tauten.service.cli import main
 from tauten.service.process import one_blas_thread
 from tauten.service.setup import load_setup, warm_controller
+from tauten.service.wire import typestore
 
 
 def warm(robot: str) -> None:
     """Load what a node of this robot file needs, and leave it out of the garbage collection of the copies."""
     with one_blas_thread():  # threads would be missing in the copies
         warm_controller(load_setup(robot))
-    encode_point(Point(0, "", (0.0, 0.0, 0.0)))  # loads the definitions of the messages
+    typestore()  # loads the definitions of the messages
     gc.freeze()
 
 
