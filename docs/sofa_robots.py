@@ -15,7 +15,6 @@ from tauten.model.numerics import Array
 
 FILES = Path(__file__).resolve().parent / "coming_from" / "sofa"
 MM = 1e-3
-PLATE = ((-150.0, 40.0, -40.0), (50.0, 60.0, 60.0))  # corners [mm]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +59,6 @@ def port(data: Path, folder: Path, name: str) -> Robot:
         write_meshes(np.load(data / source.file), folder, source)
     else:
         shutil.copy(data / source.file, folder / source.mesh)
-    if name == "finger":
-        write_plate(folder / "plate.vtu")
     return load_robot(path)
 
 
@@ -76,15 +73,6 @@ def write_meshes(model: Any, folder: Path, source: Source) -> None:
     if source.surface:
         triangles = [("triangle", model["cavity_triangles"].astype(np.int64))]
         meshio.write_points_cells(folder / source.surface, model["cavity_nodes"], triangles)
-
-
-def write_plate(path: Path) -> None:
-    """Write a box of six tetrahedra, the plate that the finger presses onto."""
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-    tets = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]
-    meshio.write_points_cells(
-        path, np.choose(corners, np.array(PLATE)), [("tetra", np.array(tets))]
-    )
 
 
 def settled(

@@ -94,6 +94,36 @@ class CapsuleShape:
         return around(away - share[:, None] * self._along, self._radius)
 
 
+class BoxShape:
+    """A box along the axes of the robot's frame."""
+
+    def __init__(self, lower: Array, upper: Array) -> None:
+        """A box.
+
+        Args:
+            lower: (3,) corner with the least coordinates [m].
+            upper: (3,) corner with the largest [m].
+
+        Raises:
+            ValueError: a corner is not three numbers, or `upper` is not larger than `lower`.
+        """
+        low, high = vector("lower", lower), vector("upper", upper)
+        if not (high > low).all():
+            raise ValueError(f"upper: {high.tolist()} must be larger than lower, {low.tolist()}")
+        self._centre, self._half = 0.5 * (low + high), 0.5 * (high - low)
+
+    def closest(self, points: Array) -> tuple[Array, Array]:
+        """Distances (m,) of points (m, 3) [m], inside to the nearest face, and their gradients (m, 3)."""
+        away = points - self._centre
+        beyond = np.abs(away) - self._half  # (m, 3), of the faces
+        inside = beyond.max(axis=1) <= 0.0
+        nearest = np.eye(3)[beyond.argmax(axis=1)]  # (m, 3), the face of points inside
+        out = np.where(inside[:, np.newaxis], nearest, np.maximum(beyond, 0.0))
+        length = np.linalg.norm(out, axis=1)
+        gap = np.where(inside, beyond.max(axis=1), length)
+        return gap, np.copysign(out, away) / length[:, None]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedShape:
     """A shape in another frame: x = Q x_shape + position.
@@ -114,7 +144,7 @@ class MovedShape:
         return gap, normal @ self.Q.T
 
 
-SHAPES = {"plane": PlaneShape, "sphere": SphereShape, "capsule": CapsuleShape}
+SHAPES = {"plane": PlaneShape, "sphere": SphereShape, "capsule": CapsuleShape, "box": BoxShape}
 
 
 def around(away: Array, radius: float) -> tuple[Array, Array]:

@@ -49,8 +49,8 @@ class ObstacleSettings(Section):
     name: Name = Field(description="Name of the obstacle, used once and by no surface or region.")
     shape: Name = Field(
         description="Name of the shape: `plane` with the parameters `point` and `normal`, `sphere` with "
-        "`centre` and `radius`, `capsule` with `start`, `end` and `radius`, or an entry point of the group "
-        "`tauten.contact_shapes`, see docs/extend.md."
+        "`centre` and `radius`, `capsule` with `start`, `end` and `radius`, `box` with `lower` and `upper`, "
+        "or an entry point of the group `tauten.contact_shapes`, see docs/extend.md."
     )
     parameters: Parameters = Field(
         default_factory=dict, description="What the shape is made with [m]; by default nothing."

@@ -19,9 +19,12 @@ from support.robots.combinations import (
 )
 from support.robots.my_package import tables
 from support.robots.small_bodies import small_body
+from support.state_bases import basis_of, turned_space
 
+from tauten.controller import Controller
 from tauten.model import Robot, RobotFileError, Simulator, State
 from tauten.model.numerics import Array
+from tauten.reduction.state import reduced_robot, reducible
 
 PAGE = next(found for found in tables() if "obstacles" in found)
 HOOP: dict[str, Any] = PAGE["obstacles"][0]
@@ -118,10 +121,28 @@ def test_the_ring_stops_a_beam_that_is_pulled_aside(package: ModuleType) -> None
     np.testing.assert_allclose(to_ring(held.robot.candidates(held.state)[touching]), 0.0, atol=5e-5)
 
 
+@pytest.mark.parametrize("reduced", [False, True])
+def test_decisions_heed_the_ring(package: ModuleType, reduced: bool) -> None:
+    """Towards a target beyond it the tip comes to rest at the wire, in modes of all space too."""
+    robot = ringed()
+    if reduced:
+        every, Phi = np.arange(reducible(robot).n_elements), turned_space(robot)
+        robot = reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
+    controller = Controller(robot, "full")
+    goal = controller.effector_values + np.array([0.0, 0.0, -1.5e-3])
+    for _ in range(80):
+        decided = controller.step(goal)
+        assert decided.status.usable
+    gaps = robot.rows(controller.state).contacts.rows.delta
+    assert gaps.min() == pytest.approx(0.0, abs=2.0 * robot.tolerance)
+    moved = robot.effector(robot.rest())[0] - controller.effector[0]
+    assert 0.8e-3 < moved[2] < 1.3e-3, "the wire is 0.86 mm away, and the corners are soft"
+
+
 def test_what_is_no_shape_is_refused(package: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     parameters = HOOP["parameters"]
     refused = {
-        "obstacles.hoop.shape: 'cone' is unknown, found are plane, sphere, capsule, ring": {"shape": "cone"},
+        "hoop.shape: 'cone' is unknown, found are plane, sphere, capsule, box, ring": {"shape": "cone"},
         "hoop.parameters: thickness 1 m must be positive": {"parameters": {**parameters, "thickness": 1.0}},
         "hoop.parameters: missing a required argument: 'axis'": {"parameters": {"centre": [0.0, 0.0, 0.0]}},
     }  # fmt: skip

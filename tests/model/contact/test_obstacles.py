@@ -19,6 +19,7 @@ from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig, validated
 from tauten.reduction.campaign import exploring
 from tauten.reduction.contact import ReduceSettings, reduce_robot
+from tauten.service.check.body_findings import thin_walls
 
 EVERYWHERE = {"lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
 BELOW = {"name": "below", "box": EVERYWHERE, "normal": [0.0, 0.0, -1.0]}
@@ -43,6 +44,16 @@ KNOWN: dict[str, tuple[dict[str, Any], Array, list[float], Array]] = {
         np.array([[2.0, 0.0, 2.0], [-3.0, 4.0, 0.0], [7.0, 0.0, 4.0], [1.0, 0.2, 0.0]]),
         [1.5, 4.5, 4.5, -0.3],
         np.array([[0.0, 0.0, 1.0], [-0.6, 0.8, 0.0], [0.6, 0.0, 0.8], [0.0, 1.0, 0.0]]),
+    ),
+    "box": (
+        {"lower": [-1.0, -1.0, -1.0], "upper": [3.0, 1.0, 1.0]},
+        np.array(
+            [[0.0, 3.0, 0.0], [6.0, 0.0, 5.0], [0.0, 0.0, -0.8], [-4.0, 5.0, 0.5], [3.0, 0.0, 0.0]]
+        ),
+        [2.0, 5.0, -0.2, 5.0, 0.0],
+        np.array(
+            [[0.0, 1.0, 0.0], [0.6, 0.0, 0.8], [0.0, 0.0, -1.0], [-0.6, 0.8, 0.0], [1.0, 0.0, 0.0]]
+        ),
     ),
 }
 
@@ -126,6 +137,10 @@ def block(**changes: Any) -> Robot:
     }  # fmt: skip
     cube = box_mesh((0.02, 0.02, 0.02), (2, 2, 2))
     return build_robot(validated(RobotConfig, settings, "block.toml"), [cube], "block.toml")
+
+
+def test_obstacles_have_no_walls_to_check() -> None:
+    assert thin_walls(block(), 1.0).found == "all contacts are with obstacles"
 
 
 def force_on(simulator: Simulator) -> Array:
@@ -222,6 +237,9 @@ REFUSED: dict[str, dict[str, Any]] = {
     },
     "floor.parameters: end: coincides with start": {
         "shape": "capsule", "parameters": {"start": [0.0, 0.0, 0.0], "end": [0.0, 0.0, 0.0], "radius": 1.0}
+    },
+    "floor.parameters: upper: [0.0, 1.0, 1.0] must be larger than lower": {
+        "shape": "box", "parameters": {"lower": [0.0, 0.0, 0.0], "upper": [0.0, 1.0, 1.0]}
     },
     "floor.parameters: centre: expected three numbers [m], found [0.0, 0.0]": {
         "shape": "sphere", "parameters": {"centre": [0.0, 0.0], "radius": 1.0}
