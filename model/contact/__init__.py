@@ -14,7 +14,7 @@ from tauten.model.contact.self_contact import (
     mean_edge,
     neighbours_at_rest,
 )
-from tauten.model.contact.shapes import SHAPES, MovedShape, Shape
+from tauten.model.contact.shapes import SHAPES, Shape
 
 __all__ = [
     "ALARM_EDGES",
@@ -22,7 +22,6 @@ __all__ = [
     "ContactPair",
     "ContactSet",
     "EDGES_AWAY",
-    "MovedShape",
     "SHAPES",
     "Shape",
     "WALL_ALARMS",

@@ -6,7 +6,6 @@ keywords, and refuses those that make no shape by a ValueError.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -122,26 +121,6 @@ class BoxShape:
         length = np.linalg.norm(out, axis=1)
         gap = np.where(inside, beyond.max(axis=1), length)
         return gap, np.copysign(out, away) / length[:, None]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MovedShape:
-    """A shape in another frame: x = Q x_shape + position.
-
-    Attributes:
-        shape: in its own frame.
-        Q: (3, 3) rotation from its frame.
-        position: (3,) of the origin of its frame [m].
-    """
-
-    shape: Shape
-    Q: Array
-    position: Array
-
-    def closest(self, points: Array) -> tuple[Array, Array]:
-        """Distances (m,) of points (m, 3) [m], and their gradients (m, 3)."""
-        gap, normal = self.shape.closest((points - self.position) @ self.Q)
-        return gap, normal @ self.Q.T
 
 
 SHAPES = {"plane": PlaneShape, "sphere": SphereShape, "capsule": CapsuleShape, "box": BoxShape}

@@ -113,6 +113,17 @@ def test_the_muscle_pulls_as_a_cable_with_its_force_does(package: ModuleType) ->
     assert delta == pytest.approx(volume[0] - volume[1], rel=1e-9)
 
 
+def test_its_work_is_the_energy_that_is_stored(package: ModuleType) -> None:
+    """Of slow filling: the integral of the pressure over the volume, and what the beam has then."""
+    simulator = Simulator(small_body("linear", cables=[], transmissions=[muscle()]), "none")
+    pressures, volumes = np.linspace(0.0, 4e4, 21), []
+    for pressure in pressures:
+        assert simulator.settle(effort=[pressure], tolerance=1e-12).converged
+        volumes.append(simulator.robot.rows(simulator.state, contacts=False).actuators.delta[0])
+    work = float(np.trapezoid(pressures, volumes))
+    assert simulator.robot.potential(simulator.state) == pytest.approx(work, rel=2e-3)
+
+
 def tip_of(simulator: Simulator) -> Array:
     """Where the muscle ends on the body (3,) [m]."""
     found: Array = simulator.robot.actuator_segments(simulator.state)[-1, 1]
