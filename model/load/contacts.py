@@ -196,7 +196,8 @@ def contact_pair(
     except ValueError as error:
         raise RobotFileError(f"{where}: {error}") from error
     if contact.against != ITSELF:
-        name, target = f"{contact.candidates} on {contact.against}", targets[contact.against]
+        name = f"{contact.candidates or 'skin'} on {contact.against}"
+        target = targets[contact.against]
         if isinstance(target, np.ndarray):
             return ContactPair(name, nodes, weights, target)
         check_shape(target, np.einsum("mj,mji->mi", weights, vertices[nodes]), where)

@@ -62,8 +62,8 @@ class ContactSettings(Section):
 
     candidates: Name | None = Field(
         default=None,
-        description='Surface or region that the candidates are spread over; where `against` is "itself" it '
-        "may be left out, which means the whole surface of the robot.",
+        description='Surface or region that the candidates are spread over; where `against` is "itself" '
+        "or an obstacle it may be left out, which means the whole surface of the robot.",
     )
     against: Name = Field(
         description='Surface, region or obstacle that they may touch; "itself" means the surface of the '
@@ -82,8 +82,6 @@ class ContactSettings(Section):
 
     @model_validator(mode="after")
     def _consistent(self) -> ContactSettings:
-        if self.against != ITSELF and self.candidates is None:
-            raise ValueError('candidates are missing; only against = "itself" goes without them')
         if self.against != ITSELF and self.neighbour_distance is not None:
             raise ValueError('neighbour_distance is used with against = "itself" only')
         return self
@@ -133,6 +131,11 @@ def check_surfaces(
         if obstacle in known:
             raise ValueError(f"obstacles: {obstacle!r} is the name of a surface or region too")
     for index, contact in enumerate(contacts):
+        if contact.candidates is None and contact.against not in (ITSELF, *obstacles):
+            raise ValueError(
+                f'contacts.{index}: candidates are missing; only against = "itself" or an obstacle goes '
+                "without them"
+            )
         named: list[tuple[str | None, set[str]]] = [
             (contact.candidates, known),
             (contact.against, known.union(obstacles)),

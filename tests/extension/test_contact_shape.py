@@ -29,7 +29,6 @@ from tauten.reduction.state import reduced_robot, reducible
 PAGE = next(found for found in tables() if "obstacles" in found)
 HOOP: dict[str, Any] = PAGE["obstacles"][0]
 CENTRE, RADIUS, WIRE = np.array([0.1, 0.01, 0.01]), 0.02, 0.005
-SKIN = {"kind": "skin", "name": "skin"}
 BODIES = [
     [], [("element", "quadratic")], [("map", "rotating drive")], [("map", "glue")],
     [("body", "rigid body"), ("map", "pin")], [("map", "pin of a beam")],
@@ -100,9 +99,7 @@ def test_gaps_are_distances_and_rows_their_derivatives(
 
 def ringed(**changes: Any) -> Robot:
     """A beam whose tip has a ring around it, and a cable that bends it."""
-    return small_body(
-        "linear", regions=[SKIN], obstacles=[{**HOOP, **changes}], contacts=PAGE["contacts"]
-    )
+    return small_body("linear", obstacles=[{**HOOP, **changes}], contacts=PAGE["contacts"])
 
 
 def test_the_ring_stops_a_beam_that_is_pulled_aside(package: ModuleType) -> None:
