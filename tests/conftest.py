@@ -30,10 +30,13 @@ settings.load_profile("repeatable")
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Two where the whole suite runs; none for single files, a debugger, and times of the real clock."""
+    """Three where the whole suite runs; none for single files, a debugger, and times of the real clock.
+
+    On two cores: tests of processes wait for half of their time.
+    """
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
     if whole and "realtime" not in config.option.markexpr.replace("not realtime", ""):
-        return 2
+        return 3
     config.option.dist = "no"
     return 0
 

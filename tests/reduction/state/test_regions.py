@@ -145,7 +145,7 @@ def test_hinges_in_modes_rest_where_the_full_robot_does(
     full, small = Simulator(robot, "none"), Simulator(reduced, "none")
     rest = robot.effector(robot.rest())[0]
     ways, errors = [], []
-    for force in np.random.default_rng(5).uniform(-0.8, 0.8, size=(6, 3)) * [0.02, 0.05, 0.05]:
+    for force in np.random.default_rng(5).uniform(-0.8, 0.8, size=(3, 3)) * [0.02, 0.05, 0.05]:
         assert full.settle(effort=force).converged
         assert small.settle(effort=force).converged
         there = robot.effector(full.state)[0]

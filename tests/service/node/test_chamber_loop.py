@@ -93,7 +93,7 @@ def holding(
     """A loop that does not follow, with what it goes on to see: goal and signals."""
     loop = ControlLoop(Controller(robot), enabled=why != "wait")
     near = robot.effector(robot.rest()) + np.array([0.0, 0.0, -0.004])
-    for _ in range(15):
+    for _ in range(8):
         tick(loop, near)
     assert loop.state.mode is (Mode.IDLE if why == "wait" else Mode.RUN)
     if why == "hold":
@@ -126,7 +126,7 @@ def test_no_lock_moves_anything_while_the_node_does_not_follow(
     for order in locks:
         assert loop.obey(order) is None
     sealed = locks[0] == LockOrder("bellows", position=2e-7)  # and keeps its volume
-    for _ in range(40):
+    for _ in range(15):
         held = tick(loop, goal, **seen)
         assert held.mode in (Mode.HOLD, Mode.IDLE)
         assert held.actuation.position[0] == before.position[0]
