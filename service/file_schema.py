@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ConfigDict, Field, TypeAdapter
 
 from tauten.controller import ControllerSettings
-from tauten.model.schema import BeamConfig, ControlPeriod, RobotConfig
+from tauten.model.schema import BeamConfig, ControlPeriod, RobotConfig, Section
 from tauten.service.settings import ModelSettings, ServiceSettings
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -23,28 +23,28 @@ class ControllerTable(ControllerSettings, ControlPeriod):
     model_config = ConfigDict(extra="forbid")
 
 
-class RobotFile(RobotConfig):
+CONTROLLER = Field(default=ControllerTable(), description="Control rate and inverse control.")
+
+
+class ServiceTables(Section):
+    """The tables of model and service, which every kind of robot file has."""
+
+    model: ModelSettings = Field(default=ModelSettings(), description="The model that decides.")
+    service: ServiceSettings = Field(
+        default=ServiceSettings(), description="Time-outs and feedback of the node."
+    )
+
+
+class RobotFile(ServiceTables, RobotConfig):
     """The file of a robot made of tetrahedra."""
 
-    controller: ControllerTable = Field(
-        default=ControllerTable(), description="Control rate and inverse control."
-    )
-    model: ModelSettings = Field(default=ModelSettings(), description="The model that decides.")
-    service: ServiceSettings = Field(
-        default=ServiceSettings(), description="Time-outs and feedback of the node."
-    )
+    controller: ControllerTable = CONTROLLER
 
 
-class BeamRobotFile(BeamConfig):
+class BeamRobotFile(ServiceTables, BeamConfig):
     """The file of a robot made of beams."""
 
-    controller: ControllerTable = Field(
-        default=ControllerTable(), description="Control rate and inverse control."
-    )
-    model: ModelSettings = Field(default=ModelSettings(), description="The model that decides.")
-    service: ServiceSettings = Field(
-        default=ServiceSettings(), description="Time-outs and feedback of the node."
-    )
+    controller: ControllerTable = CONTROLLER
 
 
 def robot_file_schema() -> dict[str, Any]:

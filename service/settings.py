@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -92,19 +92,6 @@ class ServiceSettings(Section):
         return delay
 
 
-def model_settings(contents: dict[str, Any], path: Path) -> ModelSettings:
-    """The table `model` of a robot file that has been read.
-
-    Args:
-        contents: of the file, not validated.
-        path: the file, for errors.
-
-    Raises:
-        RobotFileError: a field that is not allowed.
-    """
-    return validated(ModelSettings, contents.get("model", {}), path, "model")
-
-
 def load_model_settings(name_or_path: str | Path) -> ModelSettings:
     """The table `model` of a shipped robot's file, by name, or of a robot file.
 
@@ -112,17 +99,4 @@ def load_model_settings(name_or_path: str | Path) -> ModelSettings:
         RobotFileError: the file, or its table `model`, cannot be used.
     """
     path = robot_path(name_or_path)
-    return model_settings(read_toml(path), path)
-
-
-def service_settings(contents: dict[str, Any], path: Path) -> ServiceSettings:
-    """The table `service` of a robot file that has been read.
-
-    Args:
-        contents: of the file, not validated.
-        path: the file, for errors.
-
-    Raises:
-        RobotFileError: a field that is not allowed.
-    """
-    return validated(ServiceSettings, contents.get("service", {}), path, "service")
+    return validated(ModelSettings, read_toml(path).get("model", {}), path, "model")

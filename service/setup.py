@@ -20,12 +20,7 @@ from tauten.reduction.contact import SUFFIX as BASIS
 from tauten.reduction.state import SUFFIX as STATES
 from tauten.reduction.state import ReducedBody, StateBasis, reduced_robot
 from tauten.service.check import mesh_error_text
-from tauten.service.settings import (
-    ModelSettings,
-    ServiceSettings,
-    model_settings,
-    service_settings,
-)
+from tauten.service.settings import ModelSettings, ServiceSettings
 
 log = logging.getLogger(__name__)
 
@@ -113,8 +108,9 @@ def load_setup(
     path = robot_path(robot)
     contents = read_toml(path)
     changes = validated(Changes, {"rate": rate, "young_scale": young_scale}, f"{path}: load_setup")
-    controller, kind = controller_settings(contents, path), model_settings(contents, path)
-    service = service_settings(contents, path)
+    controller = controller_settings(contents, path)
+    kind = validated(ModelSettings, contents.get("model", {}), path, "model")
+    service = validated(ServiceSettings, contents.get("service", {}), path, "service")
     loaded = make_robot(contents, path, changes)
     name = basis or controller.basis or "none"
     contact = load_contact(loaded, path, name)

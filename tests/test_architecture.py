@@ -60,7 +60,6 @@ ORDER = (
     "service.tables",
     "service.plots",
     "service.cli.terminal",
-    "service.cli.bench",
     "service.cli",
     "benchmarks.robots",
     "benchmarks.robots.gallery",
@@ -208,7 +207,7 @@ def parameters(function: ast.FunctionDef) -> list[str]:
 
 
 # Commands of the command line document their options themselves.
-COMMANDS = ("service.cli", "service.cli.bench", "benchmarks.commands")
+COMMANDS = ("service.cli", "benchmarks.commands")
 CHECKED = [path for path in MODULES if folder_of(path) not in COMMANDS]
 
 

@@ -1,13 +1,15 @@
-"""What can be seen in a mesh file before a robot is built from it."""
+"""What can be seen in mesh files, those of chambers included, before a robot is built from them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from tauten.model.mesh import UNITS, TetMesh, mean_ratios, part_numbers
+from tauten.model.actuators import inside_out
+from tauten.model.mesh import UNITS, TetMesh, mean_ratios, part_numbers, read_triangles
 from tauten.model.numerics import Array
 from tauten.model.points import attach
 from tauten.model.schema import Point, RobotConfig
@@ -172,3 +174,22 @@ def points_outside(config: RobotConfig, mesh: TetMesh) -> Finding:
     )
     advice = "move them into the body; max_outside only extrapolates the nearest element"
     return Finding(subject, "wrong" if refused else "doubtful", found, advice)
+
+
+def chamber_findings(config: RobotConfig, folder: Path) -> Iterator[Finding]:
+    """Whether the STL files of chambers have their normals out of the chamber.
+
+    Args:
+        config: the robot file, from which a robot can be built.
+        folder: of the file.
+    """
+    for chamber in config.chambers:
+        if chamber.stl is None:
+            continue
+        subject = f"chamber {chamber.name}"
+        if inside_out(*read_triangles(folder / chamber.stl)):
+            found = f"the surface in {chamber.stl} is inside out and has been turned"
+            advice = "turn its triangles, so that their normals point out of the chamber"
+            yield Finding(subject, "doubtful", found, advice)
+        else:
+            yield Finding(subject, "fine", f"the normals of {chamber.stl} point out of it")

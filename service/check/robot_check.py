@@ -13,10 +13,9 @@ from tauten.model.load import build_bodies, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
 from tauten.service.check.body_findings import body_findings, not_held, thin_walls
-from tauten.service.check.chamber_findings import chamber_findings
 from tauten.service.check.findings import Finding, Level, worst
 from tauten.service.check.mesh_error import MeshErrorEstimate, estimate_error
-from tauten.service.check.mesh_findings import mesh_findings
+from tauten.service.check.mesh_findings import chamber_findings, mesh_findings
 from tauten.service.check.mesh_variants import (
     LoadedState,
     Variant,
@@ -88,7 +87,16 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
     raw = model_tables(read_toml(path))
     with one_blas_thread():
         if "beams" in raw:
-            return check_beams(settings, path, stop, progress)
+            robot = load_robot(path)
+            progress(0.1, "beams")
+            variants = tuple(Variant("beam", count) for count in range(settings.refinements + 1))
+
+            def refined(variant: Variant) -> Robot:
+                return load_robot(path, refinements=variant.refinements)
+
+            return compared(
+                settings, robot, tuple(body_findings(robot)), variants, refined, stop, progress
+            )
         config = validated(RobotConfig, raw, path)
         progress(0.0, "mesh")
         meshes = [
@@ -110,18 +118,10 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         progress(0.08, own.name)
         if free:
             findings += (Finding("error of the mesh", "fine", not_held(free)),)
-        if not settings.shares or free:
             return RobotCheck(config.name, findings, digest=robot.digest)
         variants = chosen_variants(element, settings.refinements)
         make = partial(variant_robot, config, path)
-        estimate = compare_meshes(settings, robot, variants, make, stop, progress)
-    return RobotCheck(
-        config.name,
-        (*findings, *estimate.findings),
-        estimate,
-        complete=estimate.complete,
-        digest=robot.digest,
-    )
+        return compared(settings, robot, findings, variants, make, stop, progress)
 
 
 def parts_of(config: RobotConfig, path: Path) -> tuple[RegionParts, ...]:
@@ -152,28 +152,29 @@ def selected(name_or_path: str) -> tuple[Robot, tuple[RegionParts, ...]]:
     return load_robot(path), parts_of(validated(RobotConfig, raw, path), path)
 
 
-def check_beams(
-    settings: CheckSettings, path: Path, stop: StopFlag, progress: Progress
+def compared(
+    settings: CheckSettings,
+    robot: Robot,
+    findings: tuple[Finding, ...],
+    variants: tuple[Variant, ...],
+    make: Callable[[Variant], Robot],
+    stop: StopFlag,
+    progress: Progress,
 ) -> RobotCheck:
-    """What applies to a robot made of beams.
+    """The result of a check, with the error of the mesh where it is wanted.
 
     Args:
         settings: what is checked.
-        path: of the robot file.
+        robot: the robot on its own mesh.
+        findings: of everything else.
+        variants: the meshes, the robot's own first.
+        make: the robot on another mesh.
         stop: read before each equilibrium.
         progress: called with the share of the work just done, and what comes next.
     """
-    robot = load_robot(path)
-    progress(0.1, "beams")
-    findings = tuple(body_findings(robot))
     if not settings.shares:
         return RobotCheck(robot.name, findings, digest=robot.digest)
-    variants = tuple(Variant("beam", count) for count in range(settings.refinements + 1))
-
-    def refined(variant: Variant) -> Robot:
-        return load_robot(path, refinements=variant.refinements)
-
-    estimate = compare_meshes(settings, robot, variants, refined, stop, progress)
+    estimate = compare_meshes(settings, robot, variants, make, stop, progress)
     return RobotCheck(
         robot.name,
         (*findings, *estimate.findings),

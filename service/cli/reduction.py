@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from tauten.model import Robot
-    from tauten.reduction.campaign import Design, Ranges, Snapshots
-    from tauten.reduction.contact import BasisMethod, ReduceSettings, Reduction, Weighting
+    from tauten.reduction.campaign import Design, Ranges
+    from tauten.reduction.contact import BasisMethod, Weighting
 
 
 def reduce(
@@ -106,8 +106,8 @@ def reduce(
     Finished parts are kept in the folder of snapshots: the same command continues after Ctrl-C.
     """
     from tauten.model import EmptySpace, load_robot
-    from tauten.reduction.campaign import Ranges
-    from tauten.reduction.contact import ReduceSettings
+    from tauten.reduction.campaign import Ranges, run_campaign
+    from tauten.reduction.contact import ReduceSettings, reduce_robot
     from tauten.reduction.state import reducible
     from tauten.service.plots import draw_curve
     from tauten.service.settings import load_model_settings
@@ -132,13 +132,15 @@ def reduce(
     folder = snapshots or Path(f"{loaded.name}-snapshots")
     for written in (target, folder):
         writable(written)
-    with _executor(scheduler, workers, len(plan.runs)) as executor:
-        if loaded.n_c == 0:
-            found = _campaign(loaded, plan, folder, executor)
-            path = target.with_suffix(".states")
-            save_states(loaded, found, EmptySpace(0), chosen, path, allowed)
-            return
-        made = _reduced(loaded, plan, folder, settings, executor)
+    with _executor(scheduler, workers, len(plan.runs)) as executor, _resumable(folder):
+        if loaded.n_c > 0:
+            made = reduce_robot(loaded, plan, folder, settings, executor)
+        else:
+            found = run_campaign(loaded, plan, folder, executor)
+    if loaded.n_c == 0:
+        found, path = found.select(found.converged), target.with_suffix(".states")
+        save_states(loaded, found, EmptySpace(0), chosen, path, allowed)
+        return
     saved = made.basis.save(target)
     if curve is not None and made.curve is not None:
         draw_curve(made.curve, curve, made.basis.k)
@@ -251,25 +253,6 @@ def _executor(
     if scheduler is not None:
         return dask_cluster(scheduler)
     return processes(min(workers or os.cpu_count() or 1, runs))
-
-
-def _campaign(robot: Robot, design: Design, folder: Path, executor: Executor) -> Snapshots:
-    """The equilibria of a campaign that converged."""
-    from tauten.reduction.campaign import run_campaign
-
-    with _resumable(folder):
-        found = run_campaign(robot, design, folder, executor)
-    return found.select(found.converged)
-
-
-def _reduced(
-    robot: Robot, design: Design, folder: Path, settings: ReduceSettings, executor: Executor
-) -> Reduction:
-    """The contact basis of a campaign."""
-    from tauten.reduction.contact import reduce_robot
-
-    with _resumable(folder):
-        return reduce_robot(robot, design, folder, settings, executor)
 
 
 @contextmanager

@@ -7,7 +7,7 @@ import threading
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.service.frames.effectors import positions_of
+from tauten.service.frames.frame import positions_of
 from tauten.service.wire import DescribedEffector, places_of, reach_of
 
 _FAR = 1e6  # m; squares of larger numbers may overflow

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from itertools import pairwise
 
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.service.plant import COLUMNS, TargetPath
+from tauten.service.plant import TargetPath, path_text, without_sign_changes
 from tauten.service.wire import DescribedEffector
 
 MOST = 200  # waypoints
@@ -61,20 +59,13 @@ class WaypointList:
 
     def csv(self, speed: float) -> str:
         """Columns t [s] and those of the effector's kind, at a steady speed [m/s]."""
-        path = self._steady(self._values, speed)
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["t", *COLUMNS[self._effector.kind]])
-        for time, values in zip(path.times.tolist(), path.values.tolist(), strict=True):
-            writer.writerow([repr(value) for value in (time, *values)])
-        return text.getvalue()
+        return path_text(self._steady(self._values, speed))
 
     def _steady(self, values: list[Array], speed: float) -> TargetPath:
         """Goal values at a steady speed [m/s]; quaternions without changes of sign."""
         table = np.array(values).reshape(-1, len(self._effector.rest))
         if self._effector.turns:
-            for before, after in pairwise(table):
-                after[3:] *= 1.0 if before[3:] @ after[3:] >= 0.0 else -1.0
+            table[:, 3:] = without_sign_changes(table[:, 3:])
         lengths = np.array([self._length(*pair) for pair in pairwise(table)])
         steps = np.maximum(lengths / speed, _LEAST_STEP)
         times = np.concatenate([[0.0], np.cumsum(steps)])[: len(table)]

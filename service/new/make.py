@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import meshio
@@ -16,6 +16,7 @@ import numpy as np
 
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Array
 from tauten.model.schema import NAME, RobotFileError
 from tauten.service.new.guesses import Guess, guess_fields
 from tauten.service.new.meshing import LARGE, Part, mesh_part
@@ -73,7 +74,7 @@ class Trial:
     size: float
     nodes: int
     effort: float
-    tip: np.ndarray[tuple[int], np.dtype[np.float64]]
+    tip: Array
     share: float
     error: float = np.nan
 
@@ -172,14 +173,8 @@ def compared(trials: list[Trial]) -> tuple[Trial, ...]:
         else np.nan
         for trial in trials
     ]
-    if len(trials) > 1:
-        errors[-1] = 0.5 * errors[-2]
-    else:
-        errors[-1] = np.nan
-    return tuple(
-        Trial(trial.size, trial.nodes, trial.effort, trial.tip, trial.share, error)
-        for trial, error in zip(trials, errors, strict=True)
-    )
+    errors[-1] = 0.5 * errors[-2] if len(trials) > 1 else np.nan
+    return tuple(replace(one, error=error) for one, error in zip(trials, errors, strict=True))
 
 
 def _meshes(
@@ -227,9 +222,7 @@ def _robot(text: str, mesh: TetMesh, name: str) -> Robot:
         return load_robot(write_files(Path(folder), name, text, mesh))
 
 
-def _pulled(
-    robot: Robot, guess: Guess
-) -> tuple[float, float, np.ndarray[tuple[int], np.dtype[np.float64]]]:
+def _pulled(robot: Robot, guess: Guess) -> tuple[float, float, Array]:
     """Share of the guessed pull that has an equilibrium, tension and movement of the tip half way there."""
     share = 1.0
     while share >= LEAST_SHARE:

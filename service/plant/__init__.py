@@ -22,7 +22,14 @@ from tauten.service.plant.plant import Drive, PlantSettings, plant_robot, simula
 from tauten.service.plant.processes import Child, DemoError, child, free_ports
 from tauten.service.plant.receiver import find_receiver, receiver_path
 from tauten.service.plant.streaming import StreamSettings, stream
-from tauten.service.plant.waypoints import COLUMNS, PathError, TargetPath, save_path
+from tauten.service.plant.waypoints import (
+    COLUMNS,
+    PathError,
+    TargetPath,
+    path_text,
+    save_path,
+    without_sign_changes,
+)
 
 __all__ = [
     "plant_robot",
@@ -53,7 +60,9 @@ __all__ = [
     "own_steps",
     "receiver_path",
     "run_demo",
+    "path_text",
     "save_path",
+    "without_sign_changes",
     "simulate",
     "stream",
     "warm_plant",

@@ -12,6 +12,7 @@ A column t [s] is optional, and columns may come in any order.
 from __future__ import annotations
 
 import csv
+import io
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -82,13 +83,19 @@ def without_sign_changes(quaternions: Array) -> Array:
     return found
 
 
+def path_text(path: TargetPath) -> str:
+    """A path as the CSV that `tauten stream` reads."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["t", *COLUMNS[path.kind]])
+    for time, values in zip(path.times.tolist(), path.values.tolist(), strict=True):
+        writer.writerow([repr(value) for value in (time, *values)])
+    return text.getvalue()
+
+
 def save_path(path: TargetPath, file: Path) -> None:
     """Write a path as the CSV that `tauten stream` reads."""
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(["t", *COLUMNS[path.kind]])
-        for time, values in zip(path.times.tolist(), path.values.tolist(), strict=True):
-            writer.writerow([repr(value) for value in (time, *values)])
+    file.write_text(path_text(path), encoding="utf-8")
 
 
 def csv_path(path: Path, kind: EffectorKind, rate: float, repeats: bool) -> TargetPath:

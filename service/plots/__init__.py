@@ -3,12 +3,10 @@
 from tauten.service.plots.body import Side
 from tauten.service.plots.comparison import draw_comparison
 from tauten.service.plots.contact_modes import draw_modes
-from tauten.service.plots.distance import draw_distances
 from tauten.service.plots.error_curve import draw_curve
 from tauten.service.plots.mesh_error import COLOURS, EXACT, QUANTITIES, draw_mesh_error
 from tauten.service.plots.regions import draw_regions
-from tauten.service.plots.replay import draw_replay
-from tauten.service.plots.run import draw_run, widest_plane
+from tauten.service.plots.run import draw_distances, draw_replay, draw_run, widest_plane
 from tauten.service.plots.still import draw_still
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""The figure of a run: tip paths beside tension, pull, error and step time over time."""
+"""Figures of runs: paths, actuation, errors and step times; a replay; shares of a distance."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from tauten.model import Actuators, Quantity
 from tauten.model.numerics import Array, Bools
-from tauten.service.replay import RecordedRun, Series, apart, errors_to_goal
+from tauten.service.replay import Distances, RecordedRun, Replay, Series, apart, errors_to_goal
 
 _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
 CABLE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -218,3 +218,77 @@ def draw_step_time(run: RecordedRun, axes: Axes) -> None:
     axes.set_ylabel("step time [ms]")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="upper right", ncols=3, fontsize="small", markerscale=4)
+
+
+def draw_replay(replay: Replay, log: str, path: Path) -> None:
+    """Draw recorded and replayed actuation, each above their difference.
+
+    Args:
+        replay: the result.
+        log: name of the log, for the title.
+        path: of the figure; its suffix decides the format.
+    """
+    courses = replay.courses
+    figure = Figure(figsize=(12.0, 8.0), layout="constrained")
+    axes = figure.subplots(4, 1, sharex=True)
+    positions, efforts = shown_positions(replay.actuators), shown_efforts(replay.actuators)
+    _draw_course(axes[0], axes[1], courses.time, courses.position, positions)
+    _draw_course(axes[2], axes[3], courses.time, courses.effort, efforts)
+    for axis in axes:
+        axis.grid(alpha=0.3)
+    axes[0].legend(loc="upper right", ncols=4, fontsize="small")
+    axes[-1].set_xlabel("time [s]")
+    figure.align_ylabels(axes)
+    verdict = "the same" if replay.same else "different"
+    figure.suptitle(
+        f"{log}: {verdict}, at most {replay.fraction:.2g} of an actuator's range apart "
+        f"(tolerance {replay.tolerance:g}); wide: recorded, thin: replayed"
+    )
+    figure.savefig(path, dpi=130)
+
+
+def _draw_course(above: Axes, below: Axes, time: Array, values: Array, shown: Shown) -> None:
+    """Values (2, m, n_a) of all actuators, and the difference of the two."""
+    values = shown.scale * values
+    above.set_ylabel(shown.label)
+    below.set_ylabel(f"difference {shown.unit}".rstrip())
+    for place, name in enumerate(shown.names):
+        color = CABLE_COLOURS[place % len(CABLE_COLOURS)]
+        above.plot(time, values[0, :, place], color=color, lw=4.0, alpha=0.3)
+        above.plot(time, values[1, :, place], color=color, lw=1.2, label=name)
+        below.plot(time, values[1, :, place] - values[0, :, place], color=color, lw=1.2)
+    largest = float(np.abs(values[1] - values[0]).max(initial=0.0))
+    if largest == 0.0:
+        below.set_ylim(-1.0, 1.0)
+        below.text(0.5, 0.7, "no difference", transform=below.transAxes, ha="center")
+
+
+def draw_distances(found: Distances, path: Path) -> None:
+    """Draw the distance of plant and model above its shares.
+
+    Args:
+        found: the distances.
+        path: of the figure; its suffix decides the format.
+    """
+    figure = Figure(figsize=(11.0, 6.5), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    lines = (
+        (above, found.total, "plant against model", "#222222"),
+        (above, found.delay, "delay", "#d55e00"),
+        (above, found.tick, "motion of the model in a tick", "#999999"),
+        (below, found.model, "model without contact", "#222222"),
+        (below, found.time, "time", "#0072b2"),
+        (below, found.contact_basis, "contact basis", "#009e73"),
+        (below, found.reduction, "state reduction", "#cc79a7"),
+    )
+    for axes, series, name, color in lines:
+        if np.isfinite(series.value).any():
+            axes.plot(series.time, _MM * series.value, color=color, lw=1.1, label=name)
+    for axes in (above, below):
+        axes.set_ylabel("distance [mm]")
+        axes.set_ylim(bottom=0.0, top=1.2 * axes.get_ylim()[1])
+        axes.grid(alpha=0.3)
+        axes.legend(loc="upper right", ncols=2, fontsize="small")
+    below.set_xlabel("time [s]")
+    figure.suptitle(f"{found.robot}: plant and model, steps of the plant: {found.steps}")
+    figure.savefig(path, dpi=130)

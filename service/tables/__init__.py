@@ -1,10 +1,15 @@
 """Numbers as tables, for the terminal and for pages."""
 
 from tauten.service.tables.basis import basis_tables, found_robot, kept_curve, ranges
-from tauten.service.tables.check import check_page
-from tauten.service.tables.closed_loop import closed_loop_page
-from tauten.service.tables.new_robot import trial_table
-from tauten.service.tables.node import node_page
+from tauten.service.tables.benches import (
+    closed_loop_page,
+    node_page,
+    reduced_page,
+    steps_page,
+    still_page,
+    tip_distance,
+)
+from tauten.service.tables.meshes import check_page, trial_table
 from tauten.service.tables.numbers import (
     Numbers,
     Page,
@@ -14,9 +19,6 @@ from tauten.service.tables.numbers import (
     milliseconds,
     percent,
 )
-from tauten.service.tables.reduced import reduced_page, tip_distance
-from tauten.service.tables.steps import steps_page
-from tauten.service.tables.still import still_page
 
 __all__ = [
     "Numbers",

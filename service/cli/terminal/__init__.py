@@ -2,7 +2,6 @@
 
 from tauten.service.cli.terminal.basis import basis_of
 from tauten.service.cli.terminal.extras import ExtraError, missing_extra
-from tauten.service.cli.terminal.files import writable
 from tauten.service.cli.terminal.logs import JsonLines, log_options
 from tauten.service.cli.terminal.options import (
     AcceptError,
@@ -25,6 +24,7 @@ from tauten.service.cli.terminal.output import (
     progress_bar,
     show_mesh_error,
     show_result,
+    writable,
     write_json,
 )
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from tauten.service.cli.terminal.files import writable
+from tauten.service.cli.terminal.output import writable
 from tauten.service.link import HIGHEST_PORT, LOWEST_PORT, ZENOH_CONFIG_VARIABLE
 
 ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]

@@ -1,18 +1,45 @@
-"""Progress bars, tables and JSON files of commands."""
+"""What commands show and write: progress bars, tables, JSON; files that cannot be written are refused."""
 
 from __future__ import annotations
 
 import json
+import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
+
 if TYPE_CHECKING:
     from tauten.model import Robot
     from tauten.service.process import Progress
     from tauten.service.tables import Page
+
+
+def writable(path: Path | None) -> Path | None:
+    """Check that a file or folder can be written; callback of an option.
+
+    Args:
+        path: of the file or folder; what does not exist is made in the nearest folder that does.
+
+    Raises:
+        typer.BadParameter: it cannot, and why.
+    """
+    if path is None:
+        return path
+    folder = path.absolute()
+    try:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            return path  # a pipe or a device remains one
+        while not folder.is_dir():
+            folder = folder.parent
+        with tempfile.TemporaryFile(dir=folder):
+            return path
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise typer.BadParameter(f"{path} cannot be written: {folder}: {reason}") from error
 
 
 @contextmanager

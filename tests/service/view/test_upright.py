@@ -13,7 +13,7 @@ from support.processes import ROBOT, write_robot
 from tauten.model import skin_of
 from tauten.service.describing import describe
 from tauten.service.frames import RobotLook
-from tauten.service.frames.effectors import distance_between, targets_of
+from tauten.service.frames.frame import distance_between, targets_of
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
 from tauten.service.view.legend import legend_html

@@ -1,8 +1,13 @@
-"""What `tauten check` found as tables, for the terminal and for the docs."""
+"""Errors of meshes as tables: what `tauten check` found, and the meshes that `tauten new` compared."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+
 from tauten.service.check import MeshErrorEstimate, RobotCheck, VariantErrors
+from tauten.service.new import Trial
 from tauten.service.tables.numbers import Numbers, Page, millimetres, percent
 
 
@@ -36,3 +41,32 @@ def error_row(item: VariantErrors, count: int) -> tuple[str, ...]:
     by_load += ["-"] * (count - len(by_load))
     largest = (percent(item.effort), millimetres(item.tip), percent(item.contact))
     return (item.variant.name, f"{item.nodes:,}", *largest, *by_load)
+
+
+def trial_table(trials: Sequence[Trial], chosen: int) -> Numbers:
+    """Sizes, tensions and tips of the meshes of a part, half way of the guessed pull.
+
+    Args:
+        trials: coarse to fine.
+        chosen: index of the mesh that was taken.
+    """
+    rows = tuple(
+        (
+            "taken" if index == chosen else "",
+            f"{1e3 * trial.size:.3g}",
+            f"{trial.nodes:,}",
+            f"{trial.effort:.3g}",
+            f"{1e3 * float(np.linalg.norm(trial.tip)):.2f}",
+            "unknown" if np.isnan(trial.error) else f"{100.0 * trial.error:.1f}",
+        )
+        for index, trial in enumerate(trials)
+    )
+    columns = (
+        "",
+        "size [mm]",
+        "nodes",
+        "tension [N]",
+        "tip moves [mm]",
+        "error, estimated [%]",
+    )
+    return Numbers("meshes, half way of the guessed pull", columns, rows)
