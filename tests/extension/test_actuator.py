@@ -16,12 +16,16 @@ from support.robots.small_bodies import small_body
 from support.state_bases import basis_of, turned_space
 
 from tauten.controller import Controller
-from tauten.model import ActuatorKind, Robot, RobotFileError, Simulator, State
+from tauten.model import ActuatorKind, Robot, RobotFileError, Simulator, State, skin_of
 from tauten.model.actuators import Transmitted
 from tauten.model.numerics import Array
 from tauten.reduction.state import reduced_robot, reducible
 from tauten.service.describing import describe
+from tauten.service.frames import RobotLook
 from tauten.service.setup import load_setup
+from tauten.service.view import open_server
+from tauten.service.view.actuators import TIGHT, drawings_of
+from tauten.service.view.legend import legend_html
 from tauten.service.wire import RobotDescription
 
 MUSCLE: dict[str, Any] = next(
@@ -261,6 +265,34 @@ def test_messages_and_schema_know_it(
     assert (said.surface.segments == 2).sum() == 2, "from the middle to both ends"
     assert run_main("schema") == 0
     assert '"TransmissionSettings"' in capsys.readouterr().out
+
+
+def test_it_is_drawn_as_a_line(
+    package: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the middle of its points to both, in the colour of its pressure."""
+    lines = "".join(f"{key} = {_toml(value)}\n" for key, value in muscle().items())
+    setup = load_setup(write_robot(tmp_path, f"{ROBOT}\n[[transmissions]]\n{lines}"))
+    robot = setup.robot
+    shown = skin_of(robot).geometry(robot, robot.rest(), None)
+    look = RobotLook(describe(setup), shown.vertices)
+    assert "transmission" in legend_html(look)
+    handles: dict[str, Any] = {}
+    with open_server(0, "test") as (server, _):
+        add = server.scene.add_line_segments
+
+        def added(name: str, *others: Any, **more: Any) -> Any:
+            handles[name] = add(name, *others, **more)
+            return handles[name]
+
+        monkeypatch.setattr(server.scene, "add_line_segments", added)
+        drawings = dict(drawings_of(server.scene, look))
+        own = shown.segments[look.robot.surface.segments == 2]
+        drawings[2].draw(shown.vertices, own, 0.0, 3e5)
+        handle = handles["/actuators/muscle"]
+        np.testing.assert_allclose(handle.points[:, 1], LINE, atol=1e-7)
+        np.testing.assert_allclose(handle.points[:, 0], np.mean([LINE, LINE], axis=1), atol=1e-7)
+        assert handle.colors[0, 0].tolist() == list(TIGHT)
 
 
 def _toml(value: object) -> str:
