@@ -17,7 +17,7 @@ from support.state_bases import basis_of, turned_space
 
 from tauten.controller import Controller
 from tauten.model import ActuatorKind, Robot, RobotFileError, Simulator, State, skin_of
-from tauten.model.actuators import Transmitted
+from tauten.model.actuators import Transmitted, second_derivative
 from tauten.model.numerics import Array
 from tauten.reduction.state import reduced_robot, reducible
 from tauten.service.describing import describe
@@ -166,6 +166,28 @@ def test_without_its_curvature_equilibria_are_the_same_and_take_longer(
     assert exact.converged and report.converged
     assert exact.iterations < report.iterations
     np.testing.assert_allclose(rough.effector, usual.effector, atol=1e-9)
+
+
+def test_its_curvature_may_be_that_of_differences(
+    package: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They have six digits at least, and equilibria are found in as many iterations."""
+    usual = Simulator(small_body("linear", cables=[], transmissions=[muscle()]), "none")
+    exact = usual.settle(effort=[4e4], tolerance=1e-12)
+    at = package.McKibben.at
+
+    def differences(self: Any, y: Array) -> Transmitted:
+        found = at(self, y)
+        bend = second_derivative(lambda moved: at(self, moved).gradient, y)
+        np.testing.assert_allclose(bend, found.curvature, atol=1e-6 * abs(found.curvature).max())
+        return Transmitted(found.value, found.gradient, bend)
+
+    monkeypatch.setattr(package.McKibben, "at", differences)
+    other = Simulator(small_body("linear", cables=[], transmissions=[muscle()]), "none")
+    report = other.settle(effort=[4e4], tolerance=1e-12)
+    assert report.converged
+    assert report.iterations == exact.iterations
+    np.testing.assert_allclose(other.effector, usual.effector, atol=1e-12)
 
 
 def test_muscles_follow_targets_through_one_valve(package: ModuleType) -> None:
