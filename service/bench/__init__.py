@@ -9,14 +9,7 @@ from tauten.service.bench.comparison import (
     equilibrium,
 )
 from tauten.service.bench.following import Trace, follow, rms, warmed
-from tauten.service.bench.node import (
-    Deadlines,
-    NodeBench,
-    NodeBenchSettings,
-    bench_node,
-    deadlines,
-    idle_loop,
-)
+from tauten.service.bench.node import Deadlines, NodeBench, NodeBenchSettings, bench_node
 from tauten.service.bench.reduced import (
     PathAccuracy,
     ReducedBench,
@@ -62,11 +55,9 @@ __all__ = [
     "bench_steps",
     "bench_still",
     "compare_equilibria",
-    "deadlines",
     "equilibrium",
     "follow",
     "forward_tips",
-    "idle_loop",
     "path_accuracy",
     "ramp_snapshots",
     "reach_targets",

@@ -1,13 +1,8 @@
 """How wrong a robot's mesh is, and what else about its file is not plausible."""
 
-from tauten.service.check.certificate import (
-    MeshCertificate,
-    certificate_file,
-    certified,
-    mesh_error_text,
-)
+from tauten.service.check.certificate import MeshCertificate, certified, mesh_error_text
 from tauten.service.check.findings import Finding
-from tauten.service.check.mesh_error import MeshErrorEstimate, VariantErrors, richardson
+from tauten.service.check.mesh_error import MeshErrorEstimate, VariantErrors
 from tauten.service.check.mesh_variants import (
     Load,
     LoadedState,
@@ -30,13 +25,11 @@ __all__ = [
     "RobotCheck",
     "Variant",
     "VariantErrors",
-    "certificate_file",
     "certified",
     "check_robot",
     "equilibria",
     "make_loads",
     "mesh_error_text",
-    "richardson",
     "selected",
     "variant_robot",
 ]

@@ -17,8 +17,7 @@ from tauten.service.cli.drive import drive, plant
 from tauten.service.cli.new import new
 from tauten.service.cli.operate import alive, command, doctor, lock, metrics, record, unlock
 from tauten.service.cli.reduction import inspect, reduce
-from tauten.service.cli.runs import demo, replay
-from tauten.service.cli.solve import solve
+from tauten.service.cli.runs import demo, replay, solve
 from tauten.service.cli.terminal import (
     AcceptError,
     Basis,

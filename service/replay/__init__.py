@@ -2,7 +2,7 @@
 
 from tauten.service.replay.distance import Distances, distance_rows, measure_distances
 from tauten.service.replay.recorded_setup import recorded_setup
-from tauten.service.replay.replay_report import TICKS, VERDICT, write_report
+from tauten.service.replay.replay_report import write_report
 from tauten.service.replay.replaying import (
     Replay,
     actions,
@@ -17,7 +17,6 @@ from tauten.service.replay.report import (
     RunReport,
     Spread,
     apart,
-    digits,
     errors_to_goal,
     make_report,
     not_followed,
@@ -35,12 +34,9 @@ __all__ = [
     "RunReport",
     "Series",
     "Spread",
-    "TICKS",
-    "VERDICT",
     "actions",
     "apart",
     "changes",
-    "digits",
     "distance_rows",
     "errors_to_goal",
     "make_report",

@@ -1,6 +1,6 @@
 """Numbers as tables, for the terminal and for pages."""
 
-from tauten.service.tables.basis import basis_tables, found_robot, kept_curve, ranges
+from tauten.service.tables.basis import basis_tables, found_robot, kept_curve
 from tauten.service.tables.benches import (
     closed_loop_page,
     node_page,
@@ -34,7 +34,6 @@ __all__ = [
     "milliseconds",
     "node_page",
     "percent",
-    "ranges",
     "reduced_page",
     "steps_page",
     "still_page",

@@ -3,10 +3,8 @@
 from tauten.service.view.charts import SPAN
 from tauten.service.view.guard import Guard
 from tauten.service.view.panel import ViewPanel
-from tauten.service.view.playback import PlaybackSession
 from tauten.service.view.scene import TRAIL, RobotScene
-from tauten.service.view.server import HOST, LoopbackServer, ViewError, open_server
-from tauten.service.view.session import ViewSession
+from tauten.service.view.server import HOST, open_server
 from tauten.service.view.show import (
     SimulationSettings,
     ViewSettings,
@@ -21,16 +19,12 @@ from tauten.service.view.show import (
 
 __all__ = [
     "Guard",
-    "LoopbackServer",
-    "PlaybackSession",
     "SimulationSettings",
     "HOST",
     "RobotScene",
     "SPAN",
     "TRAIL",
-    "ViewError",
     "ViewPanel",
-    "ViewSession",
     "ViewSettings",
     "export_log",
     "export_simulation",

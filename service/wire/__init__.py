@@ -25,11 +25,7 @@ from tauten.service.wire.cloud import (
     decode_cloud,
     encode_cloud,
 )
-from tauten.service.wire.commands import (
-    COMMAND_RING,
-    CommandSubscriber,
-    decode_command,
-)
+from tauten.service.wire.commands import COMMAND_RING, CommandSubscriber, decode_command
 from tauten.service.wire.description import (
     DescribedActuator,
     DescribedBasis,
@@ -40,7 +36,6 @@ from tauten.service.wire.description import (
     RunDescription,
     first_fault,
     places_of,
-    read_description,
 )
 from tauten.service.wire.effector_messages import (
     MESSAGE_TYPES,
@@ -50,7 +45,6 @@ from tauten.service.wire.effector_messages import (
     encode_effector,
 )
 from tauten.service.wire.effector_subscriber import (
-    CLOCKS_AGREE,
     EFFECTOR_RING,
     EffectorSubscriber,
     Received,
@@ -66,16 +60,12 @@ from tauten.service.wire.health import (
     decode_health,
     encode_health,
 )
-from tauten.service.wire.interpolation import TargetCourse
 from tauten.service.wire.messages import (
     CDR,
     FLOAT,
     HEALTH,
     JOINTS,
     JSON,
-    MAX_PAYLOAD,
-    POINT,
-    POSE,
     TEXT,
     TICK,
     Joints,
@@ -94,7 +84,6 @@ from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 
 __all__ = [
     "CDR",
-    "CLOCKS_AGREE",
     "CLOUD",
     "COMMAND_RING",
     "CONTACT_FIELDS",
@@ -119,7 +108,6 @@ __all__ = [
     "LARGEST_CLOUD",
     "Level",
     "LockOrder",
-    "MAX_PAYLOAD",
     "MESSAGE_TYPES",
     "MessageCounts",
     "Mode",
@@ -127,8 +115,6 @@ __all__ = [
     "NetworkError",
     "OperatorCommand",
     "OperatorOrder",
-    "POINT",
-    "POSE",
     "Positions",
     "Publisher",
     "Received",
@@ -141,7 +127,6 @@ __all__ = [
     "Ring",
     "TEXT",
     "TICK",
-    "TargetCourse",
     "Tick",
     "Window",
     "ask_description",
@@ -171,7 +156,6 @@ __all__ = [
     "quoted",
     "reach_of",
     "read_config",
-    "read_description",
     "typestore",
     "wait_for",
 ]

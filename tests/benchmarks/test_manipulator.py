@@ -29,7 +29,7 @@ from tauten.model import Forces, Robot, load_robot
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import run_campaign
 from tauten.service.bench import Comparison
-from tauten.service.plant import directions
+from tauten.service.plant.paths import directions
 from tauten.service.process import host_info
 from tauten.service.replay import Spread
 

@@ -17,7 +17,7 @@ from support.processes import Process, Served, Start, wait_alive
 
 from tauten.model import Robot
 from tauten.service.link import close_session
-from tauten.service.node import QuestionAnswers
+from tauten.service.node.answers import QuestionAnswers
 from tauten.service.plant import free_ports
 from tauten.service.wire import (
     CDR,

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 from support.processes import run_main
 
-from tauten.service.bench import Deadlines, NodeBenchSettings, bench_node, deadlines, idle_loop
+from tauten.service.bench import Deadlines, NodeBenchSettings, bench_node
+from tauten.service.bench.node import deadlines, idle_loop
 from tauten.service.plant import DemoError
 from tauten.service.process import ORDINARY, StopFlag
 from tauten.service.replay import Spread

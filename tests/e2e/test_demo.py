@@ -11,15 +11,8 @@ from typing import IO
 import pytest
 from support.processes import START, Forked, fork_server
 
-from tauten.service.plant import (
-    LOG,
-    REPORT,
-    TARGETS,
-    DemoError,
-    DemoSettings,
-    child,
-    run_demo,
-)
+from tauten.service.plant import DemoError, DemoSettings, child, run_demo
+from tauten.service.plant.demo import LOG, REPORT, TARGETS
 from tauten.service.process import StopFlag
 from tauten.service.replay import replay
 

@@ -20,10 +20,10 @@ from support.nodes import send_until_followed
 from support.processes import Served, run_main, start
 
 from tauten.model import Robot
-from tauten.service.cli.terminal import JsonLines
+from tauten.service.cli.terminal.logs import JsonLines
 from tauten.service.link import OrderError, ask_metrics, is_there, send_command
 from tauten.service.log import LogReader
-from tauten.service.node import BOUNDS, Histogram
+from tauten.service.node.statistics import BOUNDS, Histogram
 from tauten.service.operate import examine, record_robot, send_lock, serve_metrics
 from tauten.service.plant import free_ports
 from tauten.service.process import (

@@ -19,10 +19,12 @@ from tauten.model import load_robot
 from tauten.reduction.state import ReducedBody, StateBasis, StateBasisError
 from tauten.service.describing import describe
 from tauten.service.link import close_session
-from tauten.service.node import ControlLoop, make_fall_back
+from tauten.service.node import ControlLoop
+from tauten.service.node.model_watch import make_fall_back
 from tauten.service.plant import free_ports
 from tauten.service.setup import load_setup
-from tauten.service.wire import CDR, POINT, Keys, Level, Network, Role, open_session
+from tauten.service.wire import CDR, Keys, Level, Network, Role, open_session
+from tauten.service.wire.messages import POINT
 
 
 @pytest.fixture(scope="module")

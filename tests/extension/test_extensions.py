@@ -30,7 +30,9 @@ from tauten.model.effectors import Measurement
 from tauten.model.load import extension
 from tauten.model.numerics import Array
 from tauten.reduction.state import reduced_robot, reducible
-from tauten.service.node import LARGEST, Estimator, MeasuredLoop, make_estimator
+from tauten.service.node import LARGEST, Estimator
+from tauten.service.node.estimator import make_estimator
+from tauten.service.node.inputs import MeasuredLoop
 from tauten.service.settings import ServiceSettings
 from tauten.service.setup import load_setup, warm_controller
 from tauten.service.wire import CDR, Cause, EffectorSubscriber, OperatorCommand

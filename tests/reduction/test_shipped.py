@@ -12,7 +12,8 @@ from tauten.model import Robot, load_robot
 from tauten.model.load import robot_path
 from tauten.reduction import ContactBasis
 from tauten.reduction.state import StateBasis
-from tauten.service.check import MeshCertificate, certificate_file
+from tauten.service.check import MeshCertificate
+from tauten.service.check.certificate import certificate_file
 
 pytestmark = pytest.mark.versions
 FOLDER = robot_path("finger").parent

@@ -19,7 +19,6 @@ from tauten.service.log import LogReader
 from tauten.service.wire import (
     CDR,
     JSON,
-    POINT,
     Cause,
     Diagnostic,
     Joints,
@@ -29,6 +28,7 @@ from tauten.service.wire import (
     decode_joints,
     decode_tick,
 )
+from tauten.service.wire.messages import POINT
 
 PERIOD = 0.02
 PATIENCE = 180.0  # s, on a machine that is busy with something else

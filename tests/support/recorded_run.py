@@ -17,7 +17,6 @@ from tauten.service.setup import Setup
 from tauten.service.wire import (
     FLOAT,
     JOINTS,
-    POINT,
     TICK,
     Joints,
     Keys,
@@ -26,6 +25,7 @@ from tauten.service.wire import (
     encode_joints,
     encode_tick,
 )
+from tauten.service.wire.messages import POINT
 
 TICKS = 60
 LAG = 0.001  # m, the pretended plant is that much too low

@@ -18,7 +18,9 @@ from websockets.typing import Origin, Subprotocol
 
 from tauten.service.frames import FrameSource
 from tauten.service.process import StopFlag
-from tauten.service.view import Guard, LoopbackServer, ViewSession, open_server
+from tauten.service.view import Guard, open_server
+from tauten.service.view.server import LoopbackServer
+from tauten.service.view.session import ViewSession
 
 GIZMO = "/gizmos/tip"
 

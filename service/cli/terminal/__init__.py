@@ -2,7 +2,7 @@
 
 from tauten.service.cli.terminal.basis import basis_of
 from tauten.service.cli.terminal.extras import ExtraError, missing_extra
-from tauten.service.cli.terminal.logs import JsonLines, log_options
+from tauten.service.cli.terminal.logs import log_options
 from tauten.service.cli.terminal.options import (
     AcceptError,
     Basis,
@@ -35,7 +35,6 @@ __all__ = [
     "DriveOption",
     "ExtraError",
     "Json",
-    "JsonLines",
     "Markdown",
     "Model",
     "Port",

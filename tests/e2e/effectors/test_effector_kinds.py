@@ -30,8 +30,6 @@ from tauten.service.replay import make_report, read_run, replay
 from tauten.service.wire import (
     CDR,
     JSON,
-    POINT,
-    POSE,
     EffectorMessage,
     Joints,
     Keys,
@@ -44,6 +42,7 @@ from tauten.service.wire import (
     encode_effector,
     open_session,
 )
+from tauten.service.wire.messages import POINT, POSE
 
 EFFECTORS = """\
 [[effectors]]

@@ -39,7 +39,6 @@ from tauten.service.wire import (
     HEALTH,
     JOINTS,
     JSON,
-    POINT,
     TEXT,
     TICK,
     Cause,
@@ -50,6 +49,7 @@ from tauten.service.wire import (
     Role,
     open_session,
 )
+from tauten.service.wire.messages import POINT
 
 KEYS = Keys("beam")
 TARGET = KEYS.targets(("tip",))[0]

@@ -26,7 +26,7 @@ from tauten.service.plant import free_ports
 from tauten.service.plant.receiver import described_receiver
 from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
-from tauten.service.wire import read_description
+from tauten.service.wire.description import read_description
 
 NONSENSE = (
     b"", b"\xff\xfe", b"null", b"[]", b"3", b'"beam"', b"{}", b'{"robot": "beam"}', b"[" * 5000,

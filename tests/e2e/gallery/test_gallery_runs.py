@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from tauten.model import load_robot
-from tauten.service.plant import LOG, DemoResult, DemoSettings, run_demo
+from tauten.service.plant import DemoResult, DemoSettings, run_demo
+from tauten.service.plant.demo import LOG
 from tauten.service.process import StopFlag
 from tauten.service.replay import replay
 

@@ -15,7 +15,7 @@ from support.robots.thumb import write_thumb
 
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Snapshots
-from tauten.service.tables import ranges
+from tauten.service.tables.basis import ranges
 
 STEP = ("--design", "ramp", "--step", 4e-4)
 TOLERANCE = 5e-4  # m, which a basis of so few equilibria meets

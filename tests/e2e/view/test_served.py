@@ -17,7 +17,8 @@ from support.viewers import Shown, browser, drag, showing, wait_until
 from tauten.model import Robot, skin_of
 from tauten.service.frames import RecordedRobot, ServedRobot
 from tauten.service.process import StopFlag
-from tauten.service.view import PlaybackSession, open_server
+from tauten.service.view import open_server
+from tauten.service.view.playback import PlaybackSession
 from tauten.service.wire import SKIN_FIELDS, Cause, Cloud, Mode, OperatorCommand, decode_cloud
 
 

@@ -24,11 +24,11 @@ from tauten.service.check import (
     Finding,
     RobotCheck,
     Variant,
-    certificate_file,
     check_robot,
     mesh_error_text,
     robot_check,
 )
+from tauten.service.check.certificate import certificate_file
 from tauten.service.process import StopFlag
 from tauten.service.tables import check_page
 

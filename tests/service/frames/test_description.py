@@ -11,7 +11,8 @@ import pytest
 
 from tauten.service.describing import describe
 from tauten.service.setup import load_setup
-from tauten.service.wire import NetworkError, read_description
+from tauten.service.wire import NetworkError
+from tauten.service.wire.description import read_description
 
 ODD: tuple[object, ...] = (
     None, True, -1, 0, 10**400, 1e308, "", "x", "<img src=x onerror=stop()>", "a b", "../x", "\0", [], {},

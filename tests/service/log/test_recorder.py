@@ -11,7 +11,8 @@ from mcap_ros2.decoder import DecoderFactory
 from support.messages import Point, encode_point, point_json
 
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder
-from tauten.service.wire import FLOAT, JOINTS, POINT, Joints, encode_float, encode_joints
+from tauten.service.wire import FLOAT, JOINTS, Joints, encode_float, encode_joints
+from tauten.service.wire.messages import POINT
 
 METADATA = {"robot": "finger", "robot_file": 'name = "finger"\n'}
 

@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from support.effectors import END, solid
 
 from tauten.model import point_layout
-from tauten.service.node import Feedback, MeasurementCheck, ModelHistory, stable_gain
+from tauten.service.node import Feedback
+from tauten.service.node.feedback import ModelHistory, stable_gain
+from tauten.service.node.plausibility import MeasurementCheck
 
 H = 0.02
 LAYOUT = point_layout(["tip"])

@@ -21,13 +21,13 @@ from hypothesis import strategies as st
 from support.messages import Point, decode_point, encode_command, encode_point
 
 from tauten.service.log import Entry
-from tauten.service.node import Beat, Clock, ControlLoop, Node
+from tauten.service.node import Clock, ControlLoop, Node
+from tauten.service.node.clock import Beat
 from tauten.service.plant import free_ports
 from tauten.service.setup import load_setup, warm_controller
 from tauten.service.wire import (
     CDR,
     JSON,
-    POINT,
     TEXT,
     Joints,
     Keys,
@@ -39,6 +39,7 @@ from tauten.service.wire import (
     decode_tick,
     open_session,
 )
+from tauten.service.wire.messages import POINT
 
 KEYS = Keys("beam")
 TARGET, MEASURED = KEYS.targets(("tip", "middle")), KEYS.measurements(("tip", "middle"))

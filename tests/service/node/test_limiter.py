@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tauten.controller import NO_CERTIFICATE, Actuation, Status
 from tauten.model import Limits
 from tauten.model.numerics import Array
-from tauten.service.node import ActuationLimiter
+from tauten.service.node.limiter import ActuationLimiter
 
 H = 0.02
 LIMITS = Limits(

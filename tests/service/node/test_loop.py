@@ -13,7 +13,8 @@ from support.robots.bodies import beam_robot, box_mesh
 from tauten.controller import Controller, Status
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.service.node import Action, ActuationLimiter, ControlLoop, Signals
+from tauten.service.node import Action, ControlLoop, Signals
+from tauten.service.node.limiter import ActuationLimiter
 from tauten.service.settings import ServiceSettings
 from tauten.service.wire import Cause, Mode, OperatorCommand
 

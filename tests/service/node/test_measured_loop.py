@@ -13,7 +13,8 @@ from support.messages import Point, encode_point
 from tauten.controller import Controller
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.service.node import LARGEST, ControlLoop, MeasuredLoop, Signals
+from tauten.service.node import LARGEST, ControlLoop, Signals
+from tauten.service.node.inputs import MeasuredLoop
 from tauten.service.settings import ServiceSettings
 from tauten.service.wire import CDR, Cause, EffectorSubscriber, Level, Mode, OperatorCommand
 

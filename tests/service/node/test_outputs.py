@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 import zenoh
 
-from tauten.service.node import Beat, Clock, ControlLoop, Node
+from tauten.service.node import Clock, ControlLoop, Node
+from tauten.service.node.clock import Beat
 from tauten.service.plant import free_ports
 from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup, warm_controller

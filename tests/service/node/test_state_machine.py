@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tauten.service.node import NodeState, Signals, commanded, judged, transition
+from tauten.service.node import Signals
+from tauten.service.node.state_machine import NodeState, commanded, judged, transition
 from tauten.service.wire import Cause, Mode, OperatorCommand
 
 LIMIT = 3

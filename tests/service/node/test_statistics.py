@@ -10,7 +10,8 @@ from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.controller import Controller
 from tauten.model import Simulator
-from tauten.service.node import Action, Clock, ControlLoop, LoopStatistics, Signals
+from tauten.service.node import Action, Clock, ControlLoop, Signals
+from tauten.service.node.statistics import LoopStatistics
 from tauten.service.setup import load_setup
 from tauten.service.wire import (
     Cause,

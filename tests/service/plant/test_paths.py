@@ -10,15 +10,8 @@ from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import command_range
-from tauten.service.plant import (
-    SHAPES,
-    PathError,
-    PathSettings,
-    Plane,
-    bending_command,
-    make_path,
-    save_path,
-)
+from tauten.service.plant import PathError, PathSettings, bending_command, make_path, save_path
+from tauten.service.plant.paths import SHAPES, Plane
 
 SETTINGS = PathSettings(size=0.01, period=4.0)
 

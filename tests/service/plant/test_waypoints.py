@@ -11,7 +11,8 @@ from support.effectors import solid
 
 from tauten.model import Robot
 from tauten.model.tetra import NodalBody
-from tauten.service.plant import COLUMNS, PathError, PathSettings, make_path, save_path
+from tauten.service.plant import PathError, PathSettings, make_path, save_path
+from tauten.service.plant.waypoints import COLUMNS
 
 FRAME, SPAN, ROOM = 1, 3, 5  # of the robot below
 

@@ -22,7 +22,6 @@ from tauten.service.setup import load_setup
 from tauten.service.wire import (
     HEALTH,
     JOINTS,
-    POINT,
     TICK,
     Diagnostic,
     Joints,
@@ -33,6 +32,7 @@ from tauten.service.wire import (
     encode_joints,
     encode_tick,
 )
+from tauten.service.wire.messages import POINT
 
 TICKS, PERIOD = 40, 20_000_000  # ns
 

@@ -18,14 +18,13 @@ from tauten.service.replay import (
     RecordedRun,
     Series,
     apart,
-    digits,
     errors_to_goal,
     make_report,
     not_followed,
     read_run,
     table_rows,
 )
-from tauten.service.replay.report import error
+from tauten.service.replay.report import digits, error
 from tauten.service.wire import Cause, Mode
 
 LOG = Path(__file__).parents[2] / "reference" / "runs" / "finger.mcap"

@@ -17,7 +17,6 @@ from tauten.service.replay import make_report, read_run, replay, table_rows
 from tauten.service.view.words import frame_in_words
 from tauten.service.wire import (
     JOINTS,
-    POINT,
     TICK,
     Cause,
     Joints,
@@ -28,6 +27,7 @@ from tauten.service.wire import (
     encode_joints,
     encode_tick,
 )
+from tauten.service.wire.messages import POINT
 
 KEYS = Keys("beam")
 METADATA = {

@@ -21,9 +21,7 @@ from tauten.model import Robot, load_robot
 from tauten.service.cli import main
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder, logged_description
 from tauten.service.plots import draw_replay, draw_run
-from tauten.service.replay import TICKS as TABLE
 from tauten.service.replay import (
-    VERDICT,
     make_report,
     read_run,
     replay,
@@ -31,10 +29,11 @@ from tauten.service.replay import (
     write_problem,
     write_report,
 )
+from tauten.service.replay.replay_report import TICKS as TABLE
+from tauten.service.replay.replay_report import VERDICT
 from tauten.service.wire import (
     CDR,
     JOINTS,
-    POINT,
     TICK,
     Joints,
     Positions,
@@ -43,6 +42,7 @@ from tauten.service.wire import (
     decode_tick,
     encode_tick,
 )
+from tauten.service.wire.messages import POINT
 
 
 def test_a_replay_on_the_same_robot_is_exact(log: Path) -> None:

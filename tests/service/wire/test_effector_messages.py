@@ -20,8 +20,6 @@ from tauten.service.wire import (
     JOINTS,
     JSON,
     MESSAGE_TYPES,
-    POINT,
-    POSE,
     EffectorMessage,
     EffectorSubscriber,
     Rejection,
@@ -32,6 +30,7 @@ from tauten.service.wire import (
     from_cdr,
     reach_of,
 )
+from tauten.service.wire.messages import POINT, POSE
 
 KINDS: list[EffectorKind] = ["point", "frame", "centre", "distance", "length", "volume"]
 POSE_VALUES = (0.1, -0.2, 0.3, 0.5, -0.5, 0.5, 0.5)

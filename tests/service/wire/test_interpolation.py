@@ -11,7 +11,7 @@ from support.processes import ROBOT, run_main, write_robot
 
 from tauten.model import EffectorLayout, RobotFileError, point_layout
 from tauten.service.setup import load_setup
-from tauten.service.wire import TargetCourse
+from tauten.service.wire.interpolation import TargetCourse
 
 LAYOUT = point_layout(["tip", "middle"])
 HERE = np.array([0.0, 0.0, -0.1, 0.0, 0.1, 0.0])

@@ -13,8 +13,6 @@ from tauten.service.wire import (
     HEALTH,
     JOINTS,
     JSON,
-    MAX_PAYLOAD,
-    POINT,
     TICK,
     Joints,
     Rejection,
@@ -24,6 +22,7 @@ from tauten.service.wire import (
     encode_joints,
     from_cdr,
 )
+from tauten.service.wire.messages import MAX_PAYLOAD, POINT
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 stamps = st.integers(0, 2**31 * 10**9 - 1)

@@ -16,7 +16,6 @@ from tauten.service.wire import (
     CDR,
     JOINTS,
     JSON,
-    POINT,
     Cause,
     EffectorMessage,
     EffectorSubscriber,
@@ -32,6 +31,7 @@ from tauten.service.wire import (
     encode_joints,
     encode_tick,
 )
+from tauten.service.wire.messages import POINT
 
 MOST = 40
 MARKUP = "<img src=http://evil/x onerror=stop()>"
