@@ -10,6 +10,7 @@ import numpy as np
 from typing_extensions import TypeVar
 
 from tauten.model import Integration, Robot, State, System
+from tauten.model.actuators import ActuatorSet
 from tauten.model.body import Body
 from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, DenseFactors, Ints
@@ -30,6 +31,7 @@ class ReducedBody(Body[P]):
         Phi: (m, r) state modes.
     """
 
+    actuator_set: ActuatorSet[P]
     full: Robot
     Phi: Array
 
@@ -54,6 +56,11 @@ class ReducedBody(Body[P]):
         return self.full.size
 
     @property
+    def stored_shape(self) -> tuple[int, ...]:
+        """Shape of the values of a matrix: (r, r)."""
+        return (self.n, self.n)
+
+    @property
     def linear_solver(self) -> str:
         """Name of the solver of its linear systems."""
         return DenseFactors.name
@@ -62,6 +69,11 @@ class ReducedBody(Body[P]):
     def triangles(self) -> Ints:
         """Surface of the full robot, indices into `points`: (t, 3)."""
         return self.full.triangles
+
+    @property
+    def chamber_owners(self) -> Ints:
+        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
+        return self.actuator_set.chamber_owners(self.triangles)
 
     def rest(self) -> State:
         """The stress-free state at standstill."""

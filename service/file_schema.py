@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ConfigDict, Field, TypeAdapter
 
 from tauten.controller import ControllerSettings
-from tauten.model.schema import BeamConfig, ControlPeriod, RobotConfig, Section
+from tauten.model.schema import BeamConfig, ControlPeriod, PartsConfig, RobotConfig, Section
 from tauten.service.settings import ModelSettings, ServiceSettings
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -47,8 +47,16 @@ class BeamRobotFile(ServiceTables, BeamConfig):
     controller: ControllerTable = CONTROLLER
 
 
+class PartsRobotFile(ServiceTables, PartsConfig):
+    """The file of a robot of several parts, each of which has a robot file."""
+
+    controller: ControllerTable = CONTROLLER
+
+
 def robot_file_schema() -> dict[str, Any]:
     """The JSON Schema of all robot files, with a description of each field."""
-    kinds: TypeAdapter[RobotFile | BeamRobotFile] = TypeAdapter(RobotFile | BeamRobotFile)
+    kinds: TypeAdapter[RobotFile | BeamRobotFile | PartsRobotFile] = TypeAdapter(
+        RobotFile | BeamRobotFile | PartsRobotFile
+    )
     made = kinds.json_schema()
     return {"$schema": DIALECT, "title": "tauten robot file", **made}

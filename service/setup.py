@@ -16,9 +16,14 @@ from tauten.model import Report, Robot
 from tauten.model.load import make_robot, robot_path
 from tauten.model.schema import Changes, read_toml, validated
 from tauten.reduction import ContactBasis
-from tauten.reduction.contact import SUFFIX as BASIS
-from tauten.reduction.state import SUFFIX as STATES
-from tauten.reduction.state import ReducedBody, StateBasis, reduced_robot
+from tauten.reduction.state import (
+    ReducedBody,
+    ReducedParts,
+    StateBasis,
+    reduced_parts,
+    reduced_robot,
+)
+from tauten.service.bases import PARTS, load_contact, load_states, part_files, part_states
 from tauten.service.check import mesh_error_text
 from tauten.service.settings import ModelSettings, ServiceSettings
 
@@ -42,7 +47,7 @@ class Setup:
         controller: settings of its decisions.
         model: settings of the model that decides.
         service: settings of the node.
-        states: state basis of the reduced model; None with the full one.
+        states: state bases of the reduced model, one for each part that has one; none with the full model.
         reduced: the robot, where it is a reduced model.
         start: whether the model starts from the equilibrium under its loads with the actuators at rest, or
             from rest, undeformed.
@@ -55,8 +60,8 @@ class Setup:
     controller: ControllerSettings
     model: ModelSettings
     service: ServiceSettings
-    states: StateBasis | None = None
-    reduced: Robot[ReducedBody] | None = None
+    states: tuple[StateBasis, ...] = ()
+    reduced: Robot[ReducedBody | ReducedParts] | None = None
     start: Start = "settled"
 
     def basis_digest(self) -> str:
@@ -64,6 +69,13 @@ class Setup:
         if isinstance(self.contact, str):
             return ""
         return hashlib.sha256(np.ascontiguousarray(self.contact.Psi).tobytes()).hexdigest()
+
+    def states_digest(self) -> str:
+        """SHA-256 of the state bases; "" with the full model."""
+        digests = [basis.digest() for basis in self.states]
+        if len(digests) < 2:
+            return "".join(digests)
+        return hashlib.sha256("".join(digests).encode()).hexdigest()
 
     @property
     def basis_modes(self) -> int:
@@ -78,7 +90,7 @@ class Setup:
     @property
     def order(self) -> Order:
         """The model that decides."""
-        return "full" if self.states is None else "reduced"
+        return "reduced" if self.states else "full"
 
 
 def load_setup(
@@ -112,13 +124,26 @@ def load_setup(
     kind = validated(ModelSettings, contents.get("model", {}), path, "model")
     service = validated(ServiceSettings, contents.get("service", {}), path, "service")
     loaded = make_robot(contents, path, changes)
-    name = basis or controller.basis or "none"
+    files = part_files(contents, path)
+    name = basis or controller.basis or (PARTS if files else "none")
     contact = load_contact(loaded, path, name)
-    if (model or kind.order) == "full":
-        return Setup(loaded, path, contact, name, controller, kind, service)
-    states = load_states(loaded, path, kind, accept_error)
-    reduced = reduced_robot(loaded, states)
-    return Setup(reduced, path, contact, name, controller, kind, service, states, reduced)
+    full = Setup(loaded, path, contact, name, controller, kind, service)
+    reduced: Robot[ReducedBody | ReducedParts]
+    if files:
+        order = model or (kind.order if "model" in contents else None)
+        bases = part_states(loaded, files, order, accept_error)
+        states = tuple(basis for basis in bases if basis is not None)
+        if not states:
+            return full
+        reduced = reduced_parts(loaded, bases)
+        allowed = max(basis.origin.tip_max for basis in states)
+        kind = kind.model_copy(update={"max_tip_error": max(kind.max_tip_error, allowed)})
+    elif (model or kind.order) == "full":
+        return full
+    else:
+        states = (load_states(loaded, path, kind, accept_error),)
+        reduced = reduced_robot(loaded, states[0])
+    return replace(full, robot=reduced, model=kind, states=states, reduced=reduced)
 
 
 def interpolated(setup: Setup, delay: float) -> Setup:
@@ -133,61 +158,6 @@ def interpolated(setup: Setup, delay: float) -> Setup:
     """
     service = setup.service.model_dump() | {"interpolation_delay": delay}
     return replace(setup, service=validated(ServiceSettings, service, "--interpolate"))
-
-
-def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"] | ContactBasis:
-    """Contact of a controller by name: "none", "full", or a basis that fits the robot.
-
-    Args:
-        robot: the robot.
-        path: its file.
-        name: of the basis, or of its file beside the robot file, with or without ".basis".
-
-    Raises:
-        BasisError: there is no such basis, or it was made for another robot.
-    """
-    if name == "none":
-        return "none"
-    if name == "full":
-        return "full"
-    found = ContactBasis.load(beside(path, name, BASIS))
-    found.check_robot(robot)
-    return found
-
-
-def load_states(
-    robot: Robot, path: Path, settings: ModelSettings, accept_error: bool
-) -> StateBasis:
-    """The state basis that the robot file at `path` names, or that of the robot's name beside it or shipped.
-
-    Args:
-        robot: the robot.
-        path: its file.
-        settings: the table `model` of the file.
-        accept_error: accept a larger error than the robot file allows.
-
-    Raises:
-        StateBasisError: there is none, it was made for another robot, or its error is larger than allowed.
-    """
-    states = StateBasis.load(beside(path, settings.states or robot.name, STATES))
-    states.check_robot(robot)
-    if not accept_error:
-        states.check_tip(settings.max_tip_error)
-    return states
-
-
-def beside(path: Path, name: str, suffix: str) -> Path | str:
-    """The file of this name in the folder of the robot file, where there is one; else the name.
-
-    Args:
-        path: the robot file.
-        name: of the file wanted, with or without its suffix.
-        suffix: of such files.
-    """
-    for file in (path.parent / name, path.parent / f"{name}{suffix}"):
-        if file.is_file():
-            return file
-    return name
 
 
 def warm_controller(setup: Setup) -> Controller:

@@ -30,6 +30,7 @@ ORDER = (
     "model.beams",
     "model.constraints",
     "model.robot",
+    "model.parts",
     "model.step",
     "model.simulation",
     "model.load",

@@ -38,7 +38,7 @@ def step_length_errors(setup: Setup, positions: list[Array]) -> tuple[StepLength
     """
     name, rate = setup.path, setup.robot.integration.rate
     kinds: list[tuple[str, list[Robot], bool]] = []
-    if setup.states is None:
+    if not setup.states:
         robots = [load_robot(name, rate=part * rate) for part in (1, PARTS)]
         kinds += [("one linearisation", robots, False), ("converged", robots, True)]
     try:

@@ -97,7 +97,7 @@ def _row(name: str, steps: int, model: Order | None) -> GalleryRow:
     targets = reach_targets(robot, steps + WARM_UP)
     design = exploring(robot)
     each = equilibrium_seconds(robot, design, SAMPLED)
-    origin = None if setup.states is None else setup.states.origin
+    origins = [basis.origin for basis in setup.states]
     return GalleryRow(
         robot=robot.name,
         size_mm=1e3 * robot.size,
@@ -105,11 +105,11 @@ def _row(name: str, steps: int, model: Order | None) -> GalleryRow:
         actuators=robot.n_a,
         candidates=robot.n_c,
         modes=0 if isinstance(full.contact, str) else full.contact.k,
-        state_modes=None if origin is None else origin.r,
+        state_modes=sum(one.r for one in origins) or None,
         full_ms=inverse_times(full, targets),
-        reduced_ms=None if origin is None else inverse_times(setup, targets),
-        tip_mean_mm=None if origin is None else 1e3 * origin.tip_mean,
-        tip_max_mm=None if origin is None else 1e3 * origin.tip_max,
+        reduced_ms=inverse_times(setup, targets) if origins else None,
+        tip_mean_mm=1e3 * max(one.tip_mean for one in origins) if origins else None,
+        tip_max_mm=1e3 * max(one.tip_max for one in origins) if origins else None,
         campaign_equilibria=design.size,
         campaign_s=each * design.size,
     )

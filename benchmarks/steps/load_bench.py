@@ -88,12 +88,12 @@ def _loads(name: str, progress: Progress) -> RobotLoads:
 
     setup = load_setup(name, model="reduced", accept_error=True)
     full = load_setup(name, model="full").robot
-    assert setup.reduced is not None and setup.states is not None
+    assert setup.reduced is not None
     return RobotLoads(
         robot=full.name,
         size_mm=1e3 * full.size,
-        state_modes=setup.states.origin.r,
-        sampled=setup.states.origin.sample,
+        state_modes=sum(basis.origin.r for basis in setup.states),
+        sampled=sum(basis.origin.sample for basis in setup.states),
         loads=tuple(
             LoadRow(
                 found.kind,

@@ -26,7 +26,7 @@ from tauten.reduction.campaign import (
     latin_hypercube_levels,
     payload,
 )
-from tauten.reduction.state import ReducedBody
+from tauten.reduction.state import ReducedBody, ReducedParts
 
 TILT = np.radians(20.0)  # of gravity
 POSTURES = 3  # beside rest
@@ -78,7 +78,7 @@ class ForeignLoad:
 
 def load_errors(
     full: Robot,
-    reduced: Robot[ReducedBody],
+    reduced: Robot[ReducedBody | ReducedParts],
     contact: Literal["none", "full"] | ContactSpace,
     progress: Callable[[str], None] = lambda _: None,
 ) -> tuple[ForeignLoadError, ...]:

@@ -1,6 +1,6 @@
 """Actuators of robots: rows (H, δ) with the conjugate effort λ, and the curvature that efforts add."""
 
-from tauten.model.actuators.actuator_set import ActuatorSet
+from tauten.model.actuators.actuator_set import ActuatorRows, ActuatorSet
 from tauten.model.actuators.chamber import ChamberSet, ChamberSurface, make_chambers, volumes
 from tauten.model.actuators.coupling import Coupling, coupling_of
 from tauten.model.actuators.curvature import Loads, NodalCurvature, coupled_nodes, nodal_curvature
@@ -19,10 +19,10 @@ from tauten.model.actuators.transmission import (
     TransmissionSet,
     Transmitted,
     make_transmissions,
-    second_derivative,
 )
 
 __all__ = [
+    "ActuatorRows",
     "ActuatorSet",
     "ChamberError",
     "ChamberSet",
@@ -47,6 +47,5 @@ __all__ = [
     "make_transmissions",
     "no_drives",
     "nodal_curvature",
-    "second_derivative",
     "volumes",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -18,6 +18,28 @@ from tauten.model.points import Motion, Paths
 from tauten.model.rows import Rows, stack
 
 P = TypeVar("P")
+
+
+class ActuatorRows(Protocol):
+    """What a robot asks of its actuators, over points of its body (`tauten.model.points.Motion`)."""
+
+    @property
+    def n_a(self) -> int:
+        """Number of motors, the length of λ_a."""
+
+    @property
+    def motor_coordinates(self) -> Ints:
+        """Degrees of freedom that a motor holds: those of drives and drums."""
+
+    @property
+    def segment_owners(self) -> Ints:
+        """The actuator of every segment that `segments` gives: (s,)."""
+
+    def segments(self, motion: Motion[Any]) -> Array:
+        """Segments by which cables, forces and drives are drawn: (s, 2, 3) [m], see `Robot`."""
+
+    def rows(self, motion: Motion[Any]) -> Rows:
+        """Positions δ_a and H_a: Rows of (n_a, n)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +72,11 @@ class ActuatorSet(Generic[P]):
     def n_a(self) -> int:
         """Number of motors, the length of λ_a."""
         return self.n_members if self.coupling is None else self.coupling.n_a
+
+    @property
+    def motor_coordinates(self) -> Ints:
+        """Degrees of freedom that a motor holds: those of drives and drums."""
+        return self.drives.columns
 
     @property
     def n_members(self) -> int:

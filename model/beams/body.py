@@ -115,6 +115,10 @@ class BeamBody(SparseBody[AttachedPoints]):
         """Where the nodes are at a state."""
         return PoseMotion(*self.pose(state), self.dof, self.n)
 
+    def surface_points(self, vertices: Ints) -> AttachedPoints:
+        """Points of the body at some vertices (v,) of its surfaces."""
+        return self.surfaces.contact_points.at(vertices)
+
     def points(self, state: State) -> Array:
         """Positions of what `triangles` joins: (P, 3) [m]."""
         return self.surfaces.drawn_points.place(*self.pose(state))[0]

@@ -6,6 +6,7 @@ whose nodes move freely, bodies whose nodes follow frames, bodies of beams, and 
 
 from __future__ import annotations
 
+import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 from typing_extensions import TypeVar
 
-from tauten.model.actuators import ActuatorSet
+from tauten.model.actuators import ActuatorRows
 from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
 from tauten.model.points import Motion
@@ -40,7 +41,7 @@ class Body(ABC, Generic[P]):
 
     gravity: Array
     integration: Integration
-    actuator_set: ActuatorSet[P]
+    actuator_set: ActuatorRows
 
     @property
     def h(self) -> float:
@@ -79,8 +80,17 @@ class Body(ABC, Generic[P]):
 
     @property
     @abstractmethod
+    def stored_shape(self) -> tuple[int, ...]:
+        """Shape of the values of a matrix as the body stores it."""
+
+    @property
+    @abstractmethod
     def triangles(self) -> Ints:
         """Surface as triples of `points`: (t, 3)."""
+
+    @abstractmethod
+    def surface_points(self, vertices: Ints) -> P:
+        """Points of the body at some vertices (v,) of its surfaces, by their numbers in the full robot."""
 
     @abstractmethod
     def points(self, state: State) -> Array:
@@ -89,6 +99,10 @@ class Body(ABC, Generic[P]):
     @abstractmethod
     def fork(self) -> Self:
         """The same body with a separate workspace."""
+
+    def with_integration(self, integration: Integration) -> Self:
+        """The same body with another time step or scheme."""
+        return dataclasses.replace(self, integration=integration)
 
     @abstractmethod
     def loaded(self, gravity: Array, effector_force: Array, effectors: Effectors[P]) -> Self:
@@ -187,6 +201,11 @@ class Body(ABC, Generic[P]):
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""
 
+    @property
+    def part_robots(self) -> tuple[Any, ...]:
+        """The robots of its parts, where it has several; else none."""
+        return ()
+
     def inertia_at(self, state: State) -> Array | None:
         """Centrifugal and gyroscopic forces (n,) at a state [N]; None where the mass is constant."""
         return None
@@ -194,7 +213,12 @@ class Body(ABC, Generic[P]):
     @property
     def motor_coordinates(self) -> Ints:
         """Degrees of freedom that a motor holds: those of drives and drums."""
-        return self.actuator_set.drives.columns
+        return self.actuator_set.motor_coordinates
+
+    @property
+    @abstractmethod
+    def chamber_owners(self) -> Ints:
+        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
 
     def turning_steps(self) -> Turning | None:
         """What replaces long straight steps by such that turn elements; None: nothing does. Expensive."""

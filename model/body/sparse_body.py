@@ -11,8 +11,9 @@ import numpy as np
 import scipy.sparse as sp
 from typing_extensions import TypeVar
 
+from tauten.model.actuators import ActuatorSet
 from tauten.model.body.body import Body
-from tauten.model.numerics import Array, Bools, Factorisation, FactorisationError
+from tauten.model.numerics import Array, Bools, Factorisation, FactorisationError, Ints
 from tauten.model.state import Assembled, State
 from tauten.model.system import (
     Integration,
@@ -69,6 +70,7 @@ class SparseBody(Body[P]):
             bodies that nothing holds.
     """
 
+    actuator_set: ActuatorSet[P]
     pattern: Pattern
     factorisation: Factorisation
     floating: Bools
@@ -79,9 +81,19 @@ class SparseBody(Body[P]):
         return self.pattern.n
 
     @property
+    def stored_shape(self) -> tuple[int, ...]:
+        """Shape of the values of a matrix: (nnz,)."""
+        return (len(self.pattern.indices),)
+
+    @property
     def linear_solver(self) -> str:
         """Name of the factorisation in use."""
         return self.factorisation.name
+
+    @property
+    def chamber_owners(self) -> Ints:
+        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
+        return self.actuator_set.chamber_owners(self.triangles)
 
     def fork(self) -> Self:
         """The same body with a separate factorisation workspace."""

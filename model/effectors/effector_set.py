@@ -117,5 +117,5 @@ def row_points(rows: list[int], starts: Ints) -> Entries:
     ends = zip(rows, starts[:-1].tolist(), starts[1:].tolist(), strict=True)
     points = [np.tile(np.arange(first, end), count) for count, first, end in ends]
     sizes = np.repeat(np.diff(starts), rows)
-    every = np.concatenate(points)
+    every = np.concatenate([np.zeros(0, np.int64), *points])
     return Entries(np.concatenate([[0], np.cumsum(sizes)]), every, np.zeros((len(every), 3)))

@@ -51,7 +51,7 @@ class Effectors(Generic[P_co]):
         """
         pairs = zip(self.kinds.measures, forces.reshape(-1, 3), strict=True)
         vectors = [np.outer(measure.carrier, force) for measure, force in pairs]
-        return OuterForces(self.points, np.concatenate(vectors))
+        return OuterForces(self.points, np.concatenate([np.zeros((0, 3)), *vectors]))
 
     def places(self, motion: Motion[P_co]) -> Rows:
         """Positions (3 p,) of the places where outer forces act on the effectors."""

@@ -9,6 +9,7 @@ from tauten.model.load.robot import (
     command_name,
     load_robot,
     make_robot,
+    part_path,
     robot_path,
     shipped_folder,
 )
@@ -23,6 +24,7 @@ __all__ = [
     "groups",
     "load_robot",
     "make_robot",
+    "part_path",
     "read_bodies",
     "robot_path",
     "shipped_folder",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Literal
 
 import numpy as np
 
@@ -182,19 +183,7 @@ def contact_pair(
     """
     triangles = targets[contact.candidates]
     assert isinstance(triangles, np.ndarray)
-    edge = mean_edge(vertices, triangles)
-    points = contact.points
-    if points is None:
-        area = float(triangle_areas(vertices, triangles).sum())
-        points = max(1, round(area / edge**2)) if area > 0.0 else 1
-    try:
-        nodes, weights = (
-            vertex_points(triangles)
-            if points == "vertices"
-            else spread_points(vertices, triangles, points)
-        )
-    except ValueError as error:
-        raise RobotFileError(f"{where}: {error}") from error
+    nodes, weights = candidates_on(vertices, triangles, contact.points, where)
     if contact.against != ITSELF:
         name = f"{contact.candidates or 'skin'} on {contact.against}"
         target = targets[contact.against]
@@ -202,7 +191,37 @@ def contact_pair(
             return ContactPair(name, nodes, weights, target)
         check_shape(target, np.einsum("mj,mji->mi", weights, vertices[nodes]), where)
         return ContactPair(name, nodes, weights, NO_TRIANGLES, shape=target)
+    edge = mean_edge(vertices, triangles)
     along = contact.neighbour_distance or max(EDGES_AWAY * edge, 2.0 * alarm)
     apart = neighbours_at_rest(vertices, triangles, nodes, weights, along, WALL_ALARMS * alarm)
     name = f"{contact.candidates or 'skin'} on itself"
     return ContactPair(name, nodes, weights, triangles, apart)
+
+
+def candidates_on(
+    vertices: Array,
+    triangles: Ints,
+    points: int | Literal["vertices"] | None,
+    where: str,
+) -> tuple[Ints, Array]:
+    """Vertices (m, 3) of the triangles that candidates lie in, and weights (m, 3).
+
+    Args:
+        vertices: (v, 3) at rest [m].
+        triangles: (t, 3) of the surface.
+        points: how many, one at each vertex, or one for each square of a mean edge.
+        where: file and name of the table, for errors.
+
+    Raises:
+        RobotFileError: a surface without area.
+    """
+    if points is None:
+        area = float(triangle_areas(vertices, triangles).sum())
+        edge = mean_edge(vertices, triangles)
+        points = max(1, round(area / edge**2)) if area > 0.0 else 1
+    try:
+        if points == "vertices":
+            return vertex_points(triangles)
+        return spread_points(vertices, triangles, points)
+    except ValueError as error:
+        raise RobotFileError(f"{where}: {error}") from error

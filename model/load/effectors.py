@@ -61,7 +61,8 @@ def build_nodal_effectors(
     Raises:
         RobotFileError: a point outside of the mesh, an empty region, one that has no frame or no volume.
     """
-    nodes, measures, coefficients = selector.nodes, [], []
+    nodes, measures = selector.nodes, []
+    coefficients = [sp.csr_array((0, len(nodes)))]
     for index, item in enumerate(effectors):
         measure, weights = _on_nodes(item, f"effectors.{index}", selector, place)
         measures.append(measure)

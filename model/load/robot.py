@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar
@@ -20,13 +20,17 @@ from tauten.model.load.constraints import build_constraints, constrained
 from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
 from tauten.model.load.held import loose_nodes
+from tauten.model.load.parts import LoadedPart, beam_surface, body_surface, build_parts
 from tauten.model.numerics import Bools, make_factorisation
+from tauten.model.parts import PartsBody
 from tauten.model.points import MeanPoints, NodePoints, points_at
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
     BeamConfig,
     Changes,
     MaterialSettings,
+    PartRobotConfig,
+    PartsConfig,
     RobotConfig,
     RobotFileError,
     Section,
@@ -124,14 +128,74 @@ def make_robot(contents: dict[str, Any], path: Path, changes: Changes) -> Robot:
         RobotFileError, MeshError: see `load_robot`.
     """
     raw = model_tables(contents)
+    if "parts" in raw:
+        return make_parts(contents, path, changes)
+    return make_part(contents, path, changes).robot
+
+
+def make_parts(contents: dict[str, Any], path: Path, changes: Changes) -> Robot[PartsBody]:
+    """`make_robot` of a robot file with parts.
+
+    Args:
+        contents: as of `make_robot`.
+        path: as of `make_robot`.
+        changes: as of `make_robot`; each part is changed in the same way.
+    """
+    config = validated(PartsConfig, model_tables(contents), path)
+    rate = changes.rate or config.controller.rate
+    own = changes.model_copy(update={"rate": rate})
+
+    @cache
+    def read(name: str) -> LoadedPart:
+        file = part_path(name, path)
+        return make_part(read_toml(file), file, own, PartRobotConfig)
+
+    return build_parts(config, read, str(path))
+
+
+def part_path(name: str, beside: Path) -> Path:
+    """The robot file of a part.
+
+    Args:
+        name: of the file, relative to the one that names it, or of a shipped robot.
+        beside: the robot file that names it.
+
+    Raises:
+        RobotFileError: it does not exist.
+    """
+    path = robot_path(name)
+    return beside.parent / path if name.endswith(".toml") else path
+
+
+def make_part(
+    contents: dict[str, Any], path: Path, changes: Changes, kind: type[RobotConfig] = RobotConfig
+) -> LoadedPart:
+    """Build a robot that has no parts of its own, with the surfaces that its file names.
+
+    Args:
+        contents: as of `make_robot`.
+        path: as of `make_robot`.
+        changes: as of `make_robot`.
+        kind: of the file of a robot with meshes.
+
+    Raises:
+        RobotFileError, MeshError: see `load_robot`.
+    """
+    raw = model_tables(contents)
+    if "parts" in raw:
+        raise RobotFileError(f"{path}: parts: a part of a robot has no parts of its own")
     if "beams" in raw:
         beams = changed(validated(BeamConfig, raw, path), changes, path)
         structure = read_structure(path.parent / beams.beams.file)
         for _ in range(changes.refinements):
             structure = structure.refine()
-        return build_beam_robot(beams, structure, str(path))
-    config = changed(validated(RobotConfig, raw, path), changes, path)
-    return build_robot(config, read_bodies(config, path, changes.refinements), str(path))
+        robot = build_beam_robot(beams, structure, str(path))
+        return LoadedPart(robot, partial(beam_surface, beams, structure, str(path)))
+    config = changed(validated(kind, raw, path), changes, path)
+    bodies = read_bodies(config, path, changes.refinements)
+    return LoadedPart(
+        build_robot(config, bodies, str(path)), partial(body_surface, config, bodies, str(path))
+    )
 
 
 def changed(config: C, changes: Changes, path: Path) -> C:

@@ -23,6 +23,7 @@ from tauten.model.points.entries import (
     Placed,
     dense_units,
     mapped_rows,
+    sparse_units,
 )
 from tauten.model.points.material_points import MaterialPoints, attach
 from tauten.model.points.nodes import (
@@ -68,4 +69,5 @@ __all__ = [
     "points_at",
     "segment_nodes",
     "segment_weights",
+    "sparse_units",
 ]

@@ -39,6 +39,10 @@ class AttachedPoints:
     def __len__(self) -> int:
         return len(self.nodes)
 
+    def at(self, chosen: Ints) -> AttachedPoints:
+        """Some of the points, by their numbers (c,)."""
+        return AttachedPoints(self.nodes[chosen], self.weights[chosen], self.offsets[chosen])
+
     def place(self, x: Array, Q: Array) -> tuple[Array, Array]:
         """Positions (p, 3) and weighted lever arms w_a R_a ρ_a (p, 2, 3) [m].
 

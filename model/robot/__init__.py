@@ -1,6 +1,6 @@
 """The robot that a step uses, and what of it is drawn."""
 
-from tauten.model.robot.names import names_of
+from tauten.model.robot.names import RobotNames, names_of
 from tauten.model.robot.robot import Robot
 from tauten.model.robot.skin import (
     NO_CONTACTS,
@@ -17,6 +17,7 @@ __all__ = [
     "NO_CONTACTS",
     "PushingContacts",
     "Robot",
+    "RobotNames",
     "SkinMesh",
     "names_of",
     "skin_of",

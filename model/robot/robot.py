@@ -15,7 +15,7 @@ from typing import Any, Generic
 import numpy as np
 from typing_extensions import TypeVar
 
-from tauten.model.actuators import ActuatorSet
+from tauten.model.actuators import ActuatorRows
 from tauten.model.body import Body
 from tauten.model.contact import ContactSet, contact_rows
 from tauten.model.effectors import Effectors
@@ -133,7 +133,7 @@ class Robot(Generic[B_co]):
         return self.contacts.pair_slots
 
     @property
-    def actuator_set(self) -> ActuatorSet[Any]:
+    def actuator_set(self) -> ActuatorRows:
         """Rows of the actuators."""
         return self.body.actuator_set
 
@@ -150,7 +150,7 @@ class Robot(Generic[B_co]):
     @property
     def chamber_owners(self) -> Ints:
         """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
-        return self.actuator_set.chamber_owners(self.triangles)
+        return self.body.chamber_owners
 
     def fork(self) -> Robot[B_co]:
         """The same robot with a separate workspace."""
@@ -163,8 +163,7 @@ class Robot(Generic[B_co]):
 
     def with_integration(self, integration: Integration) -> Robot[B_co]:
         """The same robot with another time step or scheme."""
-        body = dataclasses.replace(self.body, integration=integration)
-        return dataclasses.replace(self, body=body)
+        return dataclasses.replace(self, body=self.body.with_integration(integration))
 
     def with_body(
         self, body: Other, effectors: Effectors[P], contacts: ContactSet, vertices: P

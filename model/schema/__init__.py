@@ -21,6 +21,11 @@ from tauten.model.schema.contact import (
 from tauten.model.schema.digest import beam_robot_digest, differences, robot_digest
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import MaterialSettings, SolidMaterialSettings
+from tauten.model.schema.parts_file import (
+    PartsConfig,
+    PartSurfaceSettings,
+    parts_digest,
+)
 from tauten.model.schema.profile import AnyProfile, SectionSettings, TubeSettings
 from tauten.model.schema.region import (
     AnyRegion,
@@ -42,6 +47,7 @@ from tauten.model.schema.region import (
 from tauten.model.schema.robot_file import (
     ControlPeriod,
     Extrapolation,
+    PartRobotConfig,
     RobotConfig,
     RobotSettings,
     SingleActuator,
@@ -98,6 +104,9 @@ __all__ = [
     "NumberedNodes",
     "ObstacleSettings",
     "Parameters",
+    "PartRobotConfig",
+    "PartSurfaceSettings",
+    "PartsConfig",
     "Point",
     "Positive",
     "Range",
@@ -124,6 +133,7 @@ __all__ = [
     "differences",
     "in_range",
     "model_tables",
+    "parts_digest",
     "read_text",
     "read_toml",
     "robot_digest",

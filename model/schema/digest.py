@@ -91,6 +91,21 @@ def beam_robot_digest(config: BeamConfig, structure: Structure, folder: Path) ->
     )
 
 
+def joined_digest(digests: Sequence[str]) -> str:
+    """The digest of a robot of several parts from theirs, part by part of `PARTS`.
+
+    Args:
+        digests: of the parts, and last of what lies between them, which counts as contacts.
+    """
+    *robots, between = digests
+    found = []
+    for k, what in enumerate(PARTS):
+        own = [digest[k * _DIGITS : (k + 1) * _DIGITS] for digest in robots]
+        text = json.dumps([*own, between] if what == "contacts" else own)
+        found.append(hashlib.sha256(text.encode()).hexdigest()[:_DIGITS])
+    return "".join(found)
+
+
 def differences(one: str, other: str) -> str:
     """In what two robots differ by their digests, in words: "mesh and cables"; "" where they are the same."""
     size = len(PARTS) * _DIGITS

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
@@ -100,6 +100,8 @@ def model_tables(raw: dict[str, Any]) -> dict[str, Any]:
 class RobotSettings(Section):
     """The fields of the model in every robot file, for all kinds of bodies."""
 
+    is_driven: ClassVar[bool] = True  # whether it needs an actuator
+
     name: Name = Field(description="Name of the robot, part of every key on the wire.")
     frame: Name = Field(
         default="base",
@@ -169,7 +171,7 @@ class RobotSettings(Section):
         check_unique("effectors", [effector.name for effector in self.effectors])
         check_unique("obstacles", [obstacle.name for obstacle in self.obstacles])
         single = self.single_actuators
-        if not single:
+        if self.is_driven and not single:
             raise ValueError(
                 "a robot needs an actuator: a table cables, chambers, drives, forces or "
                 "transmissions"
@@ -361,6 +363,16 @@ class RobotConfig(RobotSettings):
             found += [(f"bodies.{b}.materials.{i}.region", item.region) for i, item in parts]
             found += [(f"bodies.{b}.fixed.{i}", region) for i, region in enumerate(body.fixed)]
         return found
+
+
+class PartRobotConfig(RobotConfig):
+    """The file of a part made of tetrahedra, which may be an object: without actuators and effectors."""
+
+    is_driven: ClassVar[bool] = False
+
+    effectors: list[EffectorSettings] = Field(
+        default_factory=list, description="What is to reach targets, one table each."
+    )
 
 
 def check_unique(what: str, names: list[str]) -> None:

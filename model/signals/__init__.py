@@ -17,10 +17,11 @@ from tauten.model.signals.effector_layout import (
     Pose,
     Target,
     effector_layout,
+    joined_layout,
     point_layout,
 )
 from tauten.model.signals.laws import Laws
-from tauten.model.signals.limits import Limits, limits_of
+from tauten.model.signals.limits import Limits, joined_limits, limits_of
 
 __all__ = [
     "ActuatorKind",
@@ -39,6 +40,8 @@ __all__ = [
     "actuators_of",
     "cable_actuators",
     "effector_layout",
+    "joined_layout",
+    "joined_limits",
     "limits_of",
     "point_layout",
 ]

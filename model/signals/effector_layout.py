@@ -343,19 +343,54 @@ def effector_layout(
         units.append(unit)
         weights.append(np.broadcast_to(np.asarray(item.weight, dtype=float), (rows,)))
         exact.append((weights[-1] > 0.0) & item.exact)
-    weight, unit = np.concatenate(weights), np.concatenate(units)
+    return layout_of(
+        tuple(item.name for item in effectors),
+        tuple(item.kind for item in effectors),
+        np.concatenate([np.zeros(0), *weights]),
+        np.concatenate([np.zeros(0), *units]),
+        np.concatenate([np.zeros(0, np.bool_), *exact]),
+    )
+
+
+def layout_of(
+    names: tuple[str, ...],
+    kinds: tuple[EffectorKind, ...],
+    weight: Array,
+    unit: Array,
+    exact: Bools,
+) -> EffectorLayout:
+    """The layout of effectors.
+
+    Args:
+        names: of the effectors.
+        kinds: of the effectors.
+        weight: (n_e,) of their rows.
+        unit: (n_e,) of their rows.
+        exact: (n_e,) whether a row is to meet its target exactly.
+    """
     return EffectorLayout(
-        names=tuple(item.name for item in effectors),
-        kinds=tuple(item.kind for item in effectors),
+        names=names,
+        kinds=kinds,
         weights=weight,
         units=unit,
         scale=weight * unit,
-        exact=np.concatenate(exact),
-        any_exact=bool(np.concatenate(exact).any()),
-        positions_only=all(item.kind in ("point", "centre") for item in effectors),
+        exact=exact,
+        any_exact=bool(exact.any()),
+        positions_only=all(kind in ("point", "centre") for kind in kinds),
         unweighted=bool(np.all(weight * unit == 1.0)),
-        row_starts=np.cumsum([0, *(ROWS[item.kind] for item in effectors)]),
-        value_starts=np.cumsum([0, *(VALUES[item.kind] for item in effectors)]),
+        row_starts=np.cumsum([0, *(ROWS[kind] for kind in kinds)]),
+        value_starts=np.cumsum([0, *(VALUES[kind] for kind in kinds)]),
+    )
+
+
+def joined_layout(parts: Sequence[EffectorLayout]) -> EffectorLayout:
+    """The layout of the effectors of several parts, one part after the other."""
+    return layout_of(
+        tuple(name for part in parts for name in part.names),
+        tuple(kind for part in parts for kind in part.kinds),
+        np.concatenate([part.weights for part in parts]),
+        np.concatenate([part.units for part in parts]),
+        np.concatenate([part.exact for part in parts]),
     )
 
 

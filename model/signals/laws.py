@@ -8,6 +8,7 @@ motor and what it moves there may be a spring. Which rows of a step obey which l
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +37,11 @@ class Springs:
             stretch, self.flexibility, out=np.zeros_like(stretch), where=self.flexibility > 0.0
         )
 
+    @classmethod
+    def none(cls, count: int) -> Springs:
+        """No springs at `count` actuators."""
+        return cls(np.zeros(count), np.zeros(count))
+
 
 @dataclass(frozen=True, slots=True)
 class Laws:
@@ -54,6 +60,21 @@ class Laws:
     def at(self, chosen: Ints) -> Laws:
         """Laws of some actuators, by their numbers (c,), without springs."""
         return Laws(self.bilateral[chosen], self.held_by_force[chosen])
+
+    @classmethod
+    def joined(cls, parts: Sequence[Laws]) -> Laws:
+        """Laws of the actuators of several parts, one part after the other."""
+        springs = [part.springs or Springs.none(len(part.bilateral)) for part in parts]
+        return cls(
+            np.concatenate([part.bilateral for part in parts]),
+            np.concatenate([part.held_by_force for part in parts]),
+            Springs(
+                np.concatenate([one.flexibility for one in springs]),
+                np.concatenate([one.shift for one in springs]),
+            )
+            if any(part.springs is not None for part in parts)
+            else None,
+        )
 
     def held(self, position: Array, effort: Array) -> Command:
         """What a hold keeps of positions and efforts (n_a,).

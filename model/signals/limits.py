@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -48,6 +49,13 @@ class Limits:
             self.effort_min[chosen], self.effort_max[chosen],
             self.position_min[chosen], self.position_max[chosen], self.rate[chosen],
         )  # fmt: skip
+
+
+def joined_limits(parts: Sequence[Limits]) -> Limits:
+    """The limits of the actuators of several parts, one part after the other."""
+    return Limits(
+        *(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Limits))
+    )
 
 
 def limits_of(config: RobotSettings, source: str = "robot file") -> Limits:

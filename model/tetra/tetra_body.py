@@ -10,8 +10,8 @@ from typing import Self
 from tauten.model.body import SparseBody
 from tauten.model.effectors import Effectors
 from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Array
-from tauten.model.points import MeanPoints, NodeMotion, NodePoints
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import MeanPoints, NodeMotion, NodePoints, points_at
 from tauten.model.state import State
 from tauten.model.tetra.tetrahedra import Tetrahedra
 
@@ -52,6 +52,10 @@ class TetBody(SparseBody[Points]):
     def n_elements(self) -> int:
         """Tetrahedra, of smoothed elements those that are averaged, and beams among them."""
         return self.tetrahedra.elements.n_elements
+
+    def surface_points(self, vertices: Ints) -> NodePoints:
+        """Points of the body at some nodes (v,)."""
+        return points_at(vertices)
 
     @abstractmethod
     def motion(self, state: State) -> NodeMotion:

@@ -6,6 +6,7 @@ from tauten.reduction.contact.fit import BasisMethod, BasisQuality, Fit, fit_eac
 from tauten.reduction.contact.mode_count import ChoiceError, Curve, choose_k, cross_validate, folds
 from tauten.reduction.contact.nnmf import leading_part
 from tauten.reduction.contact.pair_coverage import coverage
+from tauten.reduction.contact.parts import joined_basis
 from tauten.reduction.contact.positive_basis import METHODS, Method, factorise, factorise_each
 from tauten.reduction.contact.problems import ContactProblem, contact_problems
 from tauten.reduction.contact.reduce import (
@@ -43,6 +44,7 @@ __all__ = [
     "factorise_each",
     "fit_each",
     "folds",
+    "joined_basis",
     "leading_part",
     "make_basis",
     "provenance",

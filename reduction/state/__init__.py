@@ -5,6 +5,7 @@ from tauten.reduction.state.basis import SUFFIX, StateBasis, StateOrigin
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.model_error import TipCheck
 from tauten.reduction.state.modes import enriched, pod, responses
+from tauten.reduction.state.parts import ReducedParts, reduced_parts
 from tauten.reduction.state.reduce import (
     StateSettings,
     held_out_snapshots,
@@ -16,6 +17,7 @@ from tauten.reduction.state.robot import reduced_robot
 __all__ = [
     "ElementSample",
     "ReducedBody",
+    "ReducedParts",
     "SUFFIX",
     "StateBasis",
     "StateBasisError",
@@ -27,6 +29,7 @@ __all__ = [
     "n_elements",
     "pod",
     "reduce_states",
+    "reduced_parts",
     "reduced_robot",
     "reducible",
     "responses",

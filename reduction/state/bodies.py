@@ -27,6 +27,10 @@ def reducible(robot: Robot) -> Reducible:
     Raises:
         StateBasisError: its kind of body has no state bases.
     """
+    if robot.body.part_robots:
+        raise StateBasisError(
+            f"robot {robot.name}: state bases belong to its parts: reduce the robot file of each part"
+        )
     kind = type(robot.body)
     if kind not in REDUCIBLE:
         raise StateBasisError(

@@ -10,6 +10,7 @@ import numpy as np
 from tauten.model import ContactSpace, Ending, Robot, Simulator, State, default_enrichment
 from tauten.model.numerics import Array
 from tauten.reduction.reduced_body import ReducedBody
+from tauten.reduction.state.parts import ReducedParts
 
 STEPS = 3  # Newton steps towards equilibrium; the first one shows the error to first order
 
@@ -24,7 +25,9 @@ class TipCheck:
     """
 
     def __init__(
-        self, robot: Robot[ReducedBody], contact: Literal["none", "full"] | ContactSpace
+        self,
+        robot: Robot[ReducedBody | ReducedParts],
+        contact: Literal["none", "full"] | ContactSpace,
     ) -> None:
         """Compare this robot, with the contact model of its controller."""
         enrichment = default_enrichment(robot.tolerance)

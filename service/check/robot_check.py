@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from tauten.model import MeshError, Robot, RobotFileError, load_robot
-from tauten.model.load import build_bodies, read_bodies, robot_path
+from tauten.model.load import build_bodies, part_path, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
-from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
+from tauten.model.schema import PartsConfig, RobotConfig, model_tables, read_toml, validated
 from tauten.service.check.body_findings import body_findings, not_held, thin_walls
 from tauten.service.check.findings import Finding, Level, worst
 from tauten.service.check.mesh_error import MeshErrorEstimate, estimate_error
@@ -86,6 +86,8 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
     path = robot_path(settings.robot)
     raw = model_tables(read_toml(path))
     with one_blas_thread():
+        if "parts" in raw:
+            return check_parts(settings, path, stop, progress)
         if "beams" in raw:
             robot = load_robot(path)
             progress(0.1, "beams")
@@ -124,6 +126,52 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         return compared(settings, robot, findings, variants, make, stop, progress)
 
 
+def check_parts(
+    settings: CheckSettings, path: Path, stop: StopFlag, progress: Progress
+) -> RobotCheck:
+    """What applies to each part of a robot, every robot file once.
+
+    Args:
+        settings: what is checked.
+        path: of the robot file.
+        stop: read before each equilibrium.
+        progress: called with the share of the work just done, and what comes next.
+
+    Raises:
+        RobotFileError, MeshError: as of `check_robot`.
+    """
+    robot = load_robot(path)
+    parts = validated(PartsConfig, model_tables(read_toml(path)), path).parts
+    files = {part.robot: part_path(part.robot, path) for part in parts}
+    findings: list[Finding] = []
+    complete = True
+    for file in files.values():
+        name = file.stem
+        if not read_toml(file).get("effectors"):
+            findings.append(Finding(f"{name}: object", "fine", "its mesh is not compared"))
+            continue
+
+        found = check_robot(
+            replace(settings, robot=str(file)), stop, partial(of_part, progress, len(files), name)
+        )
+        findings += [replace(item, subject=f"{name}: {item.subject}") for item in found.findings]
+        complete = complete and found.complete
+    return RobotCheck(robot.name, tuple(findings), complete=complete, digest=robot.digest)
+
+
+def of_part(progress: Progress, count: int, name: str, share: float, what: str = "") -> None:
+    """Progress of the check of one part.
+
+    Args:
+        progress: of all parts.
+        count: of parts.
+        name: of this one.
+        share: of its work just done.
+        what: comes next.
+    """
+    progress(share / count, f"{name}: {what}")
+
+
 def parts_of(config: RobotConfig, path: Path) -> tuple[RegionParts, ...]:
     """What the regions of a robot file select.
 
@@ -147,7 +195,7 @@ def selected(name_or_path: str) -> tuple[Robot, tuple[RegionParts, ...]]:
     """
     path = robot_path(name_or_path)
     raw = model_tables(read_toml(path))
-    if "beams" in raw:
+    if "beams" in raw or "parts" in raw:
         raise RobotFileError(f"{path}: regions are drawn of robots made of tetrahedra only")
     return load_robot(path), parts_of(validated(RobotConfig, raw, path), path)
 

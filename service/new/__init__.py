@@ -2,7 +2,7 @@
 
 from tauten.service.new.cable import TENSION, NewCable, add_cable
 from tauten.service.new.make import Made, NewRobot, Trial, make_new_robot
-from tauten.service.new.meshing import LARGE, Part, read_part
+from tauten.service.new.meshing import LARGE, CadPart, read_part
 from tauten.service.new.part import PartError
 
 __all__ = [
@@ -10,7 +10,7 @@ __all__ = [
     "Made",
     "NewCable",
     "NewRobot",
-    "Part",
+    "CadPart",
     "PartError",
     "TENSION",
     "Trial",

@@ -19,7 +19,7 @@ from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
 from tauten.model.schema import NAME, RobotFileError
 from tauten.service.new.guesses import Guess, guess_fields
-from tauten.service.new.meshing import LARGE, Part, mesh_part
+from tauten.service.new.meshing import LARGE, CadPart, mesh_part
 from tauten.service.new.part import PartError
 from tauten.service.new.template import Values, robot_text
 from tauten.service.process import Interrupted, Progress, StopFlag
@@ -46,7 +46,7 @@ class NewRobot:
     """
 
     name: str
-    part: Part
+    part: CadPart
     size: float | None = None
     accuracy: float = 0.1
     young: float = 0.3e6
@@ -178,7 +178,7 @@ def compared(trials: list[Trial]) -> tuple[Trial, ...]:
 
 
 def _meshes(
-    part: Part, sizes: list[float], stop: StopFlag, progress: Progress
+    part: CadPart, sizes: list[float], stop: StopFlag, progress: Progress
 ) -> list[tuple[float, TetMesh]]:
     """Element sizes and meshes of the part, coarse to fine; without those that the mesher cannot make."""
     meshes: list[tuple[float, TetMesh]] = []

@@ -36,7 +36,7 @@ PER_CUBE = 8.5  # tetrahedra in a cube of the element size, as netgen makes them
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class CadPart:
     """A part that has been read and checked.
 
     Attributes:
@@ -68,7 +68,7 @@ class Part:
 
 def read_part(
     path: Path, unit: str, repair: bool, progress: Progress = lambda share, what="": None
-) -> Part:
+) -> CadPart:
     """Read a part and refuse what cannot be meshed.
 
     Args:
@@ -87,7 +87,7 @@ def read_part(
     kind, scale = kind_of(path), UNITS[unit]
     if kind == "tetrahedra" and not repair:
         mesh = read_mesh(path, unit)
-        return Part(path, kind, unit, float(mesh.volumes.sum()), _length(mesh.nodes))
+        return CadPart(path, kind, unit, float(mesh.volumes.sum()), _length(mesh.nodes))
     if repair and kind == "solid":
         raise PartError(f"{path}: --repair is for surfaces (STL, OBJ, PLY) and tetrahedra")
     _require("wildmeshing" if repair else "netgen", "repair" if repair else "mesh")
@@ -95,12 +95,12 @@ def read_part(
         outside = kind == "tetrahedra"
         surface = read_outside(path) if outside else read_surface(path, repair, progress)
         volume = abs(surface.volume) * scale**3
-        part = Part(
+        part = CadPart(
             path, "surface", unit, volume, _length(surface.vertices) * scale, surface, repair
         )
     else:
         volume, length = _solid_facts(path)
-        part = Part(path, kind, unit, volume * scale**3, length * scale)
+        part = CadPart(path, kind, unit, volume * scale**3, length * scale)
     if not part.volume > 0.0:
         raise PartError(f"{path}: encloses no volume")
     return part
@@ -115,7 +115,7 @@ def _require(module: str, extra: str) -> None:
         raise PartError(f"{module} is not installed; run pip install 'tauten[{extra}]'")
 
 
-def mesh_part(part: Part, size: float) -> TetMesh:
+def mesh_part(part: CadPart, size: float) -> TetMesh:
     """Tetrahedra of about one size.
 
     Args:

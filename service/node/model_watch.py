@@ -19,7 +19,7 @@ from typing import Literal
 
 from tauten.controller import Controller
 from tauten.model import ContactSpace, Robot, load_robot
-from tauten.reduction.state import ReducedBody, TipCheck
+from tauten.reduction.state import ReducedBody, ReducedParts, TipCheck
 from tauten.service.node.loop import ControlLoop
 from tauten.service.process import one_blas_thread
 from tauten.service.settings import ModelSettings
@@ -47,7 +47,7 @@ class ModelWatch:
 
     def __init__(
         self,
-        robot: Robot[ReducedBody],
+        robot: Robot[ReducedBody | ReducedParts],
         contact: Literal["none", "full"] | ContactSpace,
         settings: ModelSettings,
     ) -> None:
@@ -158,7 +158,7 @@ class FallBack:
     """
 
     watch: ModelWatch
-    reduced: Robot[ReducedBody]
+    reduced: Robot[ReducedBody | ReducedParts]
     full: Controller | None
 
     @property

@@ -50,6 +50,7 @@ NOT_RUN = {
     "tauten reduce manipulator --design plackett-burman": "hours",
     "tauten reduce manipulator --states": "hours",
     "tauten check manipulator --refinements 2": "an hour; its results are in docs/results",
+    "tauten demo examples/hand.toml": "as the demo; tests/service/test_parts runs one of parts",
     "tauten demo manipulator": "three minutes of real time; tests/e2e/gallery follows targets with it",
     "python -m benchmarks.robots.make_finger coarse": "minutes to an hour; its results are in docs/results",
     "python -m benchmarks.robots.make_finger fine": "a table of times, for a quiet machine",

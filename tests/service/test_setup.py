@@ -121,7 +121,7 @@ def test_bases_beside_a_robot_file_need_no_suffix(tmp_path: Path) -> None:
     setup = load_setup(path, model="reduced", accept_error=True)
     assert isinstance(setup.contact, ContactBasis)
     assert setup.contact.k == 5
-    assert setup.states is not None
+    assert setup.states
     assert setup.order == "reduced"
 
 
@@ -132,6 +132,6 @@ def test_bases_of_other_names_are_found_with_and_without_suffix(tmp_path: Path) 
         (tmp_path / "other.toml").write_text(tables + path.read_text())
         setup = load_setup(tmp_path / "other.toml", None, basis, "reduced", accept_error=True)
         assert isinstance(setup.contact, ContactBasis)
-        assert setup.states is not None
+        assert setup.states
     with pytest.raises(BasisError, match="no contact basis 'thumb'"):
         load_setup(path, basis="thumb")

@@ -110,6 +110,10 @@ class StrainBody(ReducedBody[AttachedPoints]):
         """The full body."""
         return self.full.body
 
+    def surface_points(self, vertices: Ints) -> AttachedPoints:
+        """Points of the body at some vertices (v,) of its surfaces."""
+        return self.beams.surface_points(vertices)
+
     def lifted(self, state: State) -> State:
         """The state of the full robot: nodes that follow the strains Φ α, and their velocities."""
         work, dof = self.moved(state.q), self.beams.dof

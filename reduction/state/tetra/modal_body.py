@@ -15,13 +15,14 @@ import numpy as np
 
 from tauten.model import Assembled, Integration, Robot, State, System
 from tauten.model.constraints import Drums
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Ints
+from tauten.model.points import points_at
 from tauten.model.tetra import TetBody
 from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
 from tauten.reduction.reduced_body import ReducedBody
 from tauten.reduction.state.tetra.actuators import ModalCurvature
 from tauten.reduction.state.tetra.arrays import Response, SampledElements, Work, make_work
-from tauten.reduction.state.tetra.body import ModeMotion, ModePoints
+from tauten.reduction.state.tetra.body import ModeMotion, ModePoints, mode_points
 from tauten.reduction.state.tetra.elements import assemble_response
 from tauten.reduction.state.tetra.energy import sampled_energy
 from tauten.reduction.state.tetra.kernels import combine
@@ -131,6 +132,10 @@ class ModalBody(ReducedBody[ModePoints]):
             gravity=full.gravity,
             load=self.E.T @ tetrahedra.load,
         )
+
+    def surface_points(self, vertices: Ints) -> ModePoints:
+        """Points of the body at some nodes (v,) of the full robot."""
+        return mode_points(self.full.body.tetrahedra, self.E, points_at(vertices))
 
     def lifted(self, state: State) -> State:
         """The state of the full robot whose deviations are Φ α."""

@@ -10,7 +10,7 @@ import pytest
 
 from tauten.controller import Controller, Status
 from tauten.model import Simulator, load_robot
-from tauten.service.new import NewRobot, Part, PartError, make_new_robot, read_part
+from tauten.service.new import CadPart, NewRobot, PartError, make_new_robot, read_part
 from tauten.service.new import part as surfaces
 from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
@@ -34,7 +34,7 @@ def write_stl(path: Path, vertices: np.ndarray, triangles: np.ndarray) -> Path:
     return path
 
 
-def read(path: Path, unit: str = "mm", repair: bool = False) -> Part:
+def read(path: Path, unit: str = "mm", repair: bool = False) -> CadPart:
     return read_part(path, unit, repair)
 
 

@@ -10,7 +10,7 @@ import pytest
 from support.robots.bodies import box_mesh
 
 from tauten.model.mesh import TetMesh
-from tauten.service.new import NewRobot, Part, make, make_new_robot, read_part
+from tauten.service.new import CadPart, NewRobot, make, make_new_robot, read_part
 from tauten.service.process import Interrupted, StopFlag
 
 SIZES = (6e-3, 5e-3)
@@ -34,7 +34,7 @@ def test_ctrl_c_in_the_equilibria_keeps_the_meshes_that_are_compared(
     pulled, calls = make._pulled, [0]
     monkeypatch.setattr(make, "_meshes", lambda part, *_: [(s, part_mesh(part)) for s in SIZES])
 
-    def part_mesh(part: Part) -> TetMesh:
+    def part_mesh(part: CadPart) -> TetMesh:
         return make.mesh_part(part, 1.0)
 
     def interrupted(*arguments: Any) -> Any:

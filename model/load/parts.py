@@ -1,0 +1,263 @@
+"""From a robot file with parts to one robot of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tauten.model.beams import build_beam_surfaces
+from tauten.model.body import Material
+from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.load.beams import build_beam_body, build_profiles
+from tauten.model.load.bodies import AnyMesh, build_bodies
+from tauten.model.load.contacts import NO_TRIANGLES, build_obstacle, candidates_on, check_shape
+from tauten.model.numerics import Array, Ints
+from tauten.model.parts import Assembly, Between, Part, PartsBody, Placement, join_parts
+from tauten.model.robot import Robot
+from tauten.model.schema import (
+    ALARM_DISTANCE,
+    BeamConfig,
+    PartsConfig,
+    PartSurfaceSettings,
+    RobotConfig,
+    RobotFileError,
+    RotationSettings,
+    Structure,
+    parts_digest,
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoadedPart:
+    """A robot, and the surfaces that its file names.
+
+    Attributes:
+        robot: the robot.
+        surface: triangles (t, 3) of a surface by name, None for the whole one; it raises a RobotFileError
+            where there is no such surface.
+    """
+
+    robot: Robot
+    surface: Callable[[str | None], Ints]
+
+
+Read = Callable[[str], LoadedPart]  # by the file of a part
+
+
+def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody]:
+    """One robot of several parts.
+
+    Args:
+        config: its file.
+        read: loads the robot of a part.
+        source: the robot file's path, for errors.
+
+    Raises:
+        RobotFileError, MeshError: a part cannot be used, or a surface is unknown.
+    """
+    gravity = np.array(config.gravity)
+    places = [
+        Placement(
+            rotation_matrix(part.rotation),
+            np.array(part.position),
+        )
+        for part in config.parts
+    ]
+    loaded = [read(part.robot) for part in config.parts]
+    robots = [
+        one.robot.fork().loaded(
+            place.into_part(gravity), np.zeros(3 * len(one.robot.effector_names))
+        )
+        for one, place in zip(loaded, places, strict=True)
+    ]
+    parts = [
+        Part(one.name, robot, place)
+        for one, robot, place in zip(config.parts, robots, places, strict=True)
+    ]
+    check_driven(parts, source)
+    own = [robot.contacts for robot in robots]
+    assembly = Assembly(
+        name=config.name,
+        frame=config.frame,
+        digest=parts_digest(config, [robot.digest for robot in robots]),
+        gravity=gravity,
+        tolerance=config.contact.tolerance,
+        alarm_distance=config.contact.alarm_distance or farthest(own, config.contact.distance),
+        distance=common_distance(own, config.contact.distance, source),
+        between=contact_between(config, parts, loaded, source),
+    )
+    return join_parts(assembly, parts)
+
+
+def check_driven(parts: Sequence[Part], source: str) -> None:
+    """Raise a RobotFileError where no part has an actuator, or none an effector."""
+    for what, count in (
+        ("an actuator", sum(part.robot.n_a for part in parts)),
+        ("an effector", sum(len(part.robot.effector_names) for part in parts)),
+    ):
+        if count == 0:
+            raise RobotFileError(f"{source}: parts: a robot needs {what}: no part has one")
+
+
+def rotation_matrix(rotation: RotationSettings | None) -> Array:
+    """A rotation (3, 3); None: there is none."""
+    if rotation is None:
+        return np.eye(3)
+    w, x, y, z = rotation.unit_quaternion
+    matrix: Array = Rotation.from_quat([x, y, z, w]).as_matrix()
+    return matrix
+
+
+def farthest(sets: Sequence[ContactSet], distance: float) -> float:
+    """The largest alarm distance of parts that have contact [m]."""
+    alarms = [one.alarm_distance for one in sets if one.n_slots > 0]
+    return max(alarms, default=ALARM_DISTANCE + distance)
+
+
+def common_distance(sets: Sequence[ContactSet], distance: float, source: str) -> float:
+    """The distance at which surfaces are held, which is that of all parts [m].
+
+    Args:
+        sets: contacts of the parts.
+        distance: in the file of all parts [m].
+        source: the robot file's path, for errors.
+
+    Raises:
+        RobotFileError: a part with contact has another one.
+    """
+    for one in sets:
+        if one.n_slots > 0 and one.distance != distance:
+            raise RobotFileError(
+                f"{source}: contact.distance is {distance:g} m, that of a part is {one.distance:g} m: write "
+                "the same into both files"
+            )
+    return distance
+
+
+def body_surface(
+    config: RobotConfig, bodies: Sequence[AnyMesh], source: str, name: str | None
+) -> Ints:
+    """Triangles (t, 3) of a surface or region of a robot with meshes, or of its whole surface.
+
+    Args:
+        config: the robot file.
+        bodies: meshes of its bodies.
+        source: the robot file's path, for errors.
+        name: of the surface or region; None: all.
+
+    Raises:
+        RobotFileError: there is no such surface.
+    """
+    selector = build_bodies(config, bodies, source).selector
+    if name is None:
+        return selector.boundary
+    if name not in selector.named:
+        raise RobotFileError(
+            f"{source}: surface {name!r} is not defined, known are "
+            f"{', '.join(sorted(selector.named)) or 'none'}"
+        )
+    return selector.boundary[selector.select_triangles(selector.named[name], f"surfaces.{name}")]
+
+
+def beam_surface(config: BeamConfig, structure: Structure, source: str, name: str | None) -> Ints:
+    """Triangles (t, 3) of a surface of a structure file, or of all of them.
+
+    Args:
+        config: the robot file.
+        structure: the structure file.
+        source: the robot file's path, for errors.
+        name: of the surface; None: all.
+
+    Raises:
+        RobotFileError: there is no such surface.
+    """
+    material = Material(**config.material.model_dump())
+    profiles = build_profiles(config, structure, material, source)
+    body = build_beam_body(structure, profiles, material, source)
+    named = build_beam_surfaces(structure, profiles, body)[1]
+    if name is None:
+        return np.concatenate([np.zeros((0, 3), np.int64), *named.values()])
+    if name not in named:
+        raise RobotFileError(
+            f"{source}: surface {name!r} is not defined, known are {', '.join(sorted(named)) or 'none'}"
+        )
+    return named[name]
+
+
+def contact_between(
+    config: PartsConfig, parts: Sequence[Part], loaded: Sequence[LoadedPart], source: str
+) -> Between:
+    """Contact between parts.
+
+    Args:
+        config: the robot file.
+        parts: the parts.
+        loaded: the same with their surfaces.
+        source: the robot file's path, for errors.
+
+    Raises:
+        RobotFileError: a surface is unknown or has no area, an obstacle is none.
+    """
+    names = [part.name for part in parts]
+    surfaces: dict[tuple[int, str | None], Ints] = {}
+
+    def triangles(side: PartSurfaceSettings) -> tuple[int, Ints]:
+        key = names.index(side.part), side.surface
+        if key not in surfaces:
+            surfaces[key] = loaded[key[0]].surface(side.surface)
+        return key[0], surfaces[key]
+
+    sides = [
+        (
+            contact,
+            triangles(contact.candidates),
+            None if isinstance(contact.against, str) else triangles(contact.against),
+        )
+        for contact in config.contacts
+    ]
+    none = np.zeros(0, dtype=np.int64)
+    used = [
+        np.unique(
+            np.concatenate(
+                [none, *(ids.ravel() for (own, _), ids in surfaces.items() if own == number)]
+            )
+        )
+        for number in range(len(parts))
+    ]
+    first = np.cumsum([0, *(len(ids) for ids in used)])
+
+    def renumbered(side: tuple[int, Ints]) -> Ints:
+        number, ids = side
+        own: Ints = np.searchsorted(used[number], ids) + first[number]
+        return own
+
+    at_rest = np.concatenate([np.zeros((0, 3)), *map(vertices_at_rest, parts, used)])
+    obstacles = {one.name: build_obstacle(one, source) for one in config.obstacles}
+    pairs = []
+    for index, (contact, candidates, against) in enumerate(sides):
+        where, own = f"{source}: contacts.{index}", renumbered(candidates)
+        nodes, weights = candidates_on(at_rest, own, contact.points, where)
+        name = f"{side_name(contact.candidates)} on {side_name(contact.against)}"
+        if against is not None:
+            pairs.append(ContactPair(name, nodes, weights, renumbered(against)))
+            continue
+        assert isinstance(contact.against, str)
+        shape = obstacles[contact.against]
+        check_shape(shape, np.einsum("mj,mji->mi", weights, at_rest[nodes]), where)
+        pairs.append(ContactPair(name, nodes, weights, NO_TRIANGLES, shape=shape))
+    return Between(tuple(used), tuple(pairs))
+
+
+def vertices_at_rest(part: Part, ids: Ints) -> Array:
+    """Positions (v, 3) of vertices of a part in the robot's frame at rest [m]."""
+    robot = part.robot
+    placed = robot.motion(robot.rest()).placed(robot.body.surface_points(ids))
+    return part.placement.points(placed.y)
+
+
+def side_name(side: PartSurfaceSettings | str) -> str:
+    """What one side of a contact is called."""
+    return side if isinstance(side, str) else f"{side.part}.{side.surface or 'skin'}"

@@ -1,0 +1,20 @@
+"""Robots of several parts, each with unknowns, forces and bases of its own."""
+
+from tauten.model.parts.assembly import Assembly, Between
+from tauten.model.parts.body import PartsBody
+from tauten.model.parts.join import join_parts
+from tauten.model.parts.motion import PartsPoints
+from tauten.model.parts.part import Part
+from tauten.model.parts.placement import Placement
+from tauten.model.parts.spans import joined_state
+
+__all__ = [
+    "Assembly",
+    "Between",
+    "Part",
+    "PartsBody",
+    "PartsPoints",
+    "Placement",
+    "join_parts",
+    "joined_state",
+]

@@ -1,0 +1,395 @@
+"""The body of a robot of several parts: A is block-diagonal, each block is that of a part.
+
+    W = h² Σ_p H_p A_p⁻¹ H_pᵀ
+
+A part's forces, matrices and states are computed by its own body, in the part's own frame, where gravity is
+turned instead of the part. Parts act on each other through rows only: contact.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+
+from tauten.model.body import Body, Turning
+from tauten.model.effectors import Effectors
+from tauten.model.numerics import Array, Factorisation, Ints
+from tauten.model.parts.actuators import PartsActuators
+from tauten.model.parts.assembly import Assembly
+from tauten.model.parts.factors import BlockFactors
+from tauten.model.parts.motion import PartsMotion, PartsPoints, slices
+from tauten.model.parts.part import Part
+from tauten.model.parts.spans import Spans, joined_state, of_part, scheme_of_part
+from tauten.model.robot import Robot
+from tauten.model.state import Assembled, State, StepStart
+from tauten.model.system import Integration, System
+
+
+@dataclass(frozen=True, slots=True)
+class PartsAssembled(Assembled):
+    """Forces and tangents of each part; attributes beside those of `Assembled`.
+
+    Attributes:
+        parts: as the body of each part assembled it.
+    """
+
+    parts: tuple[Assembled, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartsBody(Body[PartsPoints]):
+    """A body of several parts. A matrix is stored as the values of every part, one after the other.
+
+    Attributes, beside those of every body:
+        parts: the parts.
+        assembly: what makes one robot of them.
+        spans: where their numbers are.
+        extent: diagonal of the bounding box of all parts at rest [m].
+    """
+
+    actuator_set: PartsActuators
+    parts: tuple[Part, ...]
+    assembly: Assembly
+    spans: Spans
+    extent: float
+
+    @property
+    def bodies(self) -> list[Body[Any]]:
+        """The body of each part."""
+        return [part.robot.body for part in self.parts]
+
+    @property
+    def part_robots(self) -> tuple[Robot, ...]:
+        """The robots of its parts."""
+        return tuple(part.robot for part in self.parts)
+
+    @property
+    def n(self) -> int:
+        """Free degrees of freedom of all parts."""
+        return int(self.spans.columns[-1].stop)
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes of all parts, fixed ones included."""
+        return sum(body.n_nodes for body in self.bodies)
+
+    @property
+    def n_elements(self) -> int:
+        """Finite elements of all parts."""
+        return sum(body.n_elements for body in self.bodies)
+
+    @property
+    def moving_mass(self) -> float:
+        """Mass of all nodes that are not fixed [kg]."""
+        return sum(body.moving_mass for body in self.bodies)
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the bounding box of all parts at rest [m]."""
+        return self.extent
+
+    @property
+    def linear_solver(self) -> str:
+        """Names of the solvers of all parts."""
+        return " and ".join(dict.fromkeys(body.linear_solver for body in self.bodies))
+
+    @property
+    def stored_shape(self) -> tuple[int, ...]:
+        """Shape of the values of a matrix: (Σ,)."""
+        return (int(self.spans.stored[-1].stop),)
+
+    @property
+    def triangles(self) -> Ints:
+        """Surfaces of all parts as triples of `points`: (t, 3)."""
+        counts = [len(part.robot.points(part.robot.rest())) for part in self.parts]
+        pairs = zip(self.bodies, slices(counts), strict=True)
+        return np.concatenate([body.triangles + span.start for body, span in pairs])
+
+    @property
+    def chamber_owners(self) -> Ints:
+        """The actuator whose chamber each triangle of the surface encloses, −1 where none: (t,)."""
+        pairs = zip(self.bodies, self.actuator_set.spans, strict=True)
+        found = [(body.chamber_owners, span.start) for body, span in pairs]
+        return np.concatenate([np.where(own >= 0, own + first, -1) for own, first in found])
+
+    def surface_points(self, vertices: Ints) -> PartsPoints:
+        """No points: surfaces belong to the parts."""
+        raise NotImplementedError("surfaces belong to the parts of a robot")
+
+    def points(self, state: State) -> Array:
+        """Positions of what `triangles` joins: (P, 3) [m]."""
+        pairs = zip(self.parts, self.states(state), strict=True)
+        return np.concatenate(
+            [part.placement.points(part.robot.points(own)) for part, own in pairs]
+        )
+
+    def fork(self) -> PartsBody:
+        """The same body with separate workspaces."""
+        parts = tuple(part.made_of(part.robot.fork()) for part in self.parts)
+        return dataclasses.replace(self, parts=parts)
+
+    def with_integration(self, integration: Integration) -> PartsBody:
+        """The same body with another time step; parts that are static remain so."""
+        pairs = zip(self.parts, self.schemes(integration), strict=True)
+        parts = tuple(part.made_of(part.robot.with_integration(own)) for part, own in pairs)
+        return dataclasses.replace(self, parts=parts, integration=integration)
+
+    def loaded(
+        self, gravity: Array, effector_force: Array, effectors: Effectors[PartsPoints]
+    ) -> PartsBody:
+        """The body under other loads.
+
+        Args:
+            gravity: (3,) [m/s²].
+            effector_force: (3 p,) forces on effectors [N].
+            effectors: those of all parts.
+        """
+        forces = effector_force.reshape(-1, 3)
+        spans = slices([len(part.robot.effector_names) for part in self.parts])
+        parts = tuple(
+            part.made_of(
+                part.robot.loaded(
+                    part.placement.into_part(gravity),
+                    part.placement.into_part(forces[span]).ravel(),
+                )
+            )
+            for part, span in zip(self.parts, spans, strict=True)
+        )
+        return dataclasses.replace(self, gravity=gravity, parts=parts)
+
+    def rest(self) -> State:
+        """The stress-free state at standstill."""
+        return joined_state([body.rest() for body in self.bodies])
+
+    def states(self, state: State) -> list[State]:
+        """The state of each part."""
+        spans = self.spans
+        every = zip(spans.configuration, spans.columns, spans.memory, strict=True)
+        return [State(state.q[q], state.v[v], state.memory[memory]) for q, v, memory in every]
+
+    def values(self, stored: Array) -> list[Array]:
+        """Values of a matrix of each part, as its body stores them."""
+        pairs = zip(self.spans.stored, self.spans.shapes, strict=True)
+        return [stored[span].reshape(shape) for span, shape in pairs]
+
+    def motion(self, state: State) -> PartsMotion:
+        """Where the points of all parts are at a state."""
+        pairs = zip(self.bodies, self.states(state), strict=True)
+        return PartsMotion(tuple(body.motion(own) for body, own in pairs), self.spans.columns)
+
+    def displacement(self, state: State, dq: Array) -> float:
+        """Largest displacement of a node in a change dq (n,) of the configuration at a state [m]."""
+        every = zip(self.bodies, self.states(state), self.spans.columns, strict=True)
+        return max(body.displacement(own, dq[span]) for body, own, span in every)
+
+    def advance(self, state: State, system: System, dv: Array) -> State:
+        """The state one step later: of every part by its body.
+
+        Args:
+            state: before the step.
+            system: of the step.
+            dv: (n,) change of velocity [m/s].
+        """
+        every = zip(self.bodies, self.states(state), self.spans.columns, strict=True)
+        return joined_state(
+            [body.advance(own, of_part(system, span), dv[span]) for body, own, span in every]
+        )
+
+    def forces(
+        self, state: State, effort: Array | None = None, exact: bool = False
+    ) -> tuple[Array, Array]:
+        """Forces without actuators and contacts (n,) [N], and K of every part.
+
+        Args:
+            state: where to evaluate.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangents.
+            exact: exact derivatives rather than positive semidefinite tangents.
+        """
+        every = zip(self.bodies, self.states(state), self.actuator_set.split(effort), strict=True)
+        found = [body.forces(own, part, exact) for body, own, part in every]
+        force, K = zip(*found, strict=True)
+        return np.concatenate(force), np.concatenate([values.ravel() for values in K])
+
+    def schemes(self, given: Integration | None) -> list[Integration]:
+        """The scheme of each part in a step of all, see `scheme_of_part`."""
+        whole, taken = self.integration, given or self.integration
+        return [scheme_of_part(body.integration, whole, taken) for body in self.bodies]
+
+    def assemble(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> PartsAssembled:
+        """Forces and tangents of every part at a state.
+
+        Args:
+            state: where steps start.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: another scheme than the body's, see `scheme_of_part`.
+        """
+        every = zip(
+            self.bodies,
+            self.states(state),
+            self.actuator_set.split(effort),
+            self.schemes(integration),
+            strict=True,
+        )
+        return PartsAssembled(
+            state, effort, tuple(body.assemble(own, lam, one) for body, own, lam, one in every)
+        )
+
+    def system(self, assembled: Assembled, integration: Integration) -> System:
+        """The system of one step of all parts, see `Body`."""
+        assert isinstance(assembled, PartsAssembled)
+        every = zip(self.bodies, assembled.parts, self.schemes(integration), strict=True)
+        found = [body.system(own, scheme) for body, own, scheme in every]
+        tangents = [system.tangent.ravel() for system in found if system.tangent is not None]
+        return System(
+            h=integration.h,
+            v=np.concatenate([system.v for system in found]),
+            v_free=np.concatenate([system.v_free for system in found]),
+            residual=float(np.linalg.norm([system.residual for system in found])),
+            factorisation=self.blocks([system.factorisation for system in found]),
+            exact=all(system.exact for system in found),
+            tangent=np.concatenate(tangents) if len(tangents) == len(found) else None,
+            straight=any(system.straight for system in found),
+            semidefinite=max(system.semidefinite for system in found),
+        )
+
+    def blocks(self, factors: list[Factorisation]) -> BlockFactors:
+        """Factors of each part as those of all parts."""
+        spans = self.spans
+        return BlockFactors(
+            tuple(factors), spans.columns, spans.stored, spans.shapes, self.linear_solver
+        )
+
+    def factors(self) -> Factorisation:
+        """Workspaces for factors of the matrix of each part."""
+        return self.blocks([body.factors() for body in self.bodies])
+
+    def masses(self, state: State) -> Array:
+        """The mass matrix of each part at a state, as its body stores matrices."""
+        stored = np.zeros(self.stored_shape)
+        every = zip(self.bodies, self.states(state), self.values(stored), strict=True)
+        for body, own, values in every:
+            body.add_mass(values, body.masses(own))
+        return stored
+
+    def matrix(self, values: Array) -> sp.csc_array | Array:
+        """A block-diagonal matrix (n, n) from values as `forces` and `masses` give them."""
+        pairs = zip(self.bodies, self.values(values), strict=True)
+        blocks = [body.matrix(own) for body, own in pairs]
+        if any(sp.issparse(block) for block in blocks):
+            return sp.csc_array(sp.block_diag(blocks, format="csc"))
+        dense: Array = scipy.linalg.block_diag(*blocks)
+        return dense
+
+    def add_mass(self, values: Array, mass: Array) -> None:
+        """Add what `masses` gives to a matrix as the body stores it."""
+        values += mass
+
+    def damping_at(self, state: State, scheme: Integration) -> tuple[Array | None, Array]:
+        """Forces (n,) of viscous materials' memory [N] or None, and C without a M of every part."""
+        every = zip(self.bodies, self.states(state), self.schemes(scheme), strict=True)
+        found = [body.damping_at(own, one) for body, own, one in every]
+        stored = np.concatenate([values.ravel() for _, values in found])
+        return self.forces_of([force for force, _ in found]), stored
+
+    def inertia_at(self, state: State) -> Array | None:
+        """Centrifugal and gyroscopic forces (n,) at a state [N]; None where every mass is constant."""
+        pairs = zip(self.bodies, self.states(state), strict=True)
+        return self.forces_of([body.inertia_at(own) for body, own in pairs])
+
+    def forces_of(self, forces: list[Array | None]) -> Array | None:
+        """Forces (n,) of those of each part, where None are zero; None where all are."""
+        if all(force is None for force in forces):
+            return None
+        total = np.zeros(self.n)
+        for span, force in zip(self.spans.columns, forces, strict=True):
+            if force is not None:
+                total[span] = force
+        return total
+
+    def turning_steps(self) -> Turning | None:
+        """What replaces long straight steps by such that turn elements; None: nothing does. Expensive."""
+        every = [body.turning_steps() for body in self.bodies]
+        if all(one is None for one in every):
+            return None
+
+        def turned(state: State, u: Array) -> Array:
+            steps = zip(every, self.states(state), self.spans.columns, strict=True)
+            return np.concatenate(
+                [u[span] if one is None else one(own, u[span]) for one, own, span in steps]
+            )
+
+        return turned
+
+    def inverted(self, state: State) -> int:
+        """Number of elements that are turned inside out."""
+        pairs = zip(self.bodies, self.states(state), strict=True)
+        return sum(body.inverted(own) for body, own in pairs)
+
+    def potential(self, state: State) -> float:
+        """Elastic energy minus the work of gravity and outer forces since rest [J]."""
+        pairs = zip(self.bodies, self.states(state), strict=True)
+        return sum(body.potential(own) for body, own in pairs)
+
+    def stored(self, state: State) -> float:
+        """Energy stored in the memory of viscous materials [J]."""
+        pairs = zip(self.bodies, self.states(state), strict=True)
+        return sum(body.stored(own) for body, own in pairs)
+
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step [m/s], [rad/s]."""
+        every = zip(self.bodies, self.states(start), self.states(end), strict=True)
+        return np.concatenate([body.velocity(one, other) for body, one, other in every])
+
+    def at_end(self, start: State, end: State, force: Array) -> Array:
+        """Forces (n,) at the end of a step that do the work of given ones at its start [N].
+
+        Args:
+            start: of the step.
+            end: of the step.
+            force: (n,) forces that do work on displacements v h [N].
+        """
+        every = zip(
+            self.bodies, self.states(start), self.states(end), self.spans.columns, strict=True
+        )
+        return np.concatenate(
+            [body.at_end(one, other, force[span]) for body, one, other, span in every]
+        )
+
+    def damping_at_end(self, start: StepStart, K: Array) -> Array:
+        """Second derivative of ½ vᵀ C v by v h at the end of a step, see `Body`."""
+        every = zip(self.bodies, self.starts(start), self.values(K), strict=True)
+        return np.concatenate([body.damping_at_end(one, own).ravel() for body, one, own in every])
+
+    def step_start(self, state: State) -> StepStart:
+        """The start of a step that is iterated, see `Body`; each part has damping of its own."""
+        pairs = zip(self.bodies, self.states(state), strict=True)
+        starts = [body.step_start(own) for body, own in pairs]
+        return StepStart(
+            state,
+            self.integration,
+            self.masses(state),
+            np.concatenate([start.damping.ravel() for start in starts]),
+            np.concatenate([start.force for start in starts]),
+        )
+
+    def starts(self, start: StepStart) -> list[StepStart]:
+        """The start of an iterated step of each part."""
+        every = zip(
+            self.states(start.state),
+            self.schemes(start.integration),
+            self.values(start.mass),
+            self.values(start.damping),
+            self.spans.columns,
+            strict=True,
+        )
+        return [
+            StepStart(state, scheme, mass, damping, start.force[span])
+            for state, scheme, mass, damping, span in every
+        ]

@@ -1,0 +1,137 @@
+"""From parts to one robot, in which a step is a step of all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tauten.model.contact import ContactPair, ContactSet, Shape
+from tauten.model.numerics import Array
+from tauten.model.parts.actuators import PartsActuators
+from tauten.model.parts.assembly import Assembly, Between
+from tauten.model.parts.body import PartsBody
+from tauten.model.parts.effectors import parts_effectors
+from tauten.model.parts.motion import PartsPoints, PointsOfPart, slices
+from tauten.model.parts.part import Part
+from tauten.model.parts.placement import Placement
+from tauten.model.parts.spans import spans_of
+from tauten.model.robot import Robot, RobotNames
+from tauten.model.signals import Actuators, Laws, joined_limits
+from tauten.model.system import Integration
+
+
+def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
+    """One robot of several parts.
+
+    Args:
+        assembly: what makes one robot of them.
+        parts: each under the gravity of its own frame, all with one time step.
+    """
+    effectors = parts_effectors(parts)
+    robots = [part.robot for part in parts]
+    return Robot(
+        names=RobotNames(assembly.name, assembly.frame, effectors.kinds.layout.names),
+        digest=assembly.digest,
+        tolerance=assembly.tolerance,
+        actuators=Actuators(
+            names=tuple(part.named(name) for part in parts for name in part.robot.actuators.names),
+            kinds=tuple(kind for robot in robots for kind in robot.actuators.kinds),
+            laws=Laws.joined([robot.actuators.laws for robot in robots]),
+        ),
+        limits=joined_limits([robot.limits for robot in robots]),
+        effectors=effectors,
+        contacts=parts_contacts(assembly, parts),
+        vertices=contact_vertices(assembly.between, parts),
+        body=parts_body(assembly, parts),
+    )
+
+
+def parts_body(assembly: Assembly, parts: Sequence[Part]) -> PartsBody:
+    """The body of several parts, see `join_parts`."""
+    robots = [part.robot for part in parts]
+    spans, placements = (
+        spans_of([robot.body for robot in robots]),
+        tuple(part.placement for part in parts),
+    )
+    at_rest = [part.placement.points(part.robot.points(part.robot.rest())) for part in parts]
+    return PartsBody(
+        gravity=assembly.gravity,
+        integration=joined_integration([robot.integration for robot in robots]),
+        actuator_set=PartsActuators(
+            tuple(robot.actuator_set for robot in robots), placements, spans.columns
+        ),
+        parts=tuple(parts),
+        assembly=assembly,
+        spans=spans,
+        extent=float(np.linalg.norm(np.ptp(np.concatenate(at_rest), axis=0))),
+    )
+
+
+def joined_integration(schemes: Sequence[Integration]) -> Integration:
+    """The scheme of all parts: static where all are, damped where one is."""
+    return Integration(
+        rate=schemes[0].rate,
+        static=all(scheme.static for scheme in schemes),
+        rayleigh_mass=max(scheme.rayleigh_mass for scheme in schemes),
+        rayleigh_stiffness=max(scheme.rayleigh_stiffness for scheme in schemes),
+        viscous=any(scheme.viscous for scheme in schemes),
+    )
+
+
+def contact_vertices(between: Between, parts: Sequence[Part]) -> PartsPoints:
+    """Vertices of the contacts within each part, then those of the contacts between parts."""
+    within = [
+        PointsOfPart(number, part.robot.vertices, part.placement)
+        for number, part in enumerate(parts)
+    ]
+    touching = [
+        PointsOfPart(number, part.robot.body.surface_points(ids), part.placement)
+        for number, (part, ids) in enumerate(zip(parts, between.vertices, strict=True))
+        if len(ids) > 0
+    ]
+    return PartsPoints((*within, *touching))
+
+
+def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
+    """Contacts within each part, then those between parts, over `contact_vertices`."""
+    sets, pairs = [part.robot.contacts for part in parts], []
+    for part, own, span in zip(parts, sets, slices([one.n_vertices for one in sets]), strict=True):
+        for pair in own.pairs:
+            shape = pair.shape and PlacedShape(pair.shape, part.placement)
+            pairs.append(replace(moved(pair, f"{part.name}: {pair.name}", span.start), shape=shape))
+    first = sum(one.n_vertices for one in sets)
+    pairs += [moved(pair, pair.name, first) for pair in assembly.between.pairs]
+    count = first + sum(len(ids) for ids in assembly.between.vertices)
+    return ContactSet(pairs, count, assembly.alarm_distance, assembly.distance)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedShape:
+    """An obstacle of a part in the robot's frame; a `Shape`.
+
+    Attributes:
+        own: the shape in the part's frame.
+        placement: where that stands.
+    """
+
+    own: Shape
+    placement: Placement
+
+    def closest(self, points: Array) -> tuple[Array, Array]:
+        """Signed distances (m,) of points (m, 3) to it [m], and their gradients (m, 3)."""
+        place = self.placement
+        gap, normal = self.own.closest(place.into_part(points - place.position))
+        return gap, place.vectors(normal)
+
+
+def moved(pair: ContactPair, name: str, first: int) -> ContactPair:
+    """A pair over other vertices.
+
+    Args:
+        pair: over vertices from 0 on.
+        name: of the moved one.
+        first: number of its vertex 0.
+    """
+    return replace(pair, name=name, nodes=pair.nodes + first, triangles=pair.triangles + first)

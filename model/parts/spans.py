@@ -1,0 +1,88 @@
+"""Where the numbers of each part are among those of all parts."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tauten.model.body import Body
+from tauten.model.numerics import NoFactors
+from tauten.model.parts.motion import slices
+from tauten.model.state import State
+from tauten.model.system import Integration, System
+
+
+@dataclass(frozen=True, slots=True)
+class Spans:
+    """Where each part's numbers are among those of all parts.
+
+    Attributes:
+        columns: unknowns.
+        configuration: numbers in `State.q`, and
+        memory: in `State.memory`.
+        stored: values of a matrix as bodies store them.
+        shapes: of these.
+    """
+
+    columns: tuple[slice, ...]
+    configuration: tuple[slice, ...]
+    memory: tuple[slice, ...]
+    stored: tuple[slice, ...]
+    shapes: tuple[tuple[int, ...], ...]
+
+
+def spans_of(bodies: Sequence[Body[Any]]) -> Spans:
+    """Where the numbers of some bodies are, one after the other."""
+    rest = [body.rest() for body in bodies]
+    shapes = tuple(body.stored_shape for body in bodies)
+    return Spans(
+        columns=slices([body.n for body in bodies]),
+        configuration=slices([len(state.q) for state in rest]),
+        memory=slices([len(state.memory) for state in rest]),
+        stored=slices([int(np.prod(shape)) for shape in shapes]),
+        shapes=shapes,
+    )
+
+
+def scheme_of_part(own: Integration, whole: Integration, given: Integration) -> Integration:
+    """The scheme of a part in a step of all parts.
+
+    A part is static or dynamic as its file says, unless the step asks for another scheme than the robot's.
+
+    Args:
+        own: of the part.
+        whole: of the robot.
+        given: of the step.
+    """
+    static = own.static if given.static == whole.static else given.static
+    return dataclasses.replace(
+        own,
+        rate=given.rate,
+        static=static,
+        semidefinite=given.semidefinite,
+        ahead=given.ahead and not static,
+    )
+
+
+def joined_state(states: list[State]) -> State:
+    """The state of all parts."""
+    return State(
+        np.concatenate([state.q for state in states]),
+        np.concatenate([state.v for state in states]),
+        np.concatenate([state.memory for state in states]),
+    )
+
+
+def of_part(system: System, span: slice) -> System:
+    """The velocities of one part in a system of all, for its `Body.advance`."""
+    return dataclasses.replace(
+        system,
+        v=system.v[span],
+        v_free=system.v_free[span],
+        factorisation=NoFactors(),
+        tangent=None,
+    )

@@ -1,0 +1,139 @@
+"""The file of a robot of several parts, each of which has a robot file of its own."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from tauten.model.schema.body import RotationSettings
+from tauten.model.schema.contact import ContactRange, ObstacleSettings
+from tauten.model.schema.digest import joined_digest
+from tauten.model.schema.robot_file import ControlPeriod, Gravity, check_unique
+from tauten.model.schema.section import Name, Point, Section
+
+
+class PartSettings(Section):
+    """A part of a robot: a robot file, and where its frame stands."""
+
+    name: Name = Field(
+        description="Name of the part, used once. Its actuators and effectors are called by it and their own "
+        "names: part_actuator."
+    )
+    robot: str = Field(
+        description="Robot file of the part, beside this one, or name of a shipped robot. It has its own "
+        "bases, scheme and damping; gravity and control rate are those of this file."
+    )
+    rotation: RotationSettings | None = Field(
+        default=None, description="Rotation about the origin of the part's frame; by default none."
+    )
+    position: Point = Field(
+        default=(0.0, 0.0, 0.0),
+        description="Where the origin of the part's frame stands [m], by default in this robot's origin.",
+    )
+
+
+class PartSurfaceSettings(Section):
+    """A surface of a part."""
+
+    part: Name = Field(description="Name of the part.")
+    surface: Name | None = Field(
+        default=None,
+        description="Name of a surface or region of the part's file; by default the whole surface.",
+    )
+
+
+class PartContactSettings(Section):
+    """Candidate points spread over a surface of one part against another part or an obstacle."""
+
+    candidates: PartSurfaceSettings = Field(
+        description="Surface that the candidates are spread over."
+    )
+    against: PartSurfaceSettings | Name = Field(
+        description="Surface of another part, or name of an obstacle, that they may touch."
+    )
+    points: Annotated[int, Field(ge=1, le=100_000)] | Literal["vertices"] | None = Field(
+        default=None,
+        description="Number of candidates, or `vertices` for one at each vertex of the surface; by default "
+        "one for each square of a mean edge.",
+    )
+
+
+class PartsConfig(Section):
+    """The file of a robot of several parts; they act on each other by contact."""
+
+    name: Name = Field(description="Name of the robot, part of every key on the wire.")
+    frame: Name = Field(
+        default="base",
+        description="Name of the robot's frame, in the headers of messages; by default base.",
+    )
+    gravity: Gravity = Field(
+        default=(0.0, 0.0, -9.81),
+        description="Acceleration of gravity [m/s²], by default 9.81 along −z.",
+    )
+    parts: Annotated[list[PartSettings], Field(min_length=1)] = Field(
+        description="The parts, one table each."
+    )
+    contacts: tuple[PartContactSettings, ...] = Field(
+        default=(),
+        description="What may touch beside the contacts that each part has within itself, one table each; "
+        "by default nothing.",
+    )
+    obstacles: tuple[ObstacleSettings, ...] = Field(
+        default=(), description="Shapes that stand still, one table each; by default none."
+    )
+    contact: ContactRange = Field(
+        default=ContactRange(),
+        description="Distances of contact handling; the alarm distance by default the largest of the parts.",
+    )
+    controller: ControlPeriod = Field(
+        default=ControlPeriod(), description="Control rate and inverse control."
+    )
+
+    @model_validator(mode="after")
+    def _names(self) -> Self:
+        check_unique("parts", [part.name for part in self.parts])
+        check_unique("obstacles", [one.name for one in self.obstacles])
+        parts = {part.name for part in self.parts}
+        obstacles = {one.name for one in self.obstacles}
+        for index, contact in enumerate(self.contacts):
+            for side in (contact.candidates, contact.against):
+                if isinstance(side, str):
+                    known, name = obstacles, side
+                else:
+                    known, name = parts, side.part
+                if name not in known:
+                    what = "obstacle" if isinstance(side, str) else "part"
+                    raise ValueError(
+                        f"contacts.{index}: there is no {what} {name!r}, known are "
+                        f"{', '.join(sorted(known)) or 'none'}"
+                    )
+            if (
+                not isinstance(contact.against, str)
+                and contact.against.part == contact.candidates.part
+            ):
+                raise ValueError(
+                    f"contacts.{index}: both surfaces belong to part {contact.against.part!r}; contact "
+                    "within a part stands in the file of the part"
+                )
+        return self
+
+
+def parts_digest(config: PartsConfig, parts: Sequence[str]) -> str:
+    """The digest of a robot of several parts: what its contact forces depend on.
+
+    Args:
+        config: the robot file.
+        parts: digests of its parts.
+    """
+    places = [part.model_dump(exclude={"robot", "name"}) for part in config.parts]
+    touching = [
+        *(item.model_dump() for item in config.contacts),
+        *(item.model_dump() for item in config.obstacles),
+        config.contact.model_dump(exclude={"tolerance"}),
+    ]
+    text = json.dumps([places, touching, [part.name for part in config.parts]])
+    return joined_digest([*parts, hashlib.sha256(text.encode()).hexdigest()])

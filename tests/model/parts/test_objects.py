@@ -1,0 +1,181 @@
+"""Robots of parts from files: objects, contact between parts, obstacles, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from support.robots.bodies import box_mesh
+
+from tauten.model import Robot, RobotFileError, Simulator, load_robot
+
+EDGE, DENSITY = 0.02, 2000.0
+WEIGHT = DENSITY * EDGE**3 * 9.81  # N
+
+CUBE = """
+name = "cube"
+[[bodies]]
+name = "block"
+rigid = true
+free = true
+mesh = { file = "cube.vtu" }
+material = { young_modulus = 1e8, poisson_ratio = 0.3, density = 2000.0 }
+[[surfaces]]
+name = "below"
+box = { lower = [-1.0, -1.0, -1.0], upper = [1.0, 1.0, 1.0] }
+normal = [0.0, 0.0, -1.0]
+"""
+CUSHION = """
+name = "cushion"
+mesh = { file = "cushion.vtu" }
+material = { young_modulus = 2e5, poisson_ratio = 0.3, density = 1000.0 }
+integration = { scheme = "quasi-static" }
+fixed = [{ lower = [-1.0, -1.0, -1e-6], upper = [1.0, 1.0, 1e-6] }]
+[[effectors]]
+name = "top"
+point = [0.03, 0.03, 0.03]
+[[cables]]
+name = "down"
+pull_point = [0.01, 0.01, -0.01]
+points = [[0.01, 0.01, 0.0], [0.01, 0.01, 0.03]]
+max_tension = 5.0
+max_pull = 0.01
+max_rate = 0.1
+"""
+TABLE = """
+name = "table"
+[[parts]]
+name = "cushion"
+robot = "cushion.toml"
+[[parts]]
+name = "cube"
+robot = "cube.toml"
+position = [0.02, 0.02, 0.0302]
+"""
+ON_CUSHION = """
+[[contacts]]
+candidates = { part = "cube", surface = "below" }
+against = { part = "cushion" }
+points = "vertices"
+"""
+
+
+def written(folder: Path, table: str) -> Path:
+    """The files of a cushion, of a cube and of both as parts."""
+    for name, size, cells in (
+        ("cube", (EDGE, EDGE, EDGE), (1, 1, 1)),
+        ("cushion", (0.06, 0.06, 0.03), (4, 4, 3)),
+    ):
+        mesh = box_mesh(size, cells)
+        meshio.write(folder / f"{name}.vtu", meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]))
+    (folder / "cube.toml").write_text(CUBE)
+    (folder / "cushion.toml").write_text(CUSHION)
+    (folder / "table.toml").write_text(table)
+    return folder / "table.toml"
+
+
+def resting(robot: Robot, steps: int = 60) -> Simulator:
+    """A simulation after some steps, the actuators at rest."""
+    simulator = Simulator(robot, "full")
+    for _ in range(steps):
+        simulator.step(np.zeros(robot.n_a))
+    return simulator
+
+
+def test_a_cushion_in_static_steps_carries_the_weight_of_a_cube_in_dynamic_ones(
+    tmp_path: Path,
+) -> None:
+    """Weight against the sum of contact forces: nature, not the solver."""
+    robot = load_robot(written(tmp_path, TABLE + ON_CUSHION))
+    assert [part.integration.static for part in robot.body.part_robots] == [True, False]
+    simulator = resting(robot)
+    forces = simulator.contact_forces.sum(axis=0)
+    np.testing.assert_allclose(forces[2], WEIGHT, rtol=1e-6)
+    assert np.abs(forces[:2]).max() < 1e-4 * WEIGHT  # no friction: the cube may slide on a dent
+    speed = np.abs(simulator.state.v[robot.body.spans.columns[1]][2])
+    assert speed < 1e-6
+
+
+def test_it_falls_freely_before_it_touches(tmp_path: Path) -> None:
+    high = TABLE.replace("0.0302", "0.2")
+    robot = load_robot(written(tmp_path, high + ON_CUSHION), rate=1000.0)
+    simulator = resting(robot, steps=100)
+    cube = robot.body.states(simulator.state)[1]
+    fallen = robot.body.part_robots[1].rest().q - cube.q
+    # implicit Euler falls g h² k (k + 1) / 2 in k steps
+    np.testing.assert_allclose(fallen.max(), 9.81 * 1e-6 * 100 * 101 / 2, rtol=1e-9)
+    assert simulator.contact_forces.max() == 0.0
+
+
+@pytest.mark.parametrize("angle", [0.0, 25.0])
+def test_a_cube_on_a_plane_is_carried_by_it_and_slides_down_as_on_ice(
+    tmp_path: Path, angle: float
+) -> None:
+    """N = m g cos(angle), a = g sin(angle)."""
+    a = np.deg2rad(angle)
+    table = TABLE.replace("[0.02, 0.02, 0.0302]", "[0.2, 0.02, 0.1]").replace(
+        'robot = "cube.toml"',
+        f'robot = "cube.toml"\nrotation = {{ axis = [0.0, 1.0, 0.0], angle_deg = {angle} }}',
+    )
+    normal = [float(np.sin(a)), 0.0, float(np.cos(a))]
+    plane = f"""
+    [[obstacles]]
+    name = "floor"
+    shape = "plane"
+    parameters = {{ point = [0.2, 0.02, 0.1], normal = {normal} }}
+    [[contacts]]
+    candidates = {{ part = "cube", surface = "below" }}
+    against = "floor"
+    points = "vertices"
+    """
+    robot = load_robot(written(tmp_path, table + plane), rate=500.0)
+    simulator = resting(robot, steps=50)
+    forces = simulator.contact_forces.sum(axis=0)
+    np.testing.assert_allclose(forces, WEIGHT * np.cos(a) * np.array(normal), atol=1e-6 * WEIGHT)
+    speed = float(np.linalg.norm(simulator.state.v[robot.body.spans.columns[1]][:3]))
+    np.testing.assert_allclose(speed, 9.81 * np.sin(a) * 0.1, rtol=1e-3, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            ('name = "cube"\nrobot = "cube', 'name = "cushion"\nrobot = "cube'),
+            "is not unique|twice",
+        ),
+        (('robot = "cube.toml"', 'robot = "ball.toml"'), "ball.toml"),
+        (('part = "cube"', 'part = "ball"'), "there is no part 'ball', known are cube, cushion"),
+        (('against = { part = "cushion" }', 'against = "floor"'), "no obstacle 'floor'"),
+        (('against = { part = "cushion" }', 'against = { part = "cube" }'), "both surfaces"),
+        (
+            ('surface = "below"', 'surface = "side"'),
+            "surface 'side' is not defined, known are below",
+        ),
+        (('robot = "cushion.toml"', 'robot = "cube.toml"'), "no part has one"),
+        (('robot = "cube.toml"', 'robot = "table.toml"'), "has no parts of its own"),
+        (('name = "table"', 'name = "table"\ncolour = "red"'), "colour"),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path: Path, change: tuple[str, str], message: str) -> None:
+    table = TABLE + ON_CUSHION
+    assert change[0] in table
+    path = written(tmp_path, table.replace(*change))
+    with pytest.raises(RobotFileError, match=message):
+        load_robot(path)
+
+
+def test_a_file_of_an_object_is_no_robot_by_itself(tmp_path: Path) -> None:
+    written(tmp_path, TABLE)
+    with pytest.raises(RobotFileError, match="effectors"):
+        load_robot(tmp_path / "cube.toml")
+
+
+def test_what_lies_between_parts_changes_the_digest_and_no_part(tmp_path: Path) -> None:
+    apart = load_robot(written(tmp_path, TABLE))
+    touching = load_robot(written(tmp_path, TABLE + ON_CUSHION))
+    assert apart.digest != touching.digest
+    assert len(apart.digest) == len(touching.digest) == len(apart.body.part_robots[0].digest)
+    pairs = zip(apart.body.part_robots, touching.body.part_robots, strict=True)
+    assert all(one.digest == other.digest for one, other in pairs)
