@@ -258,9 +258,10 @@ class StrainBody(ReducedBody[AttachedPoints]):
         assert isinstance(assembled, BeamAssembled)
         at, scheme = assembled, scheme_of(integration)
         of_D, of_K = shares_of(scheme)
+        effort = at.effort if scheme.static else None  # see `SparseBody.tangents`
 
         def stiffness(exact: bool) -> Array:
-            K = at.K if exact else self.forces(at.state, at.effort)[1]
+            K = at.K if exact else self.forces(at.state, effort)[1]
             return of_D * self.stiffness + of_K * K
 
         return implicit_system(scheme, at, stiffness, self.work.L)
