@@ -12,7 +12,7 @@ from tauten.model.beams.beams import Beams
 from tauten.model.beams.elements import assemble_beams
 from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.beams.tree import BeamTree
-from tauten.model.body import SparseBody
+from tauten.model.body import SparseAssembled, SparseBody
 from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Ints, moments_at_end, rotations_between, turned
 from tauten.model.points import (
@@ -23,7 +23,7 @@ from tauten.model.points import (
     add_lever_stiffness,
 )
 from tauten.model.state import State, StepStart
-from tauten.model.system import System
+from tauten.model.system import Integration, System
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,6 +168,19 @@ class BeamBody(SparseBody[AttachedPoints]):
         if self.outer:
             total += self.outer.on(motion)
         return total, K
+
+    def semidefinite(self, at: SparseAssembled, scheme: Integration) -> Array:
+        """The positive semidefinite tangent (nnz,) of a step; in time steps without the curvature of cables.
+
+        It leaves out what compression takes from the stiffness of beams, and where cables run along them the
+        tension of the cables adds as much: one without the other makes an arm of tendons many times as stiff as
+        it is. Steps towards an equilibrium keep the curvature, which makes them shorter.
+
+        Args:
+            at: the state where the step starts.
+            scheme: of the step.
+        """
+        return self.forces(at.state, at.effort if scheme.static else None, exact=False)[1]
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""

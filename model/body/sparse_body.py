@@ -170,26 +170,31 @@ class SparseBody(Body[P]):
         """What a step tries until one has a Cholesky factor.
 
         The exact tangent may be indefinite (buckling, compression); the last one, which is semidefinite, has
-        a factor unless the state has blown up. In time steps it has no curvature of the cables: it leaves out
-        what compression takes from the stiffness, and where cables run along a body their tension adds as much.
-        One without the other makes an arm of tendons many times as stiff as it is. Steps towards an
-        equilibrium keep the curvature, which makes them shorter.
+        a factor unless the state has blown up.
 
         Args:
             at: the state where the step starts.
             scheme: of the step.
         """
         semidefinite: Array | None = None
-        effort = at.effort if scheme.static else None
         for share in semidefinite_shares(scheme):
             if share > 0.0 and semidefinite is None:
-                semidefinite = self.forces(at.state, effort, exact=False)[1]
+                semidefinite = self.semidefinite(at, scheme)
             if semidefinite is None:
                 yield Tangent(at.K, True, share)
             elif share < 1.0:
                 yield Tangent((1.0 - share) * at.K + share * semidefinite, False, share)
             else:
                 yield Tangent(semidefinite, False, share)
+
+    def semidefinite(self, at: SparseAssembled, scheme: Integration) -> Array:
+        """The positive semidefinite tangent (nnz,) of a step.
+
+        Args:
+            at: the state where the step starts.
+            scheme: of the step.
+        """
+        return self.forces(at.state, at.effort, exact=False)[1]
 
     def matrix(self, values: Array) -> sp.csc_array:
         """A matrix (n, n) of this body, from values (nnz,) in its pattern or (n,) on the diagonal."""

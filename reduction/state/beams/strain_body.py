@@ -258,7 +258,7 @@ class StrainBody(ReducedBody[AttachedPoints]):
         assert isinstance(assembled, BeamAssembled)
         at, scheme = assembled, scheme_of(integration)
         of_D, of_K = shares_of(scheme)
-        effort = at.effort if scheme.static else None  # see `SparseBody.tangents`
+        effort = at.effort if scheme.static else None  # see `BeamBody.semidefinite`
 
         def stiffness(exact: bool) -> Array:
             K = at.K if exact else self.forces(at.state, effort)[1]
