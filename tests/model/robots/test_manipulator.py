@@ -10,11 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from scipy.linalg import eigh
 
 from benchmarks.robots.arm import ArmShape, make_structure
 from benchmarks.robots.make_manipulator import make_file
 from tauten.model import Robot, Simulator, State, load_robot
 from tauten.model.beams import BeamBody
+from tauten.model.body import SparseAssembled
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
 
@@ -47,6 +49,27 @@ def moved(arm: Robot[BeamBody], state: State, dq: Array) -> State:
     """The state with its nodes moved and turned by dq (n,)."""
     system = arm.linearise(state)
     return arm.advance(state, system, dq / system.h - system.v)
+
+
+def test_the_semidefinite_tangent_of_a_time_step_is_not_stiffer_than_the_arm(
+    arm: Robot[BeamBody],
+) -> None:
+    """All tendons pull: what their tension adds to the stiffness, compression takes from that of the spine.
+
+    A tangent with the first of them alone has a lowest frequency of five times that of the arm.
+    """
+    simulator = Simulator(arm, contact="none")
+    assert simulator.settle(effort=np.full(9, 40.0)).converged
+    at = arm.assemble(simulator.state, simulator.effort)
+    assert isinstance(at, SparseAssembled)
+    tangents = at.K, arm.body.semidefinite(at, arm.integration)
+    M = arm.body.matrix(at.mass).toarray()
+    exact, semidefinite = (
+        float(eigh(arm.body.matrix(K).toarray(), M, eigvals_only=True, subset_by_index=[0, 0])[0])
+        for K in tangents
+    )
+    assert exact > 0.0
+    assert exact / 4.0 < semidefinite < 4.0 * exact  # (rad/s)²
 
 
 def test_sizes() -> None:
