@@ -56,7 +56,7 @@ def test_the_semidefinite_tangent_of_a_time_step_is_not_stiffer_than_the_arm(
 ) -> None:
     """All tendons pull: what their tension adds to the stiffness, compression takes from that of the spine.
 
-    A tangent with the first of them alone has a lowest frequency of five times that of the arm.
+    A tangent with the first of them alone has a lowest frequency six times that of the arm.
     """
     simulator = Simulator(arm, contact="none")
     assert simulator.settle(effort=np.full(9, 40.0)).converged
