@@ -173,8 +173,8 @@ class BeamBody(SparseBody[AttachedPoints]):
         """The positive semidefinite tangent (nnz,) of a step; in time steps without the curvature of cables.
 
         It leaves out what compression takes from the stiffness of beams, and where cables run along them the
-        tension of the cables adds as much: one without the other makes an arm of tendons many times as stiff as
-        it is. Steps towards an equilibrium keep the curvature, which makes them shorter.
+        tension of the cables adds as much: one without the other makes an arm of tendons many times as stiff
+        as it is. Steps towards an equilibrium keep the curvature, which makes them shorter.
 
         Args:
             at: the state where the step starts.
