@@ -12,6 +12,8 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -174,26 +176,39 @@ def _run(arguments: list[str], path: Path) -> None:
     """
     # as a file: a module would import all of tauten first, which it does not need
     script = Path(__file__).with_name("mesher.py")
-    mesher = subprocess.Popen(
-        [sys.executable, "-P", str(script), *arguments],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        errors="replace",
-        cwd=Path(arguments[-1]).parent,  # fTetWild writes files of its own there
-        start_new_session=True,
-    )
-    try:
-        out, err = mesher.communicate(timeout=TIME_LIMIT)
-    except subprocess.TimeoutExpired as error:
-        raise PartError(
-            f"{path}: meshing took more than {TIME_LIMIT:g} s; choose a larger --size"
-        ) from error
-    finally:
-        if mesher.poll() is None:
+    ended = threading.Event()
+    meshers: list[subprocess.Popen[str]] = []
+
+    def mesh() -> tuple[str, str]:
+        mesher = subprocess.Popen(
+            [sys.executable, "-P", str(script), *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            cwd=Path(arguments[-1]).parent,  # fTetWild writes files of its own there
+            start_new_session=True,
+        )
+        meshers.append(mesher)
+        if ended.is_set():
             os.killpg(mesher.pid, signal.SIGKILL)
-            mesher.communicate()
+        return mesher.communicate(timeout=TIME_LIMIT)
+
+    # Ctrl-C raises its exception in the main thread alone: where it meets a process that is only starting,
+    # nobody would know which one to end
+    with ThreadPoolExecutor(1) as thread:
+        try:
+            out, err = thread.submit(mesh).result()
+        except subprocess.TimeoutExpired as error:
+            raise PartError(
+                f"{path}: meshing took more than {TIME_LIMIT:g} s; choose a larger --size"
+            ) from error
+        finally:
+            ended.set()
+            if meshers and meshers[0].poll() is None:
+                os.killpg(meshers[0].pid, signal.SIGKILL)
+    mesher = meshers[0]
     if mesher.returncode != 0 or not Path(arguments[-1]).is_file():
         lines = (err.strip() or out.strip()).splitlines()
         reason = lines[-1] if lines else f"it ended with code {mesher.returncode}"

@@ -16,7 +16,8 @@ from tauten.model.mesh import boundary_triangles
 
 def children(process: int) -> list[int]:
     """Processes that this one has started and that run."""
-    return [int(c) for c in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    threads = Path(f"/proc/{process}/task").glob("*/children")
+    return [int(child) for one in threads for child in one.read_text().split()]
 
 
 def runs(process: int) -> bool:
