@@ -85,7 +85,7 @@ def test_the_surface_leaves_the_node_only_while_somebody_listens(served: Served)
             found.append(cloud)
         return len(found) >= 10
 
-    assert wait_until(arrived)
+    assert wait_until(arrived, 120.0)  # a busy machine leaves the node no time for any
     assert np.diff([1e-9 * cloud.stamp for cloud in found]).min() > 0.015  # at most 30 a second
     heard.undeclare()
     time.sleep(1.5)  # until it is known, and health has been published
