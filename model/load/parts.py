@@ -88,8 +88,12 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
         alarm_distance=config.contact.alarm_distance or farthest(own, config.contact.distance),
         distance=common_distance(own, config.contact.distance, source),
         between=contact_between(config, parts, loaded, source),
+        couplings=config.couplings,
     )
-    return join_parts(assembly, parts)
+    try:
+        return join_parts(assembly, parts)
+    except ValueError as error:
+        raise RobotFileError(f"{source}: {error}") from error
 
 
 def check_driven(parts: Sequence[Part], source: str) -> None:

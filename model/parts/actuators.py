@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tauten.model.actuators import ActuatorRows
+from tauten.model.actuators import ActuatorRows, Coupling, motor_rows
 from tauten.model.numerics import Array, Ints
 from tauten.model.parts.motion import PartsMotion, slices, stacked
 from tauten.model.parts.placement import Placement
@@ -23,21 +23,27 @@ class PartsActuators:
         parts: actuators of each part.
         placements: where the parts stand.
         columns: unknowns of each part.
+        coupling: of the actuators of all parts; None: each is a motor of its own.
     """
 
     parts: tuple[ActuatorRows, ...]
     placements: tuple[Placement, ...]
     columns: tuple[slice, ...]
+    coupling: Coupling | None
 
     @property
     def spans(self) -> tuple[slice, ...]:
-        """The actuators of each part."""
+        """The actuators of each part among those of all, before they are coupled."""
         return slices([part.n_a for part in self.parts])
 
     @property
     def n_a(self) -> int:
         """Number of motors, the length of λ_a."""
-        return sum(part.n_a for part in self.parts)
+        return sum(part.n_a for part in self.parts) if self.coupling is None else self.coupling.n_a
+
+    def motors(self, members: Ints) -> Ints:
+        """The motors (m,) that drive actuators (m,) of the parts; −1 remains −1."""
+        return members if self.coupling is None else self.coupling.motors_of(members)
 
     @property
     def motor_coordinates(self) -> Ints:
@@ -49,7 +55,9 @@ class PartsActuators:
     def segment_owners(self) -> Ints:
         """The actuator of every segment that `segments` gives: (s,)."""
         pairs = zip(self.parts, self.spans, strict=True)
-        return np.concatenate([part.segment_owners + span.start for part, span in pairs])
+        return self.motors(
+            np.concatenate([part.segment_owners + span.start for part, span in pairs])
+        )
 
     def segments(self, motion: Motion[Any]) -> Array:
         """Segments by which actuators are drawn: (s, 2, 3) [m]."""
@@ -61,13 +69,16 @@ class PartsActuators:
         """Positions δ_a and H_a: Rows of (n_a, n)."""
         assert isinstance(motion, PartsMotion)
         rows = [part.rows(own) for part, own in zip(self.parts, motion.parts, strict=True)]
-        return Rows(
+        single = Rows(
             stacked([part.H for part in rows], self.columns),
             np.concatenate([part.delta for part in rows]),
         )
+        return motor_rows(self.coupling, single)
 
     def split(self, effort: Array | None) -> list[Array | None]:
         """Efforts (n_a,) of the actuators of each part; None: of none."""
         if effort is None:
             return [None] * len(self.parts)
+        if self.coupling is not None:
+            effort = self.coupling.efforts(effort)
         return [effort[span] for span in self.spans]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from tauten.model.contact import ContactPair
 from tauten.model.numerics import Array, Ints
+from tauten.model.schema import CouplingSettings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,6 +35,7 @@ class Assembly:
         alarm_distance: largest distance of contact that is reported [m].
         distance: at which surfaces are held from each other [m].
         between: contact between parts.
+        couplings: motors that drive actuators of several parts, which have the names of these.
     """
 
     name: str
@@ -44,3 +46,4 @@ class Assembly:
     alarm_distance: float
     distance: float
     between: Between
+    couplings: tuple[CouplingSettings, ...] = ()

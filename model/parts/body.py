@@ -115,7 +115,8 @@ class PartsBody(Body[PartsPoints]):
         """The actuator whose chamber each triangle of the surface encloses, −1 where none: (t,)."""
         pairs = zip(self.bodies, self.actuator_set.spans, strict=True)
         found = [(body.chamber_owners, span.start) for body, span in pairs]
-        return np.concatenate([np.where(own >= 0, own + first, -1) for own, first in found])
+        owners = np.concatenate([np.where(own >= 0, own + first, -1) for own, first in found])
+        return self.actuator_set.motors(owners)
 
     def surface_points(self, vertices: Ints) -> PartsPoints:
         """No points: surfaces belong to the parts."""

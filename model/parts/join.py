@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tauten.model.actuators import Coupling
 from tauten.model.contact import ContactPair, ContactSet, Shape
 from tauten.model.numerics import Array
 from tauten.model.parts.actuators import PartsActuators
@@ -14,11 +15,11 @@ from tauten.model.parts.assembly import Assembly, Between
 from tauten.model.parts.body import PartsBody
 from tauten.model.parts.effectors import parts_effectors
 from tauten.model.parts.motion import PartsPoints, PointsOfPart, slices
+from tauten.model.parts.motors import parts_motors
 from tauten.model.parts.part import Part
 from tauten.model.parts.placement import Placement
 from tauten.model.parts.spans import spans_of
 from tauten.model.robot import Robot, RobotNames
-from tauten.model.signals import Actuators, Laws, joined_limits
 from tauten.model.system import Integration
 
 
@@ -28,28 +29,32 @@ def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
     Args:
         assembly: what makes one robot of them.
         parts: each under the gravity of its own frame, all with one time step.
+
+    Raises:
+        ValueError: a coupling or a contact that is none.
     """
-    effectors = parts_effectors(parts)
-    robots = [part.robot for part in parts]
+    effectors, motors = parts_effectors(parts), parts_motors(parts, assembly.couplings)
     return Robot(
         names=RobotNames(assembly.name, assembly.frame, effectors.kinds.layout.names),
         digest=assembly.digest,
         tolerance=assembly.tolerance,
-        actuators=Actuators(
-            names=tuple(part.named(name) for part in parts for name in part.robot.actuators.names),
-            kinds=tuple(kind for robot in robots for kind in robot.actuators.kinds),
-            laws=Laws.joined([robot.actuators.laws for robot in robots]),
-        ),
-        limits=joined_limits([robot.limits for robot in robots]),
+        actuators=motors.actuators,
+        limits=motors.limits,
         effectors=effectors,
         contacts=parts_contacts(assembly, parts),
         vertices=contact_vertices(assembly.between, parts),
-        body=parts_body(assembly, parts),
+        body=parts_body(assembly, parts, motors.coupling),
     )
 
 
-def parts_body(assembly: Assembly, parts: Sequence[Part]) -> PartsBody:
-    """The body of several parts, see `join_parts`."""
+def parts_body(assembly: Assembly, parts: Sequence[Part], coupling: Coupling | None) -> PartsBody:
+    """The body of several parts.
+
+    Args:
+        assembly: as of `join_parts`.
+        parts: as of `join_parts`.
+        coupling: of the actuators of all parts.
+    """
     robots = [part.robot for part in parts]
     spans, placements = (
         spans_of([robot.body for robot in robots]),
@@ -60,7 +65,7 @@ def parts_body(assembly: Assembly, parts: Sequence[Part]) -> PartsBody:
         gravity=assembly.gravity,
         integration=joined_integration([robot.integration for robot in robots]),
         actuator_set=PartsActuators(
-            tuple(robot.actuator_set for robot in robots), placements, spans.columns
+            tuple(robot.actuator_set for robot in robots), placements, spans.columns, coupling
         ),
         parts=tuple(parts),
         assembly=assembly,

@@ -10,6 +10,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from tauten.model.schema.body import RotationSettings
+from tauten.model.schema.cable import CouplingSettings
 from tauten.model.schema.contact import ContactRange, ObstacleSettings
 from tauten.model.schema.digest import joined_digest
 from tauten.model.schema.robot_file import ControlPeriod, Gravity, check_unique
@@ -77,6 +78,11 @@ class PartsConfig(Section):
     parts: Annotated[list[PartSettings], Field(min_length=1)] = Field(
         description="The parts, one table each."
     )
+    couplings: tuple[CouplingSettings, ...] = Field(
+        default=(),
+        description="Motors that drive actuators of several parts, which are called part_actuator, one table "
+        "each; by default none.",
+    )
     contacts: tuple[PartContactSettings, ...] = Field(
         default=(),
         description="What may touch beside the contacts that each part has within itself, one table each; "
@@ -97,6 +103,12 @@ class PartsConfig(Section):
     def _names(self) -> Self:
         check_unique("parts", [part.name for part in self.parts])
         check_unique("obstacles", [one.name for one in self.obstacles])
+        for index, motor in enumerate(self.couplings):
+            if motor.kind == "drum" or motor.pretensions is not None:
+                raise ValueError(
+                    f"couplings.{index}: drums and pretensions stand in the file of a part; a motor of "
+                    "several parts is a differential without them"
+                )
         parts = {part.name for part in self.parts}
         obstacles = {one.name for one in self.obstacles}
         for index, contact in enumerate(self.contacts):

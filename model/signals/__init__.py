@@ -20,7 +20,7 @@ from tauten.model.signals.effector_layout import (
     joined_layout,
     point_layout,
 )
-from tauten.model.signals.laws import Laws
+from tauten.model.signals.laws import Laws, Springs
 from tauten.model.signals.limits import Limits, joined_limits, limits_of
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "Limits",
     "Pose",
     "Quantity",
+    "Springs",
     "ROWS",
     "Target",
     "UNIT_LENGTH",

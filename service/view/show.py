@@ -154,7 +154,7 @@ def simulated(
     if simulation.path is not None:
         path = make_path(simulation.path, plant.robot, PathSettings(repeats=True))
     file = Path(simulation.robot)
-    own = file.suffix == ".toml" and "beams" not in read_toml(file)
+    own = file.suffix == ".toml" and not read_toml(file).keys() & {"beams", "parts"}
     return SimulatedRobot(setup, plant, order), path, file if own else None
 
 
