@@ -55,6 +55,7 @@ NOT_RUN = {
     "python -m benchmarks.robots.make_finger coarse": "minutes to an hour; its results are in docs/results",
     "python -m benchmarks.robots.make_finger fine": "a table of times, for a quiet machine",
     "python -m benchmarks manipulator": "half an hour; its results are in docs/results",
+    "tauten bench still --robot manipulator_1290": "minutes; its results are in docs/results",
     "python -m benchmarks load-errors": "half an hour and more; its results are in the page",
     "sudo useradd": "changes the system; tests/docker checks the unit that it installs",
     "docker compose": "needs a container engine; tests/docker checks the file and runs its steps",
