@@ -30,13 +30,10 @@ settings.load_profile("repeatable")
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Three where the whole suite runs; none for single files, a debugger, and times of the real clock.
-
-    On two cores: tests of processes wait for half of their time.
-    """
+    """Two where the whole suite runs; none for single files, a debugger, and times of the real clock."""
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
     if whole and "realtime" not in config.option.markexpr.replace("not realtime", ""):
-        return 3
+        return 2
     config.option.dist = "no"
     return 0
 
