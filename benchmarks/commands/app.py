@@ -10,7 +10,7 @@ from benchmarks.commands.mechanics import elements, energy, equilibria
 from benchmarks.commands.qpcc import qpcc
 from benchmarks.commands.steps import gallery, load_errors, reduced_meshes, sofa_meshes
 from benchmarks.commands.view import view
-from tauten.service.cli.terminal import log_options
+from tauten.service.cli.terminal import general_options
 
 app = typer.Typer(
     help="Benchmarks for the makers of tauten; run them on an otherwise idle machine.",
@@ -18,7 +18,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-app.callback()(log_options)
+app.callback()(general_options)
 _COMMANDS = (
     *(finger, manipulator, gallery, load_errors, sofa_meshes, reduced_meshes, qpcc, contact_basis),
     *(elements, energy, equilibria, view, closed_loop),

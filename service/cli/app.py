@@ -28,7 +28,7 @@ from tauten.service.cli.terminal import (
     Rate,
     RobotName,
     ZenohConfig,
-    log_options,
+    general_options,
     writable,
 )
 from tauten.service.cli.view import view
@@ -43,7 +43,7 @@ app = typer.Typer(
 )
 
 
-app.callback()(log_options)
+app.callback()(general_options)
 
 
 def serve(

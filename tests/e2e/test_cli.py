@@ -5,7 +5,10 @@ from __future__ import annotations
 import re
 import shutil
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
+from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -33,6 +36,38 @@ def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     commands += " reduce inspect compare check new bench"
     for command in commands.split():
         assert re.search(rf"\b{command}\b", said)
+
+
+def test_the_version_is_that_which_is_installed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_main("--version") == 0
+    assert capsys.readouterr().out == f"tauten {version('tauten')}\n"
+
+
+LOADED = """
+import sys
+from tauten.service.cli import main
+try:
+    main()
+finally:
+    print(*sys.modules, file=sys.stderr)
+"""
+OF_A_MODEL = {"numpy", "scipy", "numba", "matplotlib", "osqp", "qpsolvers", "viser"}
+OF_A_MODEL |= {"daqp", "proxsuite", "meshio", "rosbags", "mcap", "prometheus_client"}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("--help",), ("--version",), ("view", "--help"), ("reduce", "--help"), ("bench", "--help")],
+    ids=" ".join,
+)
+def test_help_waits_for_nothing_that_a_model_needs(words: tuple[str, ...]) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED, *words], capture_output=True, text=True, check=True
+    )
+    assert done.stdout
+    loaded = done.stderr.split()
+    assert not OF_A_MODEL & {name.partition(".")[0] for name in loaded}
+    assert not [name for name in loaded if name.startswith(("tauten.model", "tauten.controller"))]
 
 
 @pytest.mark.parametrize(

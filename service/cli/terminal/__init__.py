@@ -2,7 +2,7 @@
 
 from tauten.service.cli.terminal.basis import basis_of
 from tauten.service.cli.terminal.extras import ExtraError, missing_extra
-from tauten.service.cli.terminal.logs import log_options
+from tauten.service.cli.terminal.logs import general_options
 from tauten.service.cli.terminal.options import (
     AcceptError,
     Basis,
@@ -46,7 +46,7 @@ __all__ = [
     "YoungScale",
     "ZenohConfig",
     "basis_of",
-    "log_options",
+    "general_options",
     "missing_extra",
     "progress_bar",
     "show_mesh_error",

@@ -9,6 +9,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from tauten.service.cli.terminal.version import Version
+
 LogFormat = Literal["text", "json"]
 
 
@@ -44,7 +46,7 @@ def set_up_logging(level: str, form: LogFormat) -> None:
     logging.basicConfig(level=level.upper(), handlers=[handler])
 
 
-def log_options(
+def general_options(
     log_level: Annotated[
         Literal["debug", "info", "warning", "error"],
         typer.Option(help="Least level of messages on stderr."),
@@ -52,6 +54,7 @@ def log_options(
     log_format: Annotated[
         LogFormat, typer.Option(help="Plain lines, or one JSON object on each line.")
     ] = "text",
+    version: Version = False,
 ) -> None:
-    """Set up logging before any command."""
+    """Options before any command: its logging, and the version instead of a command."""
     set_up_logging(log_level, log_format)
