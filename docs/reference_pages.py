@@ -10,9 +10,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import click
 import typer
 from robot_file_page import robot_file_page
+from typer.core import TyperCommand, TyperGroup
 
 from tauten.service.cli.app import app
 
@@ -69,11 +69,13 @@ def commands_page() -> str:
         "2: bad input; one sentence on stderr names the file, the field and what is allowed.",
         "",
     ]
-    lines += options_of(root, "tauten", click.Context(root, info_name="tauten"), 2)
+    lines += options_of(root, "tauten", typer.Context(root, info_name="tauten"), 2)
     return "\n".join(lines) + "\n"
 
 
-def options_of(command: click.Command, name: str, parent: click.Context, level: int) -> list[str]:
+def options_of(
+    command: TyperCommand | TyperGroup, name: str, parent: typer.Context, level: int
+) -> list[str]:
     """Lines about one command and the commands in it.
 
     Args:
@@ -82,9 +84,9 @@ def options_of(command: click.Command, name: str, parent: click.Context, level: 
         parent: context of the command it belongs to.
         level: of its heading.
     """
-    context = click.Context(command, info_name=name.rsplit(" ", 1)[-1], parent=parent.parent)
+    context = typer.Context(command, info_name=name.rsplit(" ", 1)[-1], parent=parent.parent)
     lines = [f"{'#' * level} `{name}`", "", sentence(command.help), ""]
-    if isinstance(command, click.Group) or hasattr(command, "commands"):
+    if isinstance(command, TyperGroup):
         lines += parameters(command, context)
         for key in sorted(command.commands):
             child = command.commands[key]
@@ -94,7 +96,7 @@ def options_of(command: click.Command, name: str, parent: click.Context, level: 
     return [*lines, "```text", usage, "```", "", *parameters(command, context)]
 
 
-def parameters(command: click.Command, context: click.Context) -> list[str]:
+def parameters(command: TyperCommand | TyperGroup, context: typer.Context) -> list[str]:
     """A table of the arguments and options of a command; nothing where it has none."""
     rows = []
     for parameter in command.get_params(context):
