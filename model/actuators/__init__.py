@@ -19,6 +19,7 @@ from tauten.model.actuators.transmission import (
     TransmissionSet,
     Transmitted,
     make_transmissions,
+    second_derivative,
 )
 
 __all__ = [
@@ -48,5 +49,6 @@ __all__ = [
     "make_transmissions",
     "no_drives",
     "nodal_curvature",
+    "second_derivative",
     "volumes",
 ]

@@ -16,12 +16,16 @@ from support.robots.small_bodies import small_body
 from support.state_bases import basis_of, turned_space
 
 from tauten.controller import Controller
-from tauten.model import ActuatorKind, Robot, RobotFileError, Simulator, State
-from tauten.model.actuators import Transmitted
+from tauten.model import ActuatorKind, Robot, RobotFileError, Simulator, State, skin_of
+from tauten.model.actuators import Transmitted, second_derivative
 from tauten.model.numerics import Array
 from tauten.reduction.state import reduced_robot, reducible
 from tauten.service.describing import describe
+from tauten.service.frames import RobotLook
 from tauten.service.setup import load_setup
+from tauten.service.view import open_server
+from tauten.service.view.actuators import TIGHT, drawings_of
+from tauten.service.view.legend import legend_html
 from tauten.service.wire import RobotDescription
 
 MUSCLE: dict[str, Any] = next(
@@ -164,6 +168,28 @@ def test_without_its_curvature_equilibria_are_the_same_and_take_longer(
     np.testing.assert_allclose(rough.effector, usual.effector, atol=1e-9)
 
 
+def test_its_curvature_may_be_that_of_differences(
+    package: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They have six digits at least, and equilibria are found in as many iterations."""
+    usual = Simulator(small_body("linear", cables=[], transmissions=[muscle()]), "none")
+    exact = usual.settle(effort=[4e4], tolerance=1e-12)
+    at = package.McKibben.at
+
+    def differences(self: Any, y: Array) -> Transmitted:
+        found = at(self, y)
+        bend = second_derivative(lambda moved: at(self, moved).gradient, y)
+        np.testing.assert_allclose(bend, found.curvature, atol=1e-6 * abs(found.curvature).max())
+        return Transmitted(found.value, found.gradient, bend)
+
+    monkeypatch.setattr(package.McKibben, "at", differences)
+    other = Simulator(small_body("linear", cables=[], transmissions=[muscle()]), "none")
+    report = other.settle(effort=[4e4], tolerance=1e-12)
+    assert report.converged
+    assert report.iterations == exact.iterations
+    np.testing.assert_allclose(other.effector, usual.effector, atol=1e-12)
+
+
 def test_muscles_follow_targets_through_one_valve(package: ModuleType) -> None:
     """Two against each other with a common pressure at rest: the beam bends both ways, within its limits."""
     low = [[x, y, 0.002] for x, y, _ in LINE]
@@ -261,6 +287,34 @@ def test_messages_and_schema_know_it(
     assert (said.surface.segments == 2).sum() == 2, "from the middle to both ends"
     assert run_main("schema") == 0
     assert '"TransmissionSettings"' in capsys.readouterr().out
+
+
+def test_it_is_drawn_as_a_line(
+    package: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the middle of its points to both, in the colour of its pressure."""
+    lines = "".join(f"{key} = {_toml(value)}\n" for key, value in muscle().items())
+    setup = load_setup(write_robot(tmp_path, f"{ROBOT}\n[[transmissions]]\n{lines}"))
+    robot = setup.robot
+    shown = skin_of(robot).geometry(robot, robot.rest(), None)
+    look = RobotLook(describe(setup), shown.vertices)
+    assert "transmission" in legend_html(look)
+    handles: dict[str, Any] = {}
+    with open_server(0, "test") as (server, _):
+        add = server.scene.add_line_segments
+
+        def added(name: str, *others: Any, **more: Any) -> Any:
+            handles[name] = add(name, *others, **more)
+            return handles[name]
+
+        monkeypatch.setattr(server.scene, "add_line_segments", added)
+        drawings = dict(drawings_of(server.scene, look))
+        own = shown.segments[look.robot.surface.segments == 2]
+        drawings[2].draw(shown.vertices, own, 0.0, 3e5)
+        handle = handles["/actuators/muscle"]
+        np.testing.assert_allclose(handle.points[:, 1], LINE, atol=1e-7)
+        np.testing.assert_allclose(handle.points[:, 0], np.mean([LINE, LINE], axis=1), atol=1e-7)
+        assert handle.colors[0, 0].tolist() == list(TIGHT)
 
 
 def _toml(value: object) -> str:

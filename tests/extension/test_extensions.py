@@ -168,6 +168,27 @@ SPREAD = {
     "points": [[0.1, 0.0, 0.01], [0.1, 0.02, 0.01], [0.08, 0.01, 0.015]],
 }  # fmt: skip
 
+POINT = {"name": "tip", "point": [0.1, 0.01, 0.01], "parameters": {"power": 2.0}}
+
+
+def test_parameters_of_the_file_are_those_of_the_function(
+    package: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Numbers, and lists as arrays."""
+    given: dict[str, object] = {}
+
+    class Weighted(package.Spread):  # type: ignore[misc, name-defined]
+        def __init__(self, rest: Array, power: float, weights: Array) -> None:
+            super().__init__(rest)
+            given.update(rest=rest, power=power, weights=weights)
+
+    monkeypatch.setattr(package, "Spread", Weighted)
+    parameters = {"power": 2.0, "weights": [[1.0, 2.0], [3.0, 4.0]]}
+    small_body("linear", effectors=[{**SPREAD, "parameters": parameters}])
+    assert given["power"] == 2.0
+    np.testing.assert_array_equal(given["weights"], parameters["weights"])
+    np.testing.assert_array_equal(given["rest"], SPREAD["points"])
+
 
 def test_a_function_of_points_is_an_effector_of_full_and_reduced_robots(
     package: ModuleType,
@@ -208,6 +229,10 @@ def test_a_function_that_nobody_has_or_of_a_wrong_shape_is_refused(
 ) -> None:
     with pytest.raises(RobotFileError, match="no installed package has an entry point 'none' in"):
         small_body("linear", effectors=[{**SPREAD, "measure": "none"}])
+    with pytest.raises(RobotFileError, match=r"effectors\.0\.parameters: got an unexpected"):
+        small_body("linear", effectors=[{**SPREAD, "parameters": {"power": 2.0}}])
+    with pytest.raises(ValueError, match="not a field of an effector of kind 'point'"):
+        small_body("linear", effectors=[POINT])
     monkeypatch.setattr(package.Spread, "at", lambda self, y: Measurement(y, y, y, y))
     with pytest.raises(
         RobotFileError, match="gives values, delta, position and gradient of the shapes"
