@@ -1,17 +1,21 @@
 """Inverse control: from a target to cable tensions, one decision a time step."""
 
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation
+from tauten.controller.bases import load_contact
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.controller import Controller
 from tauten.controller.inverse import closed_compliance, energy_scale, inverse_problem
+from tauten.controller.loading import ControllerSetup, Order, controller_setup
 from tauten.controller.locks import LockError
 from tauten.controller.plan import DecideSettings, Prepared
 from tauten.controller.qpcc.solution import Certificate, Status
 from tauten.controller.settings import (
     ControllerSettings,
-    controller_settings,
+    ModelSettings,
     load_controller_settings,
+    load_model_settings,
 )
+from tauten.controller.starting import start_at_rest, warm_controller, warm_up
 from tauten.controller.step import Decision, Horizon, decide, hold, prepare, substeps_of
 
 __all__ = [
@@ -19,21 +23,29 @@ __all__ = [
     "Certificate",
     "Controller",
     "ControllerSettings",
+    "ControllerSetup",
     "DecideSettings",
     "Decision",
     "Horizon",
     "LockError",
+    "ModelSettings",
     "NO_CERTIFICATE",
+    "Order",
     "Prepared",
     "Status",
     "closed_compliance",
-    "controller_settings",
+    "controller_setup",
     "decide",
     "energy_scale",
     "hold",
     "hold_certificate",
     "inverse_problem",
+    "load_contact",
     "load_controller_settings",
+    "load_model_settings",
     "prepare",
+    "start_at_rest",
     "substeps_of",
+    "warm_controller",
+    "warm_up",
 ]

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tauten.controller.qpcc import Certificate, Status
+from tauten.controller.winches import ROUNDING
+from tauten.model import Robot
 from tauten.model.numerics import Array
+
+if TYPE_CHECKING:
+    from tauten.controller.step import Decision
 
 NO_CERTIFICATE = Certificate(np.nan, np.nan, np.nan, np.nan)  # nothing was solved
 
@@ -58,3 +64,33 @@ class Actuation:
             self.position.copy(), self.effort.copy(), self.needed.copy(), self.effector.copy(),
             self.effector_values.copy(), self.status, self.certificate, self.conflict, self.clamped,
         )  # fmt: skip
+
+
+def decided_actuation(
+    robot: Robot, decision: Decision, status: Status, conflict: tuple[str, ...]
+) -> Actuation:
+    """What a decision sends, with efforts within their limits.
+
+    Args:
+        robot: that is controlled.
+        decision: for a target, or of a hold.
+        status: how it ended.
+        conflict: names of the limits that conflict.
+    """
+    rows, layout, limits = robot.layout, robot.effector_layout, robot.limits
+    predicted, effectors = decision.predicted, decision.predicted.step.rows.effectors
+    values = layout.values_at(effectors.values, predicted.delta[rows.effectors])
+    needed = predicted.lam[rows.actuators]
+    effort = np.clip(needed, limits.effort_min, limits.effort_max)
+    clamped = (np.abs(effort - needed) > ROUNDING * limits.largest_effort).any()
+    return Actuation(
+        position=decision.position,
+        effort=effort,
+        needed=needed,
+        effector=layout.positions_at(effectors.positions, values),
+        effector_values=values,
+        status=status,
+        certificate=decision.certificate,
+        conflict=conflict,
+        clamped=bool(clamped),
+    )

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from tauten.controller.actuation import NO_CERTIFICATE, Actuation
+from tauten.controller.actuation import NO_CERTIFICATE, Actuation, decided_actuation
 from tauten.controller.damping import undamped
 from tauten.controller.lead import no_lead
 from tauten.controller.locks import locked, no_locks, resting, unlocked, with_locks, within_rate
@@ -14,7 +15,6 @@ from tauten.controller.plan import DecideSettings, Prepared
 from tauten.controller.qpcc import Backend, QpccSettings, Status
 from tauten.controller.settings import ControllerSettings
 from tauten.controller.step import Decision, advance, decide, hold, horizon_of, prepare, substeps_of
-from tauten.controller.winches import ROUNDING
 from tauten.model import (
     Command,
     Contacts,
@@ -63,10 +63,8 @@ class Controller:
         Args:
             robot: what to control; the controller makes a workspace of its own.
             contact: "none"; "full", pointwise; or a basis of contact forces.
-            enrichment: when unit columns join a basis; default: at the robot's tolerance, in at
-                most three rounds.
-            settings: of the inverse problem; default: those of a robot file that does not set any. See
-                `load_controller_settings`.
+            enrichment: when unit columns join a basis; default: three rounds at the robot's tolerance.
+            settings: of the inverse problem, see `load_controller_settings`; default: a bare file's.
             qp: solves the quadratic programs; default: the library that the settings name.
 
         Raises:
@@ -87,6 +85,21 @@ class Controller:
         self.settled, none = False, no_forces(self.robot.n_a, self.space.k)
         self._origin = self.robot.rest(), none, np.zeros(self.robot.n_a)
         self.reset()
+
+    @classmethod
+    def of(cls, robot: str | Path, model: Literal["full", "reduced"] | None = None) -> Controller:
+        """The controller that `tauten serve` starts: settled under its loads, with its kernels compiled.
+
+        Args:
+            robot: name of a shipped robot or path of a robot file, which names bases and settings.
+            model: another model than the file's.
+
+        Raises:
+            RobotFileError, MeshError, BasisError, StateBasisError: what it names cannot be used.
+        """
+        from tauten.controller.starting import started_controller  # which imports this module
+
+        return started_controller(robot, model)
 
     def reset(self) -> None:
         """Return to the start without locks: rest without forces, unless `settle_start` found another one."""
@@ -121,10 +134,12 @@ class Controller:
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
         self._taken, self._stalled = (undamped(), no_lead()), np.zeros(self.robot.n_a, np.bool_)
-        self._left = Actuation(  # in the step before: what rates and holds start from
-            position.copy(), forces.effort.copy(), forces.effort.copy(), self.robot.effector(state),
-            self.robot.effector_values(state), Status.OK, NO_CERTIFICATE,
-        )  # fmt: skip
+        effort, seen = (
+            forces.effort,
+            (self.robot.effector(state), self.robot.effector_values(state)),
+        )
+        left = Actuation(position, effort, effort, *seen, Status.OK, NO_CERTIFICATE)
+        self._left = left.copy()  # in the step before: what rates and holds start from
 
     def take_over(self, other: Controller, state: State) -> None:
         """Continue from another controller of the same robot and cables.
@@ -135,6 +150,11 @@ class Controller:
         """
         self.start_from(state, other._forces, other.position)
         self._left, self.status, self._locks = other.actuation, other.status, other.locks
+
+    @property
+    def period(self) -> float:
+        """Time between two steps [s]."""
+        return self.robot.h
 
     @property
     def state(self) -> State:
@@ -165,6 +185,11 @@ class Controller:
         if self._prepared is not None:  # which has computed them
             return self._prepared.step.rows.effectors.positions.copy()
         return self.robot.effector(self._state).copy()
+
+    @property
+    def tip(self) -> Array:
+        """The model's own position of the first effector: (3,) [m]."""
+        return np.array(self.effector[0])
 
     @property
     def effector_values(self) -> Array:
@@ -350,12 +375,10 @@ class Controller:
         """A step without a target, in which locked actuators go where `locks` says and others are held."""
         if self._prepared is None:
             return self._repeat()
-        command = with_locks(
-            self.robot.actuators.laws.held(self._left.position, self._left.effort), locks
-        )
-        decision = hold(
-            self.robot, self._prepared, command, self._left.position, self.settings.enrichment
-        )
+        left, enrichment = self._left, self.settings.enrichment
+        held = self.robot.actuators.laws.held(left.position, left.effort)
+        command = with_locks(held, locks)
+        decision = hold(self.robot, self._prepared, command, left.position, enrichment)
         if not np.isfinite(decision.predicted.dv).all():
             return self._repeat()
         if status is None:
@@ -364,33 +387,14 @@ class Controller:
 
     def _take(self, decision: Decision, status: Status, conflict: tuple[str, ...]) -> Actuation:
         """Make a decision this step's."""
-        rows = self.robot.layout
-        delta, effectors = decision.predicted.delta, decision.predicted.step.rows.effectors
-        layout = self.robot.effector_layout
-        values = layout.values_at(effectors.values, delta[rows.effectors])
-        limits, needed = self.robot.limits, decision.predicted.lam[rows.actuators]
-        effort = np.clip(needed, limits.effort_min, limits.effort_max)
-        clamped = (np.abs(effort - needed) > ROUNDING * limits.largest_effort).any()
         self._decision, self.status = decision, status
-        self._pending = Actuation(
-            position=decision.position,
-            effort=effort,
-            needed=needed,
-            effector=layout.positions_at(effectors.positions, values),
-            effector_values=values,
-            status=status,
-            certificate=decision.certificate,
-            conflict=conflict,
-            clamped=bool(clamped),
-        )
+        self._pending = decided_actuation(self.robot, decision, status, conflict)
         return self._pending.copy()
 
     def _repeat(self) -> Actuation:
         """The last actuation again, for a model that cannot be stepped any more."""
         self.status, self._decision, self._pending = Status.NOT_FINITE, None, None
-        left = self._left
-        self._left = Actuation(
-            left.position, left.effort, left.needed, self.effector, self.effector_values,
-            Status.NOT_FINITE, NO_CERTIFICATE,
-        )  # fmt: skip
+        left, seen = self._left, (self.effector, self.effector_values)
+        kept = left.position, left.effort, left.needed, *seen
+        self._left = Actuation(*kept, Status.NOT_FINITE, NO_CERTIFICATE)
         return self._left.copy()

@@ -1,14 +1,14 @@
-"""The table `controller` of a robot file."""
+"""The tables `controller` and `model` of a robot file."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from tauten.model.load import robot_path
-from tauten.model.schema import Name, Section, read_toml, validated
+from tauten.model.schema import Name, Positive, Rate, Section, in_range, read_toml, validated
 
 
 class ControllerSettings(Section):
@@ -46,6 +46,40 @@ class ControllerSettings(Section):
     )
 
 
+class ModelSettings(Section):
+    """Which model decides: the full one, or that of a state basis with its sample of elements.
+
+    While serving, the full model computes at intervals how far it would move the tip from where the reduced
+    one has it. Where this exceeds `max_tip_error`, health warns, and with `fall_back` the full model takes
+    over.
+    """
+
+    order: Literal["full", "reduced"] = Field(
+        default="full", description="Which model, by default full."
+    )
+    states: str | None = Field(
+        default=None,
+        description="Name of the state basis, a .states file beside the robot file or a shipped one; by "
+        "default the robot's name.",
+    )
+    max_tip_error: Annotated[Positive, in_range(0.0, 10.0, "m")] = Field(
+        default=1e-3,
+        description="Error of the tip that a reduced model may have [m], by default 1e-3.",
+    )
+    check_period: Annotated[Positive, in_range(1e-3, 3600.0, "s")] = Field(
+        default=1.0,
+        description="Time between two comparisons with the full model [s], by default 1.",
+    )
+    fall_back: bool = Field(
+        default=False,
+        description="Whether the full model replaces a reduced one that exceeds `max_tip_error`; by default "
+        "not.",
+    )
+    fall_back_rate: Rate = Field(
+        default=50.0, description="Control rate of the full model then [Hz], by default 50."
+    )
+
+
 def controller_settings(contents: dict[str, Any], path: Path) -> ControllerSettings:
     """The settings in a robot file that has been read.
 
@@ -70,3 +104,13 @@ def load_controller_settings(name_or_path: str | Path) -> ControllerSettings:
     """
     path = robot_path(name_or_path)
     return controller_settings(read_toml(path), path)
+
+
+def load_model_settings(name_or_path: str | Path) -> ModelSettings:
+    """The table `model` of a shipped robot's file, by name, or of a robot file.
+
+    Raises:
+        RobotFileError: the file, or its table `model`, cannot be used.
+    """
+    path = robot_path(name_or_path)
+    return validated(ModelSettings, read_toml(path).get("model", {}), path, "model")

@@ -10,9 +10,9 @@ from typing import Any
 
 from pydantic import ConfigDict, Field, TypeAdapter
 
-from tauten.controller import ControllerSettings
+from tauten.controller import ControllerSettings, ModelSettings
 from tauten.model.schema import BeamConfig, ControlPeriod, PartsConfig, RobotConfig, Section
-from tauten.service.settings import ModelSettings, ServiceSettings
+from tauten.service.settings import ServiceSettings
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

@@ -1,48 +1,12 @@
-"""The tables `model` and `service` of a robot file."""
+"""The table `service` of a robot file."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from tauten.model.load import robot_path
-from tauten.model.schema import Name, Positive, Rate, Section, in_range, read_toml, validated
-
-
-class ModelSettings(Section):
-    """Which model decides: the full one, or that of a state basis with its sample of elements.
-
-    While serving, the full model computes at intervals how far it would move the tip from where the reduced
-    one has it. Where this exceeds `max_tip_error`, health warns, and with `fall_back` the full model takes
-    over.
-    """
-
-    order: Literal["full", "reduced"] = Field(
-        default="full", description="Which model, by default full."
-    )
-    states: str | None = Field(
-        default=None,
-        description="Name of the state basis, a .states file beside the robot file or a shipped one; by "
-        "default the robot's name.",
-    )
-    max_tip_error: Annotated[Positive, in_range(0.0, 10.0, "m")] = Field(
-        default=1e-3,
-        description="Error of the tip that a reduced model may have [m], by default 1e-3.",
-    )
-    check_period: Annotated[Positive, in_range(1e-3, 3600.0, "s")] = Field(
-        default=1.0,
-        description="Time between two comparisons with the full model [s], by default 1.",
-    )
-    fall_back: bool = Field(
-        default=False,
-        description="Whether the full model replaces a reduced one that exceeds `max_tip_error`; by default "
-        "not.",
-    )
-    fall_back_rate: Rate = Field(
-        default=50.0, description="Control rate of the full model then [Hz], by default 50."
-    )
+from tauten.model.schema import Name, Positive, Section, in_range
 
 
 class ServiceSettings(Section):
@@ -90,13 +54,3 @@ class ServiceSettings(Section):
                 f"must be shorter than target_timeout, {timeout:g} s: targets are too old after it"
             )
         return delay
-
-
-def load_model_settings(name_or_path: str | Path) -> ModelSettings:
-    """The table `model` of a shipped robot's file, by name, or of a robot file.
-
-    Raises:
-        RobotFileError: the file, or its table `model`, cannot be used.
-    """
-    path = robot_path(name_or_path)
-    return validated(ModelSettings, read_toml(path).get("model", {}), path, "model")

@@ -25,20 +25,27 @@ def test_tables_come_from_the_results() -> None:
     assert tables.filled(README) == README, "run python -m docs.tables"
 
 
-def test_the_python_of_the_readme_imports_what_there_is() -> None:
-    (snippet,) = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
-    lines = snippet.splitlines()
-    names: dict[str, object] = {}
-    exec("\n".join(line for line in lines if line.startswith("from ")), names)
-    assert {"Controller", "Simulator", "ContactBasis", "StateBasis"} <= set(names)
-    compile(snippet, "README.md", "exec")
+SNIPPETS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
 
 
-@pytest.mark.slow
-def test_the_python_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    (snippet,) = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+@pytest.mark.parametrize(
+    "snippet",
+    [SNIPPETS[0], *(pytest.param(one, marks=pytest.mark.slow) for one in SNIPPETS[1:])],
+    ids=[f"block {number}" for number in range(1, len(SNIPPETS) + 1)],
+)
+def test_each_block_of_python_runs_by_itself(
+    snippet: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And the robot arrives: the last decision is OK."""
     exec(compile(snippet, "README.md", "exec"), {})
     assert "OK" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("snippet", SNIPPETS)
+def test_the_python_of_the_readme_imports_what_there_is(snippet: str) -> None:
+    imports = [line for line in snippet.splitlines() if line.startswith("from ")]
+    assert imports
+    exec("\n".join(imports), {})
 
 
 def anchors(page: Path) -> set[str]:

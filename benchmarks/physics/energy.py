@@ -14,12 +14,13 @@ from benchmarks.physics.step_length import (
     settled_simulator,
     step_length_errors,
 )
+from tauten.controller import warm_controller
 from tauten.model import Robot, Simulator, State, load_robot
 from tauten.model.numerics import Array
 from tauten.service.plant import PathSettings, make_path, own_steps
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Distances, Series, Spread, spread
-from tauten.service.setup import load_setup, warm_controller
+from tauten.service.setup import load_setup
 
 PULL, TENSION = 0.5, 0.4  # of the largest: one cable is pulled to a length, several get tensions
 GRAVITY = 9.81  # m/s²

@@ -7,14 +7,14 @@ from time import perf_counter
 
 import numpy as np
 
-from tauten.controller import Controller
+from tauten.controller import Controller, Order
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.reduction.campaign import TOLERANCE, Design, exploring
 from tauten.service.plant import PathSettings, make_path
 from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
 from tauten.service.replay import Spread, spread
-from tauten.service.setup import Order, Setup, load_setup
+from tauten.service.setup import Setup, load_setup
 
 WARM_UP = 10  # steps that are not measured
 SAMPLED = 5  # equilibria from whose time that of the whole campaign is estimated

@@ -16,13 +16,13 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import least_squares
 
-from tauten.controller import Actuation, Controller
+from tauten.controller import Actuation, Controller, Order
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.bench.orders import OrderRun, order_run
 from tauten.service.node import LARGEST, Feedback
 from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
-from tauten.service.setup import Order, Setup, load_setup
+from tauten.service.setup import Setup, load_setup
 
 Loop = Literal["open", "closed"]
 

@@ -105,12 +105,12 @@ def reduce(
 
     Finished parts are kept in the folder of snapshots: the same command continues after Ctrl-C.
     """
+    from tauten.controller import load_model_settings
     from tauten.model import EmptySpace, load_robot
     from tauten.reduction.campaign import Ranges, run_campaign
     from tauten.reduction.contact import ReduceSettings, reduce_robot
     from tauten.reduction.state import reducible
     from tauten.service.plots import draw_curve
-    from tauten.service.settings import load_model_settings
 
     settings = ReduceSettings(
         k=_modes(k),

@@ -6,13 +6,14 @@ import time
 
 import numpy as np
 
+from tauten.controller import warm_controller
 from tauten.model import skin_of
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.describing import describe
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.node import ControlLoop, Signals
 from tauten.service.plant import PlantSettings, warm_plant
-from tauten.service.setup import Setup, warm_controller
+from tauten.service.setup import Setup
 from tauten.service.wire import OperatorCommand
 
 _PACE = 0.1  # share of a new duration in the mean

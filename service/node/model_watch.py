@@ -17,13 +17,12 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Literal
 
-from tauten.controller import Controller
+from tauten.controller import Controller, ModelSettings, warm_up
 from tauten.model import ContactSpace, Robot, load_robot
 from tauten.reduction.state import ReducedBody, ReducedParts, TipCheck
 from tauten.service.node.loop import ControlLoop
 from tauten.service.process import one_blas_thread
-from tauten.service.settings import ModelSettings
-from tauten.service.setup import Setup, warm_up
+from tauten.service.setup import Setup
 from tauten.service.wire import Diagnostic, Level
 
 log = logging.getLogger(__name__)

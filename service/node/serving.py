@@ -11,6 +11,7 @@ from pathlib import Path
 
 import zenoh
 
+from tauten.controller import warm_controller
 from tauten.service.describing import log_metadata
 from tauten.service.log import LogRecorder
 from tauten.service.node.loop import ControlLoop
@@ -26,7 +27,7 @@ from tauten.service.process import (
     short_switch_interval,
 )
 from tauten.service.rate_check import check_rate, step_seconds
-from tauten.service.setup import Setup, warm_controller
+from tauten.service.setup import Setup
 from tauten.service.wire import (
     Keys,
     Network,

@@ -9,6 +9,7 @@ import numpy as np
 import zenoh
 from threadpoolctl import threadpool_info
 
+from tauten.controller import warm_controller
 from tauten.service.node import ControlLoop, Signals, punctual_clock
 from tauten.service.plant import free_ports
 from tauten.service.process import (
@@ -18,7 +19,7 @@ from tauten.service.process import (
     realtime_permitted,
 )
 from tauten.service.rate_check import rate_for, step_seconds
-from tauten.service.setup import Setup, warm_controller
+from tauten.service.setup import Setup
 from tauten.service.wire import Network, Role, close_session, open_session
 
 _SLEEPS = 200

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from tauten.controller import Order
 from tauten.model import Actuators
 from tauten.service.plant.paths import PathSettings, make_path
 from tauten.service.plant.plant import Drive, Steps
@@ -17,7 +18,7 @@ from tauten.service.plant.processes import STOP_TIME, Child, DemoError, child, f
 from tauten.service.plant.waypoints import save_path
 from tauten.service.process import StopFlag
 from tauten.service.replay import RecordedRun, RunReport, make_report, read_run
-from tauten.service.setup import Order, load_setup
+from tauten.service.setup import load_setup
 from tauten.service.wire import Keys, Network, Role, close_session, is_alive, open_session
 
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"

@@ -22,10 +22,9 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.controller import load_controller_settings, substeps_of
+from tauten.controller import load_contact, load_controller_settings, substeps_of
 from tauten.model import Simulator, default_enrichment, load_robot
 from tauten.model.load import robot_path
-from tauten.service.bases import load_contact
 from tauten.service.log import LogError, LogReader
 from tauten.service.process import Progress, one_blas_thread
 from tauten.service.replay.recorded_setup import recorded_setup

@@ -10,8 +10,9 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from tauten.controller import Order
 from tauten.service.log import LogError, logged_description
-from tauten.service.setup import Order, Setup, load_setup
+from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import RunDescription
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # of bases beside robot files and of shipped ones

@@ -14,6 +14,7 @@ from time import perf_counter
 
 import numpy as np
 
+from tauten.controller import Order, warm_controller
 from tauten.controller.qpcc import write_qpcc
 from tauten.model import Actuators, EffectorLayout
 from tauten.model.numerics import Array
@@ -22,7 +23,7 @@ from tauten.service.log import LogError, LogReader
 from tauten.service.node import Action, ControlLoop
 from tauten.service.process import one_blas_thread
 from tauten.service.replay.recorded_setup import recorded_setup
-from tauten.service.setup import Order, Setup, warm_controller
+from tauten.service.setup import Setup
 from tauten.service.wire import (
     CDR,
     JSON,

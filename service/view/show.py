@@ -8,12 +8,13 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from tauten.controller import Order
 from tauten.model.schema import read_toml
 from tauten.service.frames import RecordedRobot, RobotLook, ServedRobot, SimulatedRobot, ViewFrame
 from tauten.service.link import node_of
 from tauten.service.plant import PathError, PathSettings, TargetPath, make_path, plant_robot
 from tauten.service.process import StopFlag, one_blas_thread, write_text
-from tauten.service.setup import Order, load_setup
+from tauten.service.setup import load_setup
 from tauten.service.view.playback import PlaybackSession
 from tauten.service.view.scene import TRAIL, RobotScene
 from tauten.service.view.server import FIRST_PORT, HOST, open_server

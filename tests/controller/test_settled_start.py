@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from support.processes import ROBOT, write_robot
 
-from tauten.controller import Controller
+from tauten.controller import Controller, warm_controller
 from tauten.model import Robot, Simulator
-from tauten.service.setup import load_setup, warm_controller
+from tauten.service.setup import load_setup
 
 HEAVY = ROBOT.replace("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -1.0]")
 SAG = 1e-4  # m, of the beam's tip at least
@@ -42,6 +42,22 @@ def test_a_settled_controller_sags_and_does_not_move(heavy: Robot) -> None:
     controller.step(controller.shifted(0.001))
     controller.reset()
     np.testing.assert_array_equal(controller.effector_values, start)
+
+
+def test_one_call_makes_the_controller_that_a_node_starts(heavy_file: Path) -> None:
+    setup = load_setup(heavy_file)
+    one, node = Controller.of(heavy_file), warm_controller(setup)
+    assert one.settled
+    assert one.settings == node.settings
+    assert one.period == setup.robot.h
+    assert one.tip.shape == (3,)
+    target = one.shifted(0.001)
+    for _ in range(3):
+        done, expected = one.step(target), node.step(target)
+        assert done.status.usable
+        np.testing.assert_array_equal(done.effort, expected.effort)
+    assert done.effort.any()
+    np.testing.assert_array_equal(one.tip, node.effector[0])
 
 
 def test_controller_and_simulator_settle_alike(heavy: Robot) -> None:

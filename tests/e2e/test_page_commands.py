@@ -16,9 +16,10 @@ from support.nodes import wait_mode
 from support.processes import Process, Served, run_main, start, wait_alive
 from support.robots.thumb import write_thumb
 
+from tauten.controller import warm_controller
 from tauten.service.link import close_session
 from tauten.service.plant import PathSettings, free_ports, make_path
-from tauten.service.setup import load_setup, warm_controller
+from tauten.service.setup import load_setup
 from tauten.service.wire import Keys, Mode, Network, Role, open_session
 
 ROOT = Path(__file__).resolve().parents[2]

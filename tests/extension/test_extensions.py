@@ -16,7 +16,7 @@ from support.robots.my_package import blocks
 from support.robots.small_bodies import small_body
 from support.state_bases import basis_of, turned_space
 
-from tauten.controller import Controller, Status
+from tauten.controller import Controller, Status, warm_controller
 from tauten.controller.qpcc import (
     Qp,
     QpAnswer,
@@ -34,7 +34,7 @@ from tauten.service.node import LARGEST, Estimator
 from tauten.service.node.estimator import make_estimator
 from tauten.service.node.inputs import MeasuredLoop
 from tauten.service.settings import ServiceSettings
-from tauten.service.setup import load_setup, warm_controller
+from tauten.service.setup import load_setup
 from tauten.service.wire import CDR, Cause, EffectorSubscriber, OperatorCommand
 
 LINES = 40

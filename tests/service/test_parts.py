@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support.processes import Forked, fork_server
 
+from tauten.controller import warm_controller
 from tauten.model import one_blas_thread
 from tauten.model.schema import RobotFileError
 from tauten.reduction import ContactBasis
@@ -17,7 +18,7 @@ from tauten.service.check import CheckSettings, check_robot
 from tauten.service.plant import DemoSettings, run_demo
 from tauten.service.process import StopFlag
 from tauten.service.replay import replay
-from tauten.service.setup import load_setup, warm_controller
+from tauten.service.setup import load_setup
 
 HAND = Path(__file__).resolve().parents[2] / "examples" / "hand.toml"
 

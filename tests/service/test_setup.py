@@ -9,11 +9,11 @@ import pytest
 from support.robots.thumb import write_thumb
 from support.state_bases import basis_of, turned_space
 
-from tauten.controller import ControllerSettings, load_controller_settings
+from tauten.controller import ControllerSettings, ModelSettings, load_controller_settings
 from tauten.model import RobotFileError, load_robot
 from tauten.model.tetra import NodalBody
 from tauten.reduction import BasisError, ContactBasis, Provenance
-from tauten.service.settings import ModelSettings, ServiceSettings
+from tauten.service.settings import ServiceSettings
 from tauten.service.setup import load_setup
 
 TABLES = """

@@ -16,9 +16,10 @@ import signal
 import sys
 from typing import Any, TextIO
 
+from tauten.controller import warm_controller
 from tauten.service.cli import main
 from tauten.service.process import one_blas_thread
-from tauten.service.setup import load_setup, warm_controller
+from tauten.service.setup import load_setup
 from tauten.service.wire import typestore
 
 

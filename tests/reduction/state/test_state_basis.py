@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tauten.controller import load_model_settings
 from tauten.model import Robot, load_robot
 from tauten.model.tetra import NodalBody
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import StateBasis, StateBasisError, StateOrigin
-from tauten.service.settings import load_model_settings
 
 
 @pytest.fixture

@@ -20,11 +20,12 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from support.messages import Point, decode_point, encode_command, encode_point
 
+from tauten.controller import warm_controller
 from tauten.service.log import Entry
 from tauten.service.node import Clock, ControlLoop, Node
 from tauten.service.node.clock import Beat
 from tauten.service.plant import free_ports
-from tauten.service.setup import load_setup, warm_controller
+from tauten.service.setup import load_setup
 from tauten.service.wire import (
     CDR,
     JSON,

@@ -10,11 +10,12 @@ from pathlib import Path
 import pytest
 import zenoh
 
+from tauten.controller import warm_controller
 from tauten.service.node import Clock, ControlLoop, Node
 from tauten.service.node.clock import Beat
 from tauten.service.plant import free_ports
 from tauten.service.process import StopFlag
-from tauten.service.setup import load_setup, warm_controller
+from tauten.service.setup import load_setup
 from tauten.service.wire import Keys, Network, Role, Tick, decode_tick, open_session
 
 KEYS, WAITING = Keys("beam"), 10

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tauten.controller import warm_controller
 from tauten.service.bench import follow
 from tauten.service.node import LARGEST
 from tauten.service.node.plausibility import MeasurementCheck
 from tauten.service.plant import PlantSettings, warm_plant
-from tauten.service.setup import load_setup, warm_controller
+from tauten.service.setup import load_setup
 
 SAG = 5e-3  # m, of the pneumatic finger's tip
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from tauten.controller import load_controller_settings
+from tauten.controller.settings import ModelSettings, load_controller_settings, load_model_settings
 from tauten.model import Robot
 from tauten.model.load import part_path
 from tauten.model.schema import read_toml
@@ -15,7 +15,6 @@ from tauten.reduction.contact import SUFFIX as BASIS
 from tauten.reduction.contact import joined_basis
 from tauten.reduction.state import SUFFIX as STATES
 from tauten.reduction.state import StateBasis
-from tauten.service.settings import ModelSettings, load_model_settings
 
 PARTS = "parts"  # instead of a basis: those of the parts
 
