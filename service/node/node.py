@@ -78,7 +78,7 @@ class Node:
         self._shape = ShapePublisher(session, robot)
         description = describe(setup, loop.controller.effector_values)
         self._answers = QuestionAnswers(session, robot.name, description.as_json().encode())
-        self._statistics = LoopStatistics(robot.actuators)
+        self._statistics = LoopStatistics(robot.actuators, robot.size)
         self._facts = {
             "factorisation": robot.body.linear_solver,
             "model": setup.order,
@@ -142,7 +142,7 @@ class Node:
         if not action.decided:  # a target that was not followed is not recorded
             goal = None
         tick = self._tick(beat, action, goal, stamp, step, _latency(goal, fresh, stamp))
-        self._statistics.add(tick, action)
+        self._statistics.add(tick, action, loop.controller.effector)
         self._unpublished.append(tick)
         self._index += 1
         self._housekeeping(clock)

@@ -6,13 +6,19 @@ from bisect import bisect_left
 from collections import Counter
 from math import isnan
 
+import numpy as np
+
 from tauten.model import Actuators
+from tauten.model.numerics import Array
 from tauten.service.log import LogRecorder
 from tauten.service.node.clock import Clock
 from tauten.service.node.limiter import ROUNDING
 from tauten.service.node.loop import Action
 from tauten.service.wire import Cause, Diagnostic, Level, Mode, Tick, Window
 
+# Prediction errors: ticks that they are averaged over, and the average from which on health warns.
+AVERAGED = 50
+SURPRISING = 5e-3  # of the robot's size; followed targets have at most a tenth of it
 # Upper bounds of the buckets [s]; a last one is for longer times.
 BOUNDS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2, 0.5)
 _MS = 1e3
@@ -58,14 +64,17 @@ class LoopStatistics:
         times: histograms of "latency", target to actuation, and "jitter", how late ticks begin.
     """
 
-    def __init__(self, actuators: Actuators) -> None:
+    def __init__(self, actuators: Actuators, size: float) -> None:
         """Start without ticks.
 
         Args:
             actuators: of the robot.
+            size: of the robot [m].
         """
         self.times = {"latency": Histogram(), "jitter": Histogram()}
         self._actuators = actuators
+        self._size = size
+        self._apart = 0.0
         self._ticks = 0
         self._modes: Counter[str] = Counter()
         self._statuses: Counter[str] = Counter()
@@ -79,13 +88,17 @@ class LoopStatistics:
         self._decide = Window()
         self._step = Window()
 
-    def add(self, tick: Tick, action: Action) -> None:
+    def add(self, tick: Tick, action: Action, effector: Array) -> None:
         """Count a tick.
 
         Args:
             tick: as it is published.
             action: that left in it.
+            effector: (p, 3) where the effectors of the model are after it [m].
         """
+        apart = float(np.linalg.norm(effector - action.actuation.effector, axis=1).max())
+        if action.decided and not isnan(apart):
+            self._apart += (apart - self._apart) / AVERAGED
         self._ticks += 1
         self._action = action
         self._mode, self._cause = tick.mode, tick.cause
@@ -147,9 +160,17 @@ class LoopStatistics:
         values |= {f"ticks_{mode}": str(count) for mode, count in self._modes.items()}
         values |= {f"status_{name}": str(count) for name, count in self._statuses.items()}
         values["deepest_penetration_mm"] = f"{_MS * max(-self._deepest, 0.0):.4g}"
-        level = Level.WARN if bad or self._clamped else Level.OK
+        values["prediction_error_mm"] = f"{_MS * self._apart:.3g}"
+        surprising = self._apart > SURPRISING * self._size
+        level = Level.WARN if bad or self._clamped or surprising else Level.OK
         mode = f"{self._mode} ({self._cause})" if self._cause else self._mode.value
-        return Diagnostic("decisions", level, f"{mode}, {bad} not OK", values)
+        text = f"{mode}, {bad} not OK"
+        if surprising:
+            text += (
+                f"; the model moves {_MS * self._apart:.3g} mm a tick away from what decisions predict: "
+                "targets are too fast for it, or it does not come to rest"
+            )
+        return Diagnostic("decisions", level, text, values)
 
     def _efforts(self) -> Diagnostic:
         """Efforts of the last tick that left, and those of the model, which may be beyond the limits."""

@@ -11,7 +11,7 @@ from support.robots.bodies import beam_robot, box_mesh
 from tauten.controller import Controller
 from tauten.model import Simulator
 from tauten.service.node import Action, Clock, ControlLoop, Signals
-from tauten.service.node.statistics import LoopStatistics
+from tauten.service.node.statistics import SURPRISING, LoopStatistics
 from tauten.service.setup import load_setup
 from tauten.service.wire import (
     Cause,
@@ -38,8 +38,9 @@ def tick_of(action: Action) -> Tick:
 
 
 def efforts(action: Action, loop: ControlLoop) -> Diagnostic:
-    statistics = LoopStatistics(loop.controller.robot.actuators)
-    statistics.add(tick_of(action), action)
+    robot = loop.controller.robot
+    statistics = LoopStatistics(robot.actuators, robot.size)
+    statistics.add(tick_of(action), action, action.actuation.effector)
     found = statistics.diagnostics(Clock(0.02), [], None, {})
     return next(item for item in found if item.name == "tensions")
 
@@ -89,3 +90,25 @@ def test_a_level_that_does_not_exist_is_refused() -> None:
     assert isinstance(refused, Rejection)
     assert refused.reason is RejectionReason.MALFORMED
     assert refused.detail == "found level 7, allowed are 0, 1, 2, 3"
+
+
+@pytest.mark.parametrize(("period", "warned"), [(4.0, False), (1.0, True)])
+def test_health_warns_where_the_model_does_not_go_where_decisions_say(
+    period: float, warned: bool
+) -> None:
+    """A slow swing is predicted to a ten-thousandth of the finger; one far beyond its rates is not."""
+    loop = ControlLoop(Controller.of("finger"))
+    controller = loop.controller
+    robot = controller.robot
+    statistics = LoopStatistics(robot.actuators, robot.size)
+    rest, way = robot.effector_values(robot.rest()), 0.15 * robot.size * np.array([1.0, 0.6, 0.3])
+    for k in range(150):
+        goal = rest + way * np.sin(2.0 * np.pi * k / 50.0 / period)
+        action = loop.tick(goal, Signals(target=True))
+        loop.prepare()
+        statistics.add(tick_of(action), action, controller.effector)
+    assert action.decided
+    found = statistics.diagnostics(Clock(0.02), [], None, {})
+    health = next(item for item in found if item.name == "decisions")
+    assert ("away from what decisions predict" in health.message) == warned
+    assert (float(health.values["prediction_error_mm"]) > 1e3 * SURPRISING * robot.size) == warned
