@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import re
 import subprocess
 import sys
+from importlib.metadata import packages_distributions, requires
 from pathlib import Path
 
 import chromium
 import film_strip
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "docs" / "start.md", ROOT / "docs" / "tutorials" / "own_robot.md"]
@@ -24,6 +28,29 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return folder
+
+
+def test_what_the_build_imports_comes_with_the_extra() -> None:
+    """So that it runs where `tauten[docs]` alone is installed."""
+    imported: set[str] = set()
+    for page in ("conf", "reference_pages", "robot_file_page"):
+        tree = ast.parse((ROOT / "docs" / f"{page}.py").read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Import):
+                imported |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module is not None:
+                imported.add(node.module.partition(".")[0])
+    imported -= {*sys.stdlib_module_names, "tauten", "reference_pages", "robot_file_page"}
+    needed = [Requirement(line) for line in requires("tauten") or ()]
+    listed = {
+        canonicalize_name(one.name)
+        for one in needed
+        if one.marker is None or one.marker.evaluate({"extra": "docs"})
+    }
+    found = packages_distributions()
+    assert "typer" in imported
+    for name in imported:
+        assert listed & {canonicalize_name(one) for one in found.get(name, [])}, name
 
 
 def test_every_page_is_in_the_contents() -> None:
