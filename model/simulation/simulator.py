@@ -126,6 +126,11 @@ class Simulator:
         return self.robot.effector(self._state).copy()
 
     @property
+    def tip(self) -> Array:
+        """Position of the first effector: (3,) [m]."""
+        return np.array(self.effector[0])
+
+    @property
     def effector_values(self) -> Array:
         """Goal values of the effectors: (n_v,), see `EffectorLayout`."""
         return self.robot.effector_values(self._state).copy()

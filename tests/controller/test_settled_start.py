@@ -65,6 +65,7 @@ def test_controller_and_simulator_settle_alike(heavy: Robot) -> None:
     controller.settle_start()
     simulator.settle_start()
     np.testing.assert_array_equal(simulator.effector_values, controller.effector_values)
+    np.testing.assert_array_equal(simulator.tip, controller.tip)
     np.testing.assert_array_equal(simulator.effort, controller.effort)
     simulator.step(position=np.full(heavy.n_a, 1e-3))
     simulator.reset()
