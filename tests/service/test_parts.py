@@ -1,4 +1,4 @@
-"""The shipped finger in a hand of two: bases of parts, decisions of parts, a demo and its replay."""
+"""The shipped finger in a hand of three: bases of parts, decisions of parts, a demo and its replay."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import IO
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from support.processes import Forked, fork_server
 
 from tauten.controller import warm_controller
@@ -24,30 +25,32 @@ HAND = Path(__file__).resolve().parents[2] / "examples" / "hand.toml"
 
 
 def test_each_finger_has_the_bases_of_the_finger_and_moves_as_it_does() -> None:
-    """Self-contact, reduced states and contact modes of a part, in two places, from the part's files."""
+    """Self-contact, reduced states and contact modes of a part, in three places, from the part's files."""
     one, both = load_setup("finger"), load_setup(HAND)
     assert isinstance(one.contact, ContactBasis) and isinstance(both.contact, ContactBasis)
-    assert (both.contact.k, both.robot.n_c) == (2 * one.contact.k, 2 * one.robot.n_c)
-    assert [basis.digest() for basis in both.states] == [one.states[0].digest()] * 2
-    assert both.robot.n == 2 * one.robot.n
-    assert both.robot.actuators.names == ("left_tendon", "right_tendon")
+    assert (both.contact.k, both.robot.n_c) == (3 * one.contact.k, 3 * one.robot.n_c)
+    assert [basis.digest() for basis in both.states] == [one.states[0].digest()] * 3
+    assert both.robot.n == 3 * one.robot.n
+    assert both.robot.actuators.names == ("left_tendon", "right_tendon", "back_tendon")
     finger, hand = warm_controller(one), warm_controller(both)
     rest, tips = one.robot.effector(one.robot.rest()), both.robot.effector(both.robot.rest())
-    way = np.array([0.02, 0.0, 0.01])
+    way = np.array([0.045, 0.0, 0.025])
     pushed = 0.0
+    turns = Rotation.from_rotvec([[0.0, 0.0, k * 2.0 * np.pi / 3.0] for k in range(3)]).as_matrix()
     with one_blas_thread():
-        for k in range(30):
-            share = min(1.0, k / 20)
+        for k in range(40):
+            share = min(1.0, k / 30)
             alone = finger.step(rest + share * way)
-            together = hand.step(tips + share * np.array([way, [-way[0], way[1], way[2]]]))
+            together = hand.step(tips + share * np.array([turn @ way for turn in turns]))
             assert together.status == alone.status
-            np.testing.assert_allclose(together.position, np.tile(alone.position, 2), atol=1e-9)
-            np.testing.assert_allclose(together.effort, np.tile(alone.effort, 2), atol=1e-6)
+            np.testing.assert_allclose(together.position, np.tile(alone.position, 3), atol=1e-7)
+            np.testing.assert_allclose(together.effort, np.tile(alone.effort, 3), atol=1e-5)
             pushed = max(pushed, finger.lam_c.max())
-    np.testing.assert_allclose(hand.lam_c, np.tile(finger.lam_c, 2), atol=1e-6)
+    assert pushed > 0.0
+    np.testing.assert_allclose(hand.lam_c, np.tile(finger.lam_c, 3), atol=1e-5)
     forces, own = hand.contact_forces, finger.contact_forces
-    np.testing.assert_allclose(forces[: len(own)], own, atol=1e-6)
-    np.testing.assert_allclose(forces[len(own) :], own * [-1.0, -1.0, 1.0], atol=1e-6)
+    turned = np.concatenate([own @ turn.T for turn in turns])
+    np.testing.assert_allclose(forces, turned, atol=1e-5)
     lifted = both.reduced
     assert lifted is not None
     start = lifted.body.lifted(hand.state)

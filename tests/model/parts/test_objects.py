@@ -8,6 +8,7 @@ import meshio
 import numpy as np
 import pytest
 from support.robots.bodies import box_mesh
+from support.robots.combinations import write_structures
 
 from tauten.model import Robot, RobotFileError, Simulator, load_robot
 
@@ -179,3 +180,47 @@ def test_what_lies_between_parts_changes_the_digest_and_no_part(tmp_path: Path) 
     assert len(apart.digest) == len(touching.digest) == len(apart.body.part_robots[0].digest)
     pairs = zip(apart.body.part_robots, touching.body.part_robots, strict=True)
     assert all(one.digest == other.digest for one, other in pairs)
+
+
+ARM = """
+name = "arm"
+beams = { file = "tree.json" }
+gravity = [0.0, 0.0, 0.0]
+material = { young_modulus = 2e10, poisson_ratio = 0.3, density = 1.0 }
+integration = { scheme = "quasi-static" }
+fixed = [{ lower = [-1e-6, -1.0, -1.0], upper = [1e-6, 1.0, 1.0] }]
+[[profiles]]
+kind = "tube"
+name = "rod"
+outer = 4e-3
+[[effectors]]
+name = "tip"
+point = [0.1, 0.01, 0.01]
+max_outside = 0.05
+[[cables]]
+name = "tendon"
+points = [[0.0, 0.01, 0.002], [0.1, 0.01, 0.002]]
+max_outside = 0.05
+max_tension = 5.0
+max_pull = 0.01
+max_rate = 0.1
+"""
+
+
+def test_an_arm_of_beams_bends_under_a_cube_as_a_cantilever(tmp_path: Path) -> None:
+    """Contact of beams with a body of tetrahedra; P L³ / 3 E I with the moment of where the cube has slid."""
+    write_structures(tmp_path)
+    (tmp_path / "arm.toml").write_text(ARM)
+    table = TABLE.replace("cushion", "arm").replace("[0.02, 0.02, 0.0302]", "[0.08, 0.0, 0.02001]")
+    touching = ON_CUSHION.replace('part = "cushion"', 'part = "arm", surface = "top"')
+    robot = load_robot(written(tmp_path, table + touching.replace('"vertices"', "25")))
+    simulator = resting(robot, steps=20)
+    forces = simulator.contact_forces.sum(axis=0)
+    np.testing.assert_allclose(forces[2], WEIGHT, rtol=1e-3)
+    cube = robot.body.parts[1]
+    own = cube.robot.points(robot.body.states(simulator.state)[1])
+    length = 0.1  # of the node that carries the surface
+    offset = length - cube.placement.points(own).mean(axis=0)[0]
+    bending = 2e10 * np.pi * 0.002**4 / 4.0
+    sag = WEIGHT * (length**3 / 3.0 - offset * length**2 / 2.0) / bending
+    np.testing.assert_allclose(0.01 - simulator.effector[0, 2], sag, rtol=0.02)
