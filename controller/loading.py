@@ -10,7 +10,7 @@ from tauten.controller.bases import PARTS, load_contact, load_states, part_files
 from tauten.controller.settings import ControllerSettings, ModelSettings, controller_settings
 from tauten.model import Robot
 from tauten.model.load import make_robot
-from tauten.model.schema import Changes, validated
+from tauten.model.schema import Changes, RobotFileError, validated
 from tauten.reduction import ContactBasis
 from tauten.reduction.state import (
     ReducedBody,
@@ -88,14 +88,23 @@ def controller_setup(
     full = ControllerSetup(loaded, path, contact, name, controller, kind)
     reduced: Robot[ReducedBody | ReducedParts]
     if files:
-        order = model or (kind.order if "model" in contents else None)
+        given = kind.model_fields_set
+        if "states" in given:
+            raise RobotFileError(
+                f"{path}: model.states: state bases stand in the files of the parts"
+            )
+        order = model or (kind.order if "order" in given else None)
         bases = part_states(loaded, files, order, accept_error)
         states = tuple(basis for basis in bases if basis is not None)
         if not states:
             return full
         reduced = reduced_parts(loaded, bases)
-        allowed = max(basis.origin.tip_max for basis in states)
-        kind = kind.model_copy(update={"max_tip_error": max(kind.max_tip_error, allowed)})
+        if "max_tip_error" not in given:
+            allowed = max(basis.origin.tip_max for basis in states)
+            kind = kind.model_copy(update={"max_tip_error": max(kind.max_tip_error, allowed)})
+        elif not accept_error:
+            for states_of_part in states:
+                states_of_part.check_tip(kind.max_tip_error)
     elif (model or kind.order) == "full":
         return full
     else:

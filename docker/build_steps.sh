@@ -13,10 +13,11 @@ install_into() {
 warm() {
   # a short run of the finger and its plant compiles all that they need
   NUMBA_CACHE_DIR="$1/cache" OMP_NUM_THREADS=1 "$1/bin/python" - <<'PYTHON'
+from tauten.controller import warm_controller
 from tauten.model import one_blas_thread
 from tauten.service.node import ControlLoop
 from tauten.service.plant.plant import PlantSettings, warm_simulator
-from tauten.service.setup import load_setup, warm_controller
+from tauten.service.setup import load_setup
 
 setup = load_setup("finger")
 with one_blas_thread():

@@ -206,6 +206,10 @@ class Body(ABC, Generic[P]):
         """The robots of its parts, where it has several; else none."""
         return ()
 
+    def floating_mass(self, state: State) -> Array | None:
+        """Mass, see `masses`, of what moves by its inertia in quasi-static steps too; None: nothing does."""
+        return None
+
     def inertia_at(self, state: State) -> Array | None:
         """Centrifugal and gyroscopic forces (n,) at a state [N]; None where the mass is constant."""
         return None

@@ -119,6 +119,10 @@ class SparseBody(Body[P]):
             mass, inertia = self.floating_part(self.masses(state)), self.inertia_at(state)
         return SparseAssembled(state, effort, force, K, D, mass, inertia)
 
+    def floating_mass(self, state: State) -> Array | None:
+        """Mass, see `masses`, of what moves by its inertia in quasi-static steps too; None: nothing does."""
+        return self.floating_part(self.masses(state)) if self.floating.any() else None
+
     def floating_part(self, mass: Array) -> Array:
         """A mass matrix, see `masses`, of what floats alone."""
         if len(mass) == self.n:

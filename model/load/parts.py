@@ -20,6 +20,7 @@ from tauten.model.robot import Robot
 from tauten.model.schema import (
     ALARM_DISTANCE,
     BeamConfig,
+    ContactRange,
     PartsConfig,
     PartSurfaceSettings,
     RobotConfig,
@@ -79,21 +80,47 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
     ]
     check_driven(parts, source)
     own = [robot.contacts for robot in robots]
+    between = contact_between(config, parts, loaded, source)
     assembly = Assembly(
         name=config.name,
         frame=config.frame,
-        digest=parts_digest(config, [robot.digest for robot in robots]),
+        digest=digest_of(config, parts, between),
         gravity=gravity,
-        tolerance=config.contact.tolerance,
-        alarm_distance=config.contact.alarm_distance or farthest(own, config.contact.distance),
+        tolerance=smallest_tolerance(config.contact, robots),
+        alarm_distance=config.contact.alarm_distance
+        or common_alarm(own, config.contact.distance, source),
         distance=common_distance(own, config.contact.distance, source),
-        between=contact_between(config, parts, loaded, source),
+        between=between,
         couplings=config.couplings,
     )
     try:
         return join_parts(assembly, parts)
     except ValueError as error:
         raise RobotFileError(f"{source}: {error}") from error
+
+
+def digest_of(config: PartsConfig, parts: Sequence[Part], between: Between) -> str:
+    """What the contact forces of a robot of parts depend on.
+
+    Args:
+        config: its file.
+        parts: the parts.
+        between: contact between them.
+    """
+    names = [part.named(name) for part in parts for name in part.robot.actuators.names]
+    members = [
+        [names.index(name) for name in item.members if name in names] for item in config.couplings
+    ]
+    touching = [*between.vertices, *(pair.triangles.ravel() for pair in between.pairs)]
+    surfaces = [ids.tolist() for ids in touching]
+    return parts_digest(config, [part.robot.digest for part in parts], surfaces, members)
+
+
+def smallest_tolerance(contact: ContactRange, robots: Sequence[Robot]) -> float:
+    """The tolerance of contact of a file, by default the smallest of the parts that have contact [m]."""
+    if "tolerance" in contact.model_fields_set:
+        return contact.tolerance
+    return min((one.tolerance for one in robots if one.n_c > 0), default=contact.tolerance)
 
 
 def check_driven(parts: Sequence[Part], source: str) -> None:
@@ -115,10 +142,24 @@ def rotation_matrix(rotation: RotationSettings | None) -> Array:
     return matrix
 
 
-def farthest(sets: Sequence[ContactSet], distance: float) -> float:
-    """The largest alarm distance of parts that have contact [m]."""
-    alarms = [one.alarm_distance for one in sets if one.n_slots > 0]
-    return max(alarms, default=ALARM_DISTANCE + distance)
+def common_alarm(sets: Sequence[ContactSet], distance: float, source: str) -> float:
+    """The alarm distance of the parts that have contact [m].
+
+    Args:
+        sets: contacts of the parts.
+        distance: at which surfaces are held [m].
+        source: the robot file's path, for errors.
+
+    Raises:
+        RobotFileError: parts have different ones.
+    """
+    alarms = sorted({one.alarm_distance for one in sets if one.n_slots > 0})
+    if len(alarms) > 1:
+        raise RobotFileError(
+            f"{source}: contact.alarm_distance: parts have {', '.join(f'{one:g}' for one in alarms)} m; give "
+            "one for all, at most the thickness of the thinnest wall"
+        )
+    return alarms[0] if alarms else ALARM_DISTANCE + distance
 
 
 def common_distance(sets: Sequence[ContactSet], distance: float, source: str) -> float:

@@ -9,6 +9,7 @@ turned instead of the part. Parts act on each other through rows only: contact.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +25,15 @@ from tauten.model.parts.assembly import Assembly
 from tauten.model.parts.factors import BlockFactors
 from tauten.model.parts.motion import PartsMotion, PartsPoints, slices
 from tauten.model.parts.part import Part
-from tauten.model.parts.spans import Spans, joined_state, of_part, scheme_of_part
+from tauten.model.parts.spans import (
+    Spans,
+    advanced,
+    joined_forces,
+    joined_state,
+    of_part,
+    scheme_of_part,
+    start_of_part,
+)
 from tauten.model.robot import Robot
 from tauten.model.state import Assembled, State, StepStart
 from tauten.model.system import Integration, System
@@ -135,7 +144,7 @@ class PartsBody(Body[PartsPoints]):
         return dataclasses.replace(self, parts=parts)
 
     def with_integration(self, integration: Integration) -> PartsBody:
-        """The same body with another time step; parts that are static remain so."""
+        """The same body with another time step; static parts remain so where the scheme of all does."""
         pairs = zip(self.parts, self.schemes(integration), strict=True)
         parts = tuple(part.made_of(part.robot.with_integration(own)) for part, own in pairs)
         return dataclasses.replace(self, parts=parts, integration=integration)
@@ -173,6 +182,10 @@ class PartsBody(Body[PartsPoints]):
         every = zip(spans.configuration, spans.columns, spans.memory, strict=True)
         return [State(state.q[q], state.v[v], state.memory[memory]) for q, v, memory in every]
 
+    def each(self, state: State) -> Iterator[tuple[Body[Any], State]]:
+        """The body of each part with its state."""
+        return zip(self.bodies, self.states(state), strict=True)
+
     def values(self, stored: Array) -> list[Array]:
         """Values of a matrix of each part, as its body stores them."""
         pairs = zip(self.spans.stored, self.spans.shapes, strict=True)
@@ -180,8 +193,8 @@ class PartsBody(Body[PartsPoints]):
 
     def motion(self, state: State) -> PartsMotion:
         """Where the points of all parts are at a state."""
-        pairs = zip(self.bodies, self.states(state), strict=True)
-        return PartsMotion(tuple(body.motion(own) for body, own in pairs), self.spans.columns)
+        motions = tuple(body.motion(own) for body, own in self.each(state))
+        return PartsMotion(motions, self.spans.columns)
 
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration at a state [m]."""
@@ -198,7 +211,7 @@ class PartsBody(Body[PartsPoints]):
         """
         every = zip(self.bodies, self.states(state), self.spans.columns, strict=True)
         return joined_state(
-            [body.advance(own, of_part(system, span), dv[span]) for body, own, span in every]
+            [advanced(body, own, of_part(system, span), dv[span]) for body, own, span in every]
         )
 
     def forces(
@@ -297,22 +310,11 @@ class PartsBody(Body[PartsPoints]):
         every = zip(self.bodies, self.states(state), self.schemes(scheme), strict=True)
         found = [body.damping_at(own, one) for body, own, one in every]
         stored = np.concatenate([values.ravel() for _, values in found])
-        return self.forces_of([force for force, _ in found]), stored
+        return joined_forces(self.spans, [force for force, _ in found]), stored
 
     def inertia_at(self, state: State) -> Array | None:
         """Centrifugal and gyroscopic forces (n,) at a state [N]; None where every mass is constant."""
-        pairs = zip(self.bodies, self.states(state), strict=True)
-        return self.forces_of([body.inertia_at(own) for body, own in pairs])
-
-    def forces_of(self, forces: list[Array | None]) -> Array | None:
-        """Forces (n,) of those of each part, where None are zero; None where all are."""
-        if all(force is None for force in forces):
-            return None
-        total = np.zeros(self.n)
-        for span, force in zip(self.spans.columns, forces, strict=True):
-            if force is not None:
-                total[span] = force
-        return total
+        return joined_forces(self.spans, [body.inertia_at(own) for body, own in self.each(state)])
 
     def turning_steps(self) -> Turning | None:
         """What replaces long straight steps by such that turn elements; None: nothing does. Expensive."""
@@ -330,18 +332,15 @@ class PartsBody(Body[PartsPoints]):
 
     def inverted(self, state: State) -> int:
         """Number of elements that are turned inside out."""
-        pairs = zip(self.bodies, self.states(state), strict=True)
-        return sum(body.inverted(own) for body, own in pairs)
+        return sum(body.inverted(own) for body, own in self.each(state))
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""
-        pairs = zip(self.bodies, self.states(state), strict=True)
-        return sum(body.potential(own) for body, own in pairs)
+        return sum(body.potential(own) for body, own in self.each(state))
 
     def stored(self, state: State) -> float:
         """Energy stored in the memory of viscous materials [J]."""
-        pairs = zip(self.bodies, self.states(state), strict=True)
-        return sum(body.stored(own) for body, own in pairs)
+        return sum(body.stored(own) for body, own in self.each(state))
 
     def velocity(self, start: State, end: State) -> Array:
         """The velocity (n,) that moves one state to another within a step [m/s], [rad/s]."""
@@ -369,13 +368,12 @@ class PartsBody(Body[PartsPoints]):
         return np.concatenate([body.damping_at_end(one, own).ravel() for body, one, own in every])
 
     def step_start(self, state: State) -> StepStart:
-        """The start of a step that is iterated, see `Body`; each part has damping of its own."""
-        pairs = zip(self.bodies, self.states(state), strict=True)
-        starts = [body.step_start(own) for body, own in pairs]
+        """The start of a step that is iterated, see `Body`; each part has a scheme and damping of its own."""
+        starts = [start_of_part(body, own) for body, own in self.each(state)]
         return StepStart(
             state,
             self.integration,
-            self.masses(state),
+            np.concatenate([start.mass.ravel() for start in starts]),
             np.concatenate([start.damping.ravel() for start in starts]),
             np.concatenate([start.force for start in starts]),
         )

@@ -53,7 +53,7 @@ def parts_effectors(parts: Sequence[Part]) -> Effectors[PartsPoints]:
     """The effectors of all parts in one list, named by part and effector."""
     groups: list[PointsOfPart] = []
     measures: list[Measure] = []
-    starts, layouts, names = [np.zeros(1, np.int64)], [], []
+    starts, layouts, names, count = [np.zeros(1, np.int64)], [], [], 0
     for number, part in enumerate(parts):
         effectors = part.robot.effectors
         kinds = effectors.kinds
@@ -65,7 +65,8 @@ def parts_effectors(parts: Sequence[Part]) -> Effectors[PartsPoints]:
             measure if points_only else PlacedMeasure(measure, part.placement)
             for measure in kinds.measures
         ]
-        starts.append(kinds.starts[1:] + starts[-1][-1])
+        starts.append(kinds.starts[1:] + count)
+        count += int(kinds.starts[-1])
         layouts.append(kinds.layout)
         names += [part.named(name) for name in kinds.layout.names]
     layout: EffectorLayout = replace(joined_layout(layouts), names=tuple(names))

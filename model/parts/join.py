@@ -20,6 +20,7 @@ from tauten.model.parts.part import Part
 from tauten.model.parts.placement import Placement
 from tauten.model.parts.spans import spans_of
 from tauten.model.robot import Robot, RobotNames
+from tauten.model.schema import check_unique
 from tauten.model.system import Integration
 
 
@@ -31,9 +32,11 @@ def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
         parts: each under the gravity of its own frame, all with one time step.
 
     Raises:
-        ValueError: a coupling or a contact that is none.
+        ValueError: a coupling or a contact that is none, or a name that is used twice.
     """
     effectors, motors = parts_effectors(parts), parts_motors(parts, assembly.couplings)
+    check_unique("actuators", list(motors.actuators.names))
+    check_unique("effectors", list(effectors.kinds.layout.names))
     return Robot(
         names=RobotNames(assembly.name, assembly.frame, effectors.kinds.layout.names),
         digest=assembly.digest,

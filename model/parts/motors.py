@@ -74,8 +74,6 @@ def parts_motors(parts: Sequence[Part], couplings: Sequence[CouplingSettings]) -
         kinds=tuple(single.kinds[k] for k in items),
         laws=laws,
     )
-    if len(set(actuators.names)) < len(actuators.names):
-        raise ValueError(f"couplings: two actuators have one name: {', '.join(actuators.names)}")
     ranges = [
         motor_range(row, item, limits) for row, item in zip(gains, items.values(), strict=True)
     ]

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from tauten.model.body import Body
-from tauten.model.numerics import NoFactors
+from tauten.model.numerics import Array, NoFactors
 from tauten.model.parts.motion import slices
-from tauten.model.state import State
+from tauten.model.state import State, StepStart
 from tauten.model.system import Integration, System
 
 
@@ -68,6 +68,39 @@ def scheme_of_part(own: Integration, whole: Integration, given: Integration) -> 
     )
 
 
+def start_of_part(body: Body[Any], state: State) -> StepStart:
+    """The start of a part in a step that is iterated; in static steps only what floats has inertia.
+
+    Args:
+        body: of the part.
+        state: of the part.
+    """
+    mass = np.zeros(body.stored_shape)
+    if not body.integration.static:
+        start = body.step_start(state)
+        body.add_mass(mass, start.mass)
+        return dataclasses.replace(start, mass=mass)
+    floating = body.floating_mass(state)
+    if floating is not None:
+        body.add_mass(mass, floating)
+    return StepStart(state, body.integration, mass, np.zeros_like(mass), np.zeros(body.n))
+
+
+def advanced(body: Body[Any], state: State, system: System, dv: Array) -> State:
+    """The state of a part one step later: at standstill where steps are static and nothing floats.
+
+    Args:
+        body: of the part.
+        state: before the step.
+        system: of the step.
+        dv: (n,) change of velocity [m/s].
+    """
+    after = body.advance(state, system, dv)
+    if body.integration.static and body.floating_mass(state) is None:
+        return dataclasses.replace(after, v=np.zeros_like(after.v))
+    return after
+
+
 def joined_state(states: list[State]) -> State:
     """The state of all parts."""
     return State(
@@ -75,6 +108,17 @@ def joined_state(states: list[State]) -> State:
         np.concatenate([state.v for state in states]),
         np.concatenate([state.memory for state in states]),
     )
+
+
+def joined_forces(spans: Spans, forces: Sequence[Array | None]) -> Array | None:
+    """Forces (n,) of those of each part, where None are zero; None where all are."""
+    if all(force is None for force in forces):
+        return None
+    total = np.zeros(spans.columns[-1].stop)
+    for span, force in zip(spans.columns, forces, strict=True):
+        if force is not None:
+            total[span] = force
+    return total
 
 
 def of_part(system: System, span: slice) -> System:

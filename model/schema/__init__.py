@@ -14,6 +14,7 @@ from tauten.model.schema.constraints import AttachmentSettings
 from tauten.model.schema.contact import (
     ALARM_DISTANCE,
     ITSELF,
+    ContactRange,
     ContactSettings,
     ObstacleSettings,
     check_surfaces,
@@ -51,6 +52,7 @@ from tauten.model.schema.robot_file import (
     RobotConfig,
     RobotSettings,
     SingleActuator,
+    check_unique,
     model_tables,
 )
 from tauten.model.schema.section import (
@@ -72,6 +74,7 @@ from tauten.model.schema.section import (
 __all__ = [
     "ALARM_DISTANCE",
     "ITSELF",
+    "ContactRange",
     "ContactSettings",
     "AnyProfile",
     "AnyRegion",
@@ -130,6 +133,7 @@ __all__ = [
     "Vertebra",
     "beam_robot_digest",
     "check_surfaces",
+    "check_unique",
     "differences",
     "in_range",
     "model_tables",

@@ -91,17 +91,18 @@ def beam_robot_digest(config: BeamConfig, structure: Structure, folder: Path) ->
     )
 
 
-def joined_digest(digests: Sequence[str]) -> str:
+def joined_digest(robots: Sequence[str], couplings: str, contacts: str) -> str:
     """The digest of a robot of several parts from theirs, part by part of `PARTS`.
 
     Args:
-        digests: of the parts, and last of what lies between them, which counts as contacts.
+        robots: digests of the parts.
+        couplings: motors of several parts.
+        contacts: what lies between the parts.
     """
-    *robots, between = digests
-    found = []
+    more, found = {"couplings": couplings, "contacts": contacts}, []
     for k, what in enumerate(PARTS):
         own = [digest[k * _DIGITS : (k + 1) * _DIGITS] for digest in robots]
-        text = json.dumps([*own, between] if what == "contacts" else own)
+        text = json.dumps([*own, more.get(what, "")])
         found.append(hashlib.sha256(text.encode()).hexdigest()[:_DIGITS])
     return "".join(found)
 

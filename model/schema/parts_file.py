@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
@@ -93,7 +92,7 @@ class PartsConfig(Section):
     )
     contact: ContactRange = Field(
         default=ContactRange(),
-        description="Distances of contact handling; the alarm distance by default the largest of the parts.",
+        description="Distances of contact handling, by default those of the parts.",
     )
     controller: ControlPeriod = Field(
         default=ControlPeriod(), description="Control rate and inverse control."
@@ -134,18 +133,29 @@ class PartsConfig(Section):
         return self
 
 
-def parts_digest(config: PartsConfig, parts: Sequence[str]) -> str:
-    """The digest of a robot of several parts: what its contact forces depend on.
+def parts_digest(
+    config: PartsConfig,
+    parts: Sequence[str],
+    surfaces: Sequence[Sequence[int]],
+    members: Sequence[Sequence[int]],
+) -> str:
+    """The digest of a robot of several parts: what its contact forces depend on; names do not count.
 
     Args:
         config: the robot file.
         parts: digests of its parts.
+        surfaces: numbers of the vertices that touch of each part, and of the triangles of each contact.
+        members: actuators of each coupling, by their numbers among those of all parts.
     """
     places = [part.model_dump(exclude={"robot", "name"}) for part in config.parts]
+    used = [item.against for item in config.contacts if isinstance(item.against, str)]
+    obstacles = {
+        one.name: one.model_dump(exclude={"name"}) for one in config.obstacles if one.name in used
+    }
     touching = [
-        *(item.model_dump() for item in config.contacts),
-        *(item.model_dump() for item in config.obstacles),
-        config.contact.model_dump(exclude={"tolerance"}),
+        [item.points, obstacles.get(item.against) if isinstance(item.against, str) else None]
+        for item in config.contacts
     ]
-    text = json.dumps([places, touching, [part.name for part in config.parts]])
-    return joined_digest([*parts, hashlib.sha256(text.encode()).hexdigest()])
+    motors = [[item.gains, list(ids)] for item, ids in zip(config.couplings, members, strict=True)]
+    apart = [places, touching, surfaces, config.contact.model_dump(exclude={"tolerance"})]
+    return joined_digest(parts, json.dumps(motors) if motors else "", json.dumps(apart))

@@ -145,12 +145,11 @@ def check_parts(
     files = {part.robot: part_path(part.robot, path) for part in parts}
     findings: list[Finding] = []
     complete = True
-    for file in files.values():
-        name = file.stem
+    for written, file in files.items():
+        name = written.removesuffix(".toml")
         if not read_toml(file).get("effectors"):
-            findings.append(Finding(f"{name}: object", "fine", "its mesh is not compared"))
+            findings.append(Finding(f"{name}: no effector", "fine", "its mesh is not compared"))
             continue
-
         found = check_robot(
             replace(settings, robot=str(file)), stop, partial(of_part, progress, len(files), name)
         )

@@ -65,6 +65,26 @@ def test_contact_of_all_parts_may_be_chosen(basis: str, modes: int) -> None:
     assert setup.basis_modes == modes
 
 
+@pytest.mark.parametrize(
+    ("table", "unknowns"), [("check_period = 0.5", 72), ('order = "full"', 18_060)]
+)
+def test_the_model_of_all_parts_is_chosen_only_where_it_is_said(
+    tmp_path: Path, table: str, unknowns: int
+) -> None:
+    path = tmp_path / "hand.toml"
+    two = HAND.read_text().rsplit("[[parts]]", 1)[0]
+    path.write_text(f"{two}\n[model]\n{table}\n")
+    assert load_setup(path).robot.n == unknowns
+
+
+@pytest.mark.parametrize("table", ['states = "finger"', "max_tip_error = 1e-9"])
+def test_state_bases_of_parts_are_checked(tmp_path: Path, table: str) -> None:
+    path = tmp_path / "hand.toml"
+    path.write_text(f"{HAND.read_text()}\n[model]\n{table}\n")
+    with pytest.raises((RobotFileError, StateBasisError), match=r"of the parts|1e-06 mm"):
+        load_setup(path)
+
+
 def test_state_bases_belong_to_the_parts() -> None:
     with pytest.raises(StateBasisError, match="reduce the robot file of each part"):
         reducible(load_setup(HAND, model="full").robot)
@@ -111,5 +131,5 @@ def test_a_check_looks_at_every_file_once(beam_file: Path, tmp_path: Path) -> No
     found = check_robot(settings, StopFlag(), lambda share, what="": None)
     assert not found.refused and found.robot == "pair"
     subjects = [item.subject for item in found.findings]
-    assert f"{beam_file.stem}: moving mass" in subjects
+    assert f"{beam_file.with_suffix('')}: moving mass" in subjects
     assert len(set(subjects)) == len(subjects)

@@ -173,6 +173,50 @@ def test_a_file_of_an_object_is_no_robot_by_itself(tmp_path: Path) -> None:
         load_robot(tmp_path / "cube.toml")
 
 
+@pytest.mark.parametrize("order", [(0, 1), (1, 0), (0, 1, 2), (1, 0, 2)])
+def test_objects_stand_anywhere_among_the_parts(tmp_path: Path, order: tuple[int, ...]) -> None:
+    head, *parts = TABLE.split("[[parts]]")
+    other = parts[0].replace('name = "cushion"', 'name = "other"') + "position = [0.2, 0.0, 0.0]\n"
+    parts = [*parts, other]
+    table = "[[parts]]".join([head, *(parts[k] for k in order)])
+    robot = load_robot(written(tmp_path, table))
+    assert robot.effector_layout.names == tuple(
+        ("cushion_top", "", "other_top")[k] for k in order if k != 1
+    )
+    assert np.isfinite(robot.effector(robot.rest())).all()
+
+
+def test_a_static_part_beside_a_dynamic_one_moves_as_it_does_alone(tmp_path: Path) -> None:
+    """Steps of every kind: one linearisation, converged, and the second order of a controller's model."""
+    both = Simulator(load_robot(written(tmp_path, TABLE.replace("0.0302", "5.0"))), "none")
+    alone = Simulator(load_robot(tmp_path / "cushion.toml"), "none")
+    for position, converged in ((1e-3, False), (2e-3, True), (1e-3, True), (0.0, True)):
+        both.step(np.array([position]), converged=converged)
+        alone.step(np.array([position]), converged=converged)
+        np.testing.assert_allclose(both.effector, alone.effector, atol=1e-6)
+        np.testing.assert_allclose(both.effort, alone.effort, rtol=1e-3, atol=1e-4)
+    for position in (5e-4, 1e-3):
+        both.move(np.array([position]))
+        alone.move(np.array([position]))
+        np.testing.assert_allclose(both.effector, alone.effector, atol=1e-6)
+
+
+def test_names_of_parts_and_actuators_that_make_the_same_are_refused(tmp_path: Path) -> None:
+    table = TABLE.replace('name = "cube"\nrobot = "cube.toml"', 'name = "a_b"\nrobot = "c.toml"')
+    path = written(tmp_path, table.replace('name = "cushion"', 'name = "a"'))
+    for file, name in (("cushion.toml", "b_c"), ("c.toml", "c")):
+        (tmp_path / file).write_text(CUSHION.replace('name = "down"', f'name = "{name}"'))
+    with pytest.raises(RobotFileError, match="a_b_c"):
+        load_robot(path)
+
+
+def test_the_region_that_touches_counts_in_the_digest(tmp_path: Path) -> None:
+    first = load_robot(written(tmp_path, TABLE + ON_CUSHION)).digest
+    cube = (tmp_path / "cube.toml").read_text()
+    (tmp_path / "cube.toml").write_text(cube.replace("[0.0, 0.0, -1.0]", "[0.0, 0.0, 1.0]"))
+    assert load_robot(tmp_path / "table.toml").digest != first
+
+
 def test_what_lies_between_parts_changes_the_digest_and_no_part(tmp_path: Path) -> None:
     apart = load_robot(written(tmp_path, TABLE))
     touching = load_robot(written(tmp_path, TABLE + ON_CUSHION))
