@@ -134,10 +134,8 @@ class Controller:
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
         self._taken, self._stalled = (undamped(), no_lead()), np.zeros(self.robot.n_a, np.bool_)
-        effort, seen = (
-            forces.effort,
-            (self.robot.effector(state), self.robot.effector_values(state)),
-        )
+        effort = forces.effort
+        seen = self.robot.effector(state), self.robot.effector_values(state)
         left = Actuation(position, effort, effort, *seen, Status.OK, NO_CERTIFICATE)
         self._left = left.copy()  # in the step before: what rates and holds start from
 

@@ -34,7 +34,7 @@ from tauten.model.beams import (
 from tauten.model.body import Material
 from tauten.model.contact import ContactSet
 from tauten.model.load.beam_bodies import profile_of
-from tauten.model.load.contacts import contact_set
+from tauten.model.load.contacts import all_triangles, contact_set
 from tauten.model.load.effectors import build_beam_effectors
 from tauten.model.load.transmissions import build_beam_transmissions
 from tauten.model.mesh import Selector, point_selector
@@ -72,8 +72,10 @@ def read_structure(path: Path) -> Structure:
     return validated(Structure, raw, path)
 
 
-def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> Robot[BeamBody]:
-    """Build a robot from validated files.
+def build_beam_robot(
+    config: BeamConfig, structure: Structure, source: str
+) -> tuple[Robot[BeamBody], dict[str, Ints]]:
+    """Build a robot from validated files, and the triangles (t, 3) of each of its surfaces.
 
     Args:
         config: the robot file.
@@ -104,7 +106,7 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> R
     )
     free = ~fixed
     scheme = config.integration
-    return Robot(
+    robot = Robot(
         names=names_of(config),
         digest=beam_robot_digest(config, structure, Path(source).parent),
         tolerance=config.contact.tolerance,
@@ -132,6 +134,7 @@ def build_beam_robot(config: BeamConfig, structure: Structure, source: str) -> R
             surfaces=surfaces,
         ),
     )
+    return robot, named
 
 
 def ends_of(paths: Paths, stations: AttachedPoints) -> Ints:
@@ -387,8 +390,7 @@ def build_beam_contacts(
         check_surfaces(config.contacts, set(named), [one.name for one in config.obstacles])
     except ValueError as error:
         raise RobotFileError(f"{source}: {error}") from error
-    every = np.concatenate([np.zeros((0, 3), np.int64), *named.values()])
-    triangles: dict[str | None, Ints] = {None: every}
+    triangles: dict[str | None, Ints] = {None: all_triangles(named)}
     triangles.update(named.items())
     vertices = placed_at_rest(surfaces.contact_points, body)
     return contact_set(config, vertices, triangles, source)

@@ -198,6 +198,11 @@ def contact_pair(
     return ContactPair(name, nodes, weights, triangles, apart)
 
 
+def all_triangles(named: Mapping[str, Ints]) -> Ints:
+    """Triangles (t, 3) of all surfaces of a structure file."""
+    return np.concatenate([np.zeros((0, 3), np.int64), *named.values()])
+
+
 def candidates_on(
     vertices: Array,
     triangles: Ints,

@@ -2,33 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tauten.model.beams import build_beam_surfaces
-from tauten.model.body import Material
 from tauten.model.contact import ContactPair, ContactSet
-from tauten.model.load.beams import build_beam_body, build_profiles
-from tauten.model.load.bodies import AnyMesh, build_bodies
-from tauten.model.load.contacts import NO_TRIANGLES, build_obstacle, candidates_on, check_shape
+from tauten.model.load.contacts import (
+    NO_TRIANGLES,
+    all_triangles,
+    build_obstacle,
+    candidates_on,
+    check_shape,
+)
+from tauten.model.mesh import Selector
 from tauten.model.numerics import Array, Ints
 from tauten.model.parts import Assembly, Between, Part, PartsBody, Placement, join_parts
 from tauten.model.robot import Robot
 from tauten.model.schema import (
     ALARM_DISTANCE,
-    BeamConfig,
     ContactRange,
     PartsConfig,
     PartSurfaceSettings,
-    RobotConfig,
     RobotFileError,
     RotationSettings,
-    Structure,
     parts_digest,
 )
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,11 +64,7 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
     """
     gravity = np.array(config.gravity)
     places = [
-        Placement(
-            rotation_matrix(part.rotation),
-            np.array(part.position),
-        )
-        for part in config.parts
+        Placement(rotation_matrix(part.rotation), np.array(part.position)) for part in config.parts
     ]
     loaded = [read(part.robot) for part in config.parts]
     robots = [
@@ -182,49 +181,48 @@ def common_distance(sets: Sequence[ContactSet], distance: float, source: str) ->
     return distance
 
 
-def body_surface(
-    config: RobotConfig, bodies: Sequence[AnyMesh], source: str, name: str | None
-) -> Ints:
+def body_surface(selector: Selector, source: str, name: str | None) -> Ints:
     """Triangles (t, 3) of a surface or region of a robot with meshes, or of its whole surface.
 
     Args:
-        config: the robot file.
-        bodies: meshes of its bodies.
+        selector: of its regions.
         source: the robot file's path, for errors.
         name: of the surface or region; None: all.
 
     Raises:
         RobotFileError: there is no such surface.
     """
-    selector = build_bodies(config, bodies, source).selector
     if name is None:
         return selector.boundary
-    if name not in selector.named:
-        raise RobotFileError(
-            f"{source}: surface {name!r} is not defined, known are "
-            f"{', '.join(sorted(selector.named)) or 'none'}"
-        )
-    return selector.boundary[selector.select_triangles(selector.named[name], f"surfaces.{name}")]
+    region = known_surface(selector.named, source, name)
+    return selector.boundary[selector.select_triangles(region, f"surfaces.{name}")]
 
 
-def beam_surface(config: BeamConfig, structure: Structure, source: str, name: str | None) -> Ints:
+def beam_surface(named: Mapping[str, Ints], source: str, name: str | None) -> Ints:
     """Triangles (t, 3) of a surface of a structure file, or of all of them.
 
     Args:
-        config: the robot file.
-        structure: the structure file.
+        named: triangles of each surface.
         source: the robot file's path, for errors.
         name: of the surface; None: all.
 
     Raises:
         RobotFileError: there is no such surface.
     """
-    material = Material(**config.material.model_dump())
-    profiles = build_profiles(config, structure, material, source)
-    body = build_beam_body(structure, profiles, material, source)
-    named = build_beam_surfaces(structure, profiles, body)[1]
-    if name is None:
-        return np.concatenate([np.zeros((0, 3), np.int64), *named.values()])
+    return all_triangles(named) if name is None else known_surface(named, source, name)
+
+
+def known_surface(named: Mapping[str, T], source: str, name: str) -> T:
+    """What a robot file calls by this name.
+
+    Args:
+        named: surfaces or regions by name.
+        source: the robot file's path, for errors.
+        name: of the wanted one.
+
+    Raises:
+        RobotFileError: there is no such surface.
+    """
     if name not in named:
         raise RobotFileError(
             f"{source}: surface {name!r} is not defined, known are {', '.join(sorted(named)) or 'none'}"

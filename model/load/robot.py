@@ -15,7 +15,7 @@ import numpy as np
 from tauten.model.actuators import ActuatorSet, nodal_curvature
 from tauten.model.load.actuators import build_actuators, place_points
 from tauten.model.load.beams import build_beam_robot, read_structure
-from tauten.model.load.bodies import AnyMesh, build_bodies, contents_of, read_bodies
+from tauten.model.load.bodies import AnyMesh, Bodies, build_bodies, contents_of, read_bodies
 from tauten.model.load.constraints import build_constraints, constrained
 from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
@@ -189,12 +189,14 @@ def make_part(
         structure = read_structure(path.parent / beams.beams.file)
         for _ in range(changes.refinements):
             structure = structure.refine()
-        robot = build_beam_robot(beams, structure, str(path))
-        return LoadedPart(robot, partial(beam_surface, beams, structure, str(path)))
+        robot, named = build_beam_robot(beams, structure, str(path))
+        return LoadedPart(robot, partial(beam_surface, named, str(path)))
     config = changed(validated(kind, raw, path), changes, path)
-    bodies = read_bodies(config, path, changes.refinements)
+    meshes = read_bodies(config, path, changes.refinements)
+    bodies = build_bodies(config, meshes, str(path))
     return LoadedPart(
-        build_robot(config, bodies, str(path)), partial(body_surface, config, bodies, str(path))
+        robot_of(config, meshes, bodies, str(path)),
+        partial(body_surface, bodies.selector, str(path)),
     )
 
 
@@ -281,7 +283,20 @@ def build_robot(
         RobotFileError: a region is empty or a point lies outside the mesh; the text names `source`.
     """
     meshes = mesh if isinstance(mesh, Sequence) else [mesh]
-    bodies = build_bodies(config, meshes, source)
+    return robot_of(config, meshes, build_bodies(config, meshes, source), source)
+
+
+def robot_of(
+    config: RobotConfig, meshes: Sequence[AnyMesh], bodies: Bodies, source: str
+) -> Robot[TetBody]:
+    """`build_robot` where the bodies are built.
+
+    Args:
+        config: the robot file.
+        meshes: of its bodies.
+        bodies: from `build_bodies`.
+        source: the robot file's path, for errors.
+    """
     body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
     constraints = build_constraints(config, bodies)
     loose = loose_nodes(config, bodies, constraints)

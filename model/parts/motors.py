@@ -9,10 +9,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.actuators import Coupling
-from tauten.model.numerics import Array
 from tauten.model.parts.part import Part
-from tauten.model.schema import CouplingSettings
-from tauten.model.signals import Actuators, Laws, Limits, Springs, joined_limits
+from tauten.model.schema import CouplingSettings, Range
+from tauten.model.signals import Actuators, Laws, Limits, Springs, allowed_efforts, joined_limits
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,10 +74,11 @@ def parts_motors(parts: Sequence[Part], couplings: Sequence[CouplingSettings]) -
         laws=laws,
     )
     ranges = [
-        motor_range(row, item, limits) for row, item in zip(gains, items.values(), strict=True)
+        limits.range_of(k) if item is None else motor_range(single, limits, item)
+        for k, item in items.items()
     ]
     coupling = Coupling(sp.csr_array(gains), np.zeros(len(single)))
-    return Motors(actuators, Limits(*np.array(ranges).T), coupling)
+    return Motors(actuators, Limits.of(ranges), coupling)
 
 
 def motors_by_place(
@@ -117,34 +117,22 @@ def motors_by_place(
     return found
 
 
-def motor_range(
-    gains: Array, item: CouplingSettings | None, limits: Limits
-) -> tuple[float, float, float, float, float]:
-    """Limits of a motor as in `Limits`: its own, and the efforts that every member allows.
+def motor_range(single: Actuators, limits: Limits, item: CouplingSettings) -> Range:
+    """Limits of a motor of several actuators: its own, and the efforts that every member allows.
 
     Args:
-        gains: (members,) of all actuators.
-        item: the motor; None: the actuator drives itself.
-        limits: of all actuators.
+        single: the actuators of all parts.
+        limits: of these.
+        item: the motor.
 
     Raises:
         ValueError: they leave no effort.
     """
-    members = np.flatnonzero(gains)
-    if item is None:
-        own = limits.at(members)
-        return (
-            float(own.effort_min[0]), float(own.effort_max[0]), float(own.position_min[0]),
-            float(own.position_max[0]), float(own.rate[0]),
-        )  # fmt: skip
-    gain = gains[members]
-    ends = np.sort([limits.effort_min[members] / gain, limits.effort_max[members] / gain], axis=0)
-    motor = item.limits
-    least = max(motor.least_effort, float(ends[0].max()))
-    most = min(motor.most_effort, float(ends[1].min()))
+    members = [limits.range_of(single.names.index(name)) for name in item.members]
+    own, (least, most) = item.limits, allowed_efforts(item, members)
     if not least <= 0.0 <= most or least == most:
         raise ValueError(
             f"couplings.{item.name}: the limits of its members allow efforts of the motor from {least:g} to "
             f"{most:g}; zero, the value at rest, must be between them"
         )
-    return least, most, motor.least_position, motor.most_position, motor.rate
+    return Range(least, most, own.least_position, own.most_position, own.rate)

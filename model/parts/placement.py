@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from tauten.model.numerics import Array
 
 
@@ -34,8 +32,3 @@ class Placement:
         """Vectors (…, 3) in the part's frame of vectors in the robot's."""
         turned: Array = v @ self.Q
         return turned
-
-
-def unmoved() -> Placement:
-    """A part whose frame is the robot's."""
-    return Placement(np.eye(3), np.zeros(3))

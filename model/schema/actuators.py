@@ -47,6 +47,25 @@ class Range:
     most_position: float
     rate: float
 
+    @classmethod
+    def about_rest(
+        cls,
+        effort: tuple[float | None, float],
+        position: tuple[float | None, float],
+        rate: float,
+    ) -> Range:
+        """Limits of which the least ones, where they are not given, are the largest ones with the other sign.
+
+        Args:
+            effort: least and largest.
+            position: least and largest.
+            rate: largest.
+        """
+        (low, high), (least, most) = effort, position
+        return cls(
+            -high if low is None else low, high, -most if least is None else least, most, rate
+        )
+
     def check(self, position: str, effort: str) -> None:
         """Raise a ValueError where a limit excludes rest, at which δ and λ are zero.
 
@@ -143,12 +162,9 @@ class ChamberSettings(Section):
     @property
     def limits(self) -> Range:
         """Limits of pressure, volume change and its rate."""
-        least = self.min_volume_change
-        return Range(
-            self.min_pressure,
-            self.max_pressure,
-            -self.max_volume_change if least is None else least,
-            self.max_volume_change,
+        return Range.about_rest(
+            (self.min_pressure, self.max_pressure),
+            (self.min_volume_change, self.max_volume_change),
             self.max_rate,
         )
 
@@ -212,13 +228,8 @@ class ForceSettings(Section):
     @property
     def limits(self) -> Range:
         """Limits of force, displacement and its rate."""
-        force, travel = self.min_force, self.min_travel
-        return Range(
-            -self.max_force if force is None else force,
-            self.max_force,
-            -self.max_travel if travel is None else travel,
-            self.max_travel,
-            self.max_rate,
+        return Range.about_rest(
+            (self.min_force, self.max_force), (self.min_travel, self.max_travel), self.max_rate
         )
 
     @model_validator(mode="after")
@@ -287,12 +298,9 @@ class TransmissionSettings(Section):
     @property
     def limits(self) -> Range:
         """Limits of effort, position and its rate."""
-        position, effort = self.min_position, self.min_effort
-        return Range(
-            -self.max_effort if effort is None else effort,
-            self.max_effort,
-            -self.max_position if position is None else position,
-            self.max_position,
+        return Range.about_rest(
+            (self.min_effort, self.max_effort),
+            (self.min_position, self.max_position),
             self.max_rate,
         )
 

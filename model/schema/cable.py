@@ -140,12 +140,9 @@ class CouplingSettings(Section):
     @property
     def limits(self) -> Range:
         """Limits of the motor alone."""
-        position, effort = self.min_position, self.min_effort
-        return Range(
-            -self.max_effort if effort is None else effort,
-            self.max_effort,
-            -self.max_position if position is None else position,
-            self.max_position,
+        return Range.about_rest(
+            (self.min_effort, self.max_effort),
+            (self.min_position, self.max_position),
             self.max_rate,
         )
 

@@ -98,13 +98,7 @@ class DriveSettings(Section):
             )  # fmt: skip
         assert most is not None
         assert high is not None
-        return Range(
-            -high if low is None else low,
-            high,
-            -most if least is None else least,
-            most,
-            self.max_rate,
-        )
+        return Range.about_rest((low, high), (least, most), self.max_rate)
 
     @model_validator(mode="after")
     def _consistent(self) -> DriveSettings:

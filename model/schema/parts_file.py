@@ -12,7 +12,7 @@ from tauten.model.schema.body import RotationSettings
 from tauten.model.schema.cable import CouplingSettings
 from tauten.model.schema.contact import ContactRange, ObstacleSettings
 from tauten.model.schema.digest import joined_digest
-from tauten.model.schema.robot_file import ControlPeriod, Gravity, check_unique
+from tauten.model.schema.robot_file import ControlPeriod, NamedRobot, check_unique
 from tauten.model.schema.section import Name, Point, Section
 
 
@@ -62,18 +62,9 @@ class PartContactSettings(Section):
     )
 
 
-class PartsConfig(Section):
+class PartsConfig(NamedRobot):
     """The file of a robot of several parts; they act on each other by contact."""
 
-    name: Name = Field(description="Name of the robot, part of every key on the wire.")
-    frame: Name = Field(
-        default="base",
-        description="Name of the robot's frame, in the headers of messages; by default base.",
-    )
-    gravity: Gravity = Field(
-        default=(0.0, 0.0, -9.81),
-        description="Acceleration of gravity [m/s²], by default 9.81 along −z.",
-    )
     parts: Annotated[list[PartSettings], Field(min_length=1)] = Field(
         description="The parts, one table each."
     )

@@ -97,10 +97,8 @@ def model_tables(raw: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in raw.items() if key not in OTHER_LAYERS}
 
 
-class RobotSettings(Section):
-    """The fields of the model in every robot file, for all kinds of bodies."""
-
-    is_driven: ClassVar[bool] = True  # whether it needs an actuator
+class NamedRobot(Section):
+    """The fields of every robot file."""
 
     name: Name = Field(description="Name of the robot, part of every key on the wire.")
     frame: Name = Field(
@@ -111,6 +109,13 @@ class RobotSettings(Section):
         default=(0.0, 0.0, -9.81),
         description="Acceleration of gravity [m/s²], by default 9.81 along −z.",
     )
+
+
+class RobotSettings(NamedRobot):
+    """The fields of the model in every robot file, for all kinds of bodies."""
+
+    is_driven: ClassVar[bool] = True  # whether it needs an actuator
+
     fixed: tuple[Selection, ...] = Field(
         default=(),
         description="Regions, or their names, whose nodes do not move; by default none, where something "

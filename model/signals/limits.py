@@ -43,6 +43,21 @@ class Limits:
         )
         return farthest
 
+    @classmethod
+    def of(cls, ranges: Sequence[Range]) -> Limits:
+        """Limits of actuators, each given as a range."""
+        return cls(
+            effort_min=np.array([found.least_effort for found in ranges]),
+            effort_max=np.array([found.most_effort for found in ranges]),
+            position_min=np.array([found.least_position for found in ranges]),
+            position_max=np.array([found.most_position for found in ranges]),
+            rate=np.array([found.rate for found in ranges]),
+        )
+
+    def range_of(self, actuator: int) -> Range:
+        """The limits of one actuator by its number."""
+        return Range(*(float(getattr(self, field.name)[actuator]) for field in fields(Limits)))
+
     def at(self, chosen: Ints) -> Limits:
         """The limits of some actuators, by their numbers (c,)."""
         return Limits(
@@ -75,22 +90,26 @@ def limits_of(config: RobotSettings, source: str = "robot file") -> Limits:
             ranges.append(_coupled(item, [single[name] for name in item.members], source))
         else:
             ranges.append(item.limits)
-    return Limits(
-        effort_min=np.array([found.least_effort for found in ranges]),
-        effort_max=np.array([found.most_effort for found in ranges]),
-        position_min=np.array([found.least_position for found in ranges]),
-        position_max=np.array([found.most_position for found in ranges]),
-        rate=np.array([found.rate for found in ranges]),
-    )
+    return Limits.of(ranges)
+
+
+def allowed_efforts(item: CouplingSettings, members: Sequence[Range]) -> tuple[float, float]:
+    """The least and the largest effort of a motor that it and every member allow.
+
+    Args:
+        item: the motor.
+        members: limits of what it drives.
+    """
+    least, most = item.limits.least_effort, item.limits.most_effort
+    for gain, offset, member in zip(item.gains, item.offsets, members, strict=True):
+        ends = sorted([(member.least_effort - offset) / gain, (member.most_effort - offset) / gain])
+        least, most = max(least, ends[0]), min(most, ends[1])
+    return least, most
 
 
 def _coupled(item: CouplingSettings, members: list[Range], source: str) -> Range:
     """Limits of a motor: its own, and the efforts that every member allows."""
-    own = item.limits
-    least, most = own.least_effort, own.most_effort
-    for gain, offset, member in zip(item.gains, item.offsets, members, strict=True):
-        ends = sorted([(member.least_effort - offset) / gain, (member.most_effort - offset) / gain])
-        least, most = max(least, ends[0]), min(most, ends[1])
+    own, (least, most) = item.limits, allowed_efforts(item, members)
     if not least <= 0.0 <= most or least == most:
         raise RobotFileError(
             f"{source}: couplings.{item.name}: the limits of its members allow efforts of the motor from "
