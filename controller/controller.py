@@ -10,6 +10,7 @@ import numpy as np
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation, decided_actuation
 from tauten.controller.damping import undamped
 from tauten.controller.lead import no_lead
+from tauten.controller.loading import Order
 from tauten.controller.locks import locked, no_locks, resting, unlocked, with_locks, within_rate
 from tauten.controller.plan import DecideSettings, Prepared
 from tauten.controller.qpcc import Backend, QpccSettings, Status
@@ -53,7 +54,7 @@ class Controller:
     def __init__(
         self,
         robot: Robot,
-        contact: Literal["none", "full"] | ContactSpace = "none",
+        contact: Literal["none", "full"] | ContactSpace = "full",
         enrichment: Enrichment | None = None,
         settings: ControllerSettings | None = None,
         qp: Backend | None = None,
@@ -62,7 +63,7 @@ class Controller:
 
         Args:
             robot: what to control; the controller makes a workspace of its own.
-            contact: "none"; "full", pointwise; or a basis of contact forces.
+            contact: "full", pointwise; a basis of contact forces, which is faster; or "none".
             enrichment: when unit columns join a basis; default: three rounds at the robot's tolerance.
             settings: of the inverse problem, see `load_controller_settings`; default: a bare file's.
             qp: solves the quadratic programs; default: the library that the settings name.
@@ -87,19 +88,22 @@ class Controller:
         self.reset()
 
     @classmethod
-    def of(cls, robot: str | Path, model: Literal["full", "reduced"] | None = None) -> Controller:
+    def of(
+        cls, robot: str | Path, model: Order | None = None, contact: str | None = None
+    ) -> Controller:
         """The controller that `tauten serve` starts: settled under its loads, with its kernels compiled.
 
         Args:
             robot: name of a shipped robot or path of a robot file, which names bases and settings.
             model: another model than the file's.
+            contact: another contact than the file's: "full", "none", or the name of a basis.
 
         Raises:
             RobotFileError, MeshError, BasisError, StateBasisError: what it names cannot be used.
         """
         from tauten.controller.starting import started_controller  # which imports this module
 
-        return started_controller(robot, model)
+        return started_controller(robot, model, contact)
 
     def reset(self) -> None:
         """Return to the start without locks: rest without forces, unless `settle_start` found another one."""
@@ -172,10 +176,9 @@ class Controller:
     @property
     def contact_forces(self) -> Array:
         """The same with their directions in that step: (n_c, 3) [N]."""
-        found = self._contacts
-        if found is None:
-            found = self.robot.rows(self._state).contacts.found
-        return found.forces(self.lam_c)
+        if self._contacts is None:
+            return self.robot.rows(self._state).contacts.found.forces(self.lam_c)
+        return self._contacts.forces(self.lam_c)
 
     @property
     def effector(self) -> Array:
@@ -240,11 +243,9 @@ class Controller:
         """Prepare the next step, unless it is prepared."""
         if self._prepared is not None:
             return
+        now = self._state, self._forces, self._left.position
         try:
-            self._prepared = prepare(
-                self.horizon, self.space, self._state, self._forces, self._left.position,
-                self.settings.enrichment,
-            )  # fmt: skip
+            self._prepared = prepare(self.horizon, self.space, *now, self.settings.enrichment)
         except FactorisationError:
             self.status = Status.NOT_FINITE
 
@@ -265,10 +266,10 @@ class Controller:
         locks = self._step_locks()
         if locks is not None and (locks.by_position | locks.by_force).all():
             return self._keep(locks, None)
+        left = self._left.position
         decision = decide(
-            self.robot, self._prepared, goal, self._left.position, self.settings, locks,
-            *self._taken,
-        )  # fmt: skip
+            self.robot, self._prepared, goal, left, self.settings, locks, *self._taken
+        )
         self._last_decision = decision
         if not decision.status.usable or not np.isfinite(decision.predicted.dv).all():
             status = Status.NOT_FINITE if decision.status.usable else decision.status

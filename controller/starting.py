@@ -10,7 +10,7 @@ import numpy as np
 from tauten.controller.controller import Controller
 from tauten.controller.loading import ControllerSetup, Order, controller_setup
 from tauten.controller.qpcc import warm_solver
-from tauten.model import Report, Robot, one_blas_thread
+from tauten.model import Report, Robot, Simulator, default_enrichment, one_blas_thread
 from tauten.model.load import robot_path
 from tauten.model.schema import read_toml
 
@@ -19,11 +19,37 @@ log = logging.getLogger(__name__)
 _WARM_UP = 12  # control steps; enough for every kernel to be compiled or loaded
 
 
-def started_controller(robot: str | Path, model: Order | None = None) -> Controller:
-    """The controller of a robot file, as a node starts it; see `Controller.of`."""
+def started_controller(robot: str | Path, model: Order | None, contact: str | None) -> Controller:
+    """The controller of a robot file, as a node starts it.
+
+    Args:
+        robot: name or path.
+        model: another than the file's.
+        contact: another than the file's.
+    """
     path = robot_path(robot)
     with one_blas_thread():
-        return warm_controller(controller_setup(read_toml(path), path, model=model))
+        setup = controller_setup(read_toml(path), path, basis=contact, model=model)
+        return warm_controller(setup)
+
+
+def started_simulator(robot: str | Path, model: Order | None, contact: str | None) -> Simulator:
+    """The simulator of a robot file, settled under its loads where the file does not say otherwise.
+
+    Args:
+        robot: name or path.
+        model: another than the file's.
+        contact: another than the file's.
+    """
+    path = robot_path(robot)
+    setup = controller_setup(read_toml(path), path, basis=contact, model=model)
+    checked = None if isinstance(setup.contact, str) else default_enrichment(setup.robot.tolerance)
+    simulator = Simulator(setup.robot, setup.contact, checked)
+    if setup.start == "settled":
+        report = simulator.settle_start()
+        if not report.converged:
+            log.warning("%s", start_at_rest(setup.robot, report))
+    return simulator
 
 
 def warm_controller(setup: ControllerSetup) -> Controller:

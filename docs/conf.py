@@ -24,15 +24,20 @@ project_copyright = "The tauten developers"
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
     "sphinx_copybutton",
 ]
-exclude_patterns = ["_build", "results", "figures"]
+templates_path = ["_templates"]
+exclude_patterns = ["_build", "_templates", "results", "figures"]
 html_theme = "furo"
 html_title = "tauten"
 html_show_sphinx = False
 
+default_role = "py:obj"
+autosummary_ignore_module_all = False
+autosummary_imported_members = True
 myst_heading_anchors = 3
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"

@@ -7,6 +7,8 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import re
 from pathlib import Path
 
@@ -114,26 +116,32 @@ def sentence(text: str | None) -> str:
 
 
 def python_page() -> str:
-    """The public names of the packages, from their docstrings."""
+    """The public names of the packages, a page for each class, from their docstrings."""
     lines = [
         "# Python",
         "",
-        "The public names of the packages. Arrays are numpy arrays of floats unless stated otherwise; shapes",
-        "and units stand beside each name; [design](../design.md) explains the symbols.",
+        "[`Controller`](python/tauten.controller.Controller.rst) decides, "
+        "[`Simulator`](python/tauten.model.Simulator.rst) simulates; `of(\"finger\")` makes either "
+        "from a robot file.",
+        "Below are all public names, each class on a page of its own. Arrays are numpy arrays of floats unless stated",
+        "otherwise; shapes and units stand beside each name; [design](../design.md) explains the symbols.",
         "",
     ]
-    for module in PYTHON:
-        lines += [
-            f"## {module}",
-            "",
-            "```{eval-rst}",
-            f".. automodule:: {module}",
-            "   :members:",
-            "   :imported-members:",
-            "   :no-index:",
-            "```",
-            "",
-        ]
+    shown: set[str] = set()
+    for name in PYTHON:
+        module = importlib.import_module(name)
+        names = [one for one in module.__all__ if one not in shown]
+        shown |= set(names)
+        classes = sorted(one for one in names if inspect.isclass(getattr(module, one)))
+        functions = sorted(one for one in names if inspect.isroutine(getattr(module, one)))
+        lines += [f"## {name}", "", (inspect.getdoc(module) or "").partition("\n\n")[0], ""]
+        lines += ["```{eval-rst}", f".. currentmodule:: {name}", ""]
+        if classes:
+            lines += [".. autosummary::", "   :toctree: python", "   :nosignatures:", ""]
+            lines += [f"   {one}" for one in classes] + [""]
+        for one in functions:
+            lines += [f".. autofunction:: {one}"]
+        lines += ["```", ""]
     return "\n".join(lines)
 
 

@@ -9,20 +9,16 @@ import numpy as np
 
 from tauten.controller import Controller
 from tauten.model import Simulator, load_robot
-from tauten.service.setup import load_setup
 
 RADIUS, DEPTH = 0.030, -0.152  # m
 
 
 def main() -> None:
     """Follow the circle, then compare with equilibria of the full model."""
-    setup = load_setup("trunk")
-    controller = Controller(setup.robot, setup.contact, settings=setup.controller)
+    controller = Controller.of("trunk")
     full = Simulator(load_robot("trunk"))
     apart, missed = [], []
-    for step in range(
-        300
-    ):  # 6 s: the first half brings the tip to the circle, the second goes round
+    for step in range(300):  # 6 s: 3 s to the circle, and once round
         angle = np.pi * max(step - 150, 0) / 75
         radius = RADIUS * min(step / 100, 1.0)
         target = np.array([radius * np.cos(angle), radius * np.sin(angle), DEPTH])

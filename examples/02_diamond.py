@@ -9,20 +9,16 @@ import numpy as np
 
 from tauten.controller import Controller
 from tauten.model import Simulator, load_robot
-from tauten.service.setup import load_setup
 
 RADIUS, HEIGHT = 0.006, 0.071  # m
 
 
 def main() -> None:
     """Follow the circle, then compare with equilibria of the full model."""
-    setup = load_setup("diamond")
-    controller = Controller(setup.robot, setup.contact, settings=setup.controller)
+    controller = Controller.of("diamond")
     full = Simulator(load_robot("diamond"))
     apart, missed = [], []
-    for step in range(
-        300
-    ):  # 6 s: the first half brings the top to the circle, the second goes round
+    for step in range(300):  # 6 s: 3 s to the circle, and once round
         angle = np.pi * max(step - 150, 0) / 75
         radius = RADIUS * min(step / 100, 1.0)
         target = np.array([radius * np.cos(angle), radius * np.sin(angle), HEIGHT])

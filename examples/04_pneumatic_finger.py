@@ -9,7 +9,6 @@ import numpy as np
 
 from tauten.controller import Controller
 from tauten.model import Simulator, load_robot
-from tauten.service.setup import load_setup
 
 EFFORTS = [12e3]  # Pa
 
@@ -19,8 +18,7 @@ def main() -> None:
     full = Simulator(load_robot("pneumatic_finger"))
     assert full.settle(effort=EFFORTS).converged
     goal = full.effector
-    setup = load_setup("pneumatic_finger")
-    controller = Controller(setup.robot, setup.contact, settings=setup.controller)
+    controller = Controller.of("pneumatic_finger")
     for _ in range(150):
         actuation = controller.step(goal)
         assert actuation.status.usable

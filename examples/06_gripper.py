@@ -9,7 +9,6 @@ import numpy as np
 
 from tauten.controller import Controller
 from tauten.model import Simulator, load_robot
-from tauten.service.setup import load_setup
 
 EFFORTS = [1.5, 1.0, 0.5]  # N
 
@@ -19,8 +18,7 @@ def main() -> None:
     full = Simulator(load_robot("gripper"))
     assert full.settle(effort=EFFORTS).converged
     goal = full.effector
-    setup = load_setup("gripper")
-    controller = Controller(setup.robot, setup.contact, settings=setup.controller)
+    controller = Controller.of("gripper")
     for _ in range(150):
         actuation = controller.step(goal)
         assert actuation.status.usable

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -56,7 +57,7 @@ class Simulator:
 
         Args:
             robot: what to simulate; the simulator makes a workspace of its own.
-            contact: "none"; "full", pointwise to 1e-8 m; or a basis of contact forces.
+            contact: "full", pointwise to 1e-8 m; a basis of contact forces, which is faster; or "none".
             enrichment: when unit columns join; default: for "full" to 1e-8 m, for a basis never.
 
         Raises:
@@ -68,6 +69,27 @@ class Simulator:
         self._search: EquilibriumSearch | None = None
         self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
         self.reset()
+
+    @classmethod
+    def of(
+        cls,
+        robot: str | Path,
+        model: Literal["full", "reduced"] | None = None,
+        contact: str | None = None,
+    ) -> Simulator:
+        """The model that `Controller.of` decides with, as a simulator, settled under its loads.
+
+        Args:
+            robot: name of a shipped robot or path of a robot file, which names bases and settings.
+            model: another model than the file's.
+            contact: another contact than the file's: "full", "none", or the name of a basis.
+
+        Raises:
+            RobotFileError, MeshError, BasisError, StateBasisError: what it names cannot be used.
+        """
+        from tauten.controller.starting import started_simulator  # which imports this module
+
+        return started_simulator(robot, model, contact)
 
     def reset(self) -> None:
         """Return to the start: rest without forces, unless `settle_start` found another one."""

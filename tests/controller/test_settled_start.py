@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import logging
 from pathlib import Path
 
@@ -10,7 +11,8 @@ import pytest
 from support.processes import ROBOT, write_robot
 
 from tauten.controller import Controller, warm_controller
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, Simulator, load_robot
+from tauten.reduction import BasisError
 from tauten.service.setup import load_setup
 
 HEAVY = ROBOT.replace("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -1.0]")
@@ -58,6 +60,34 @@ def test_one_call_makes_the_controller_that_a_node_starts(heavy_file: Path) -> N
         np.testing.assert_array_equal(done.effort, expected.effort)
     assert done.effort.any()
     np.testing.assert_array_equal(one.tip, node.effector[0])
+
+
+def test_one_call_makes_the_simulator_of_the_model_that_decides(heavy_file: Path) -> None:
+    controller, simulator = Controller.of(heavy_file), Simulator.of(heavy_file)
+    np.testing.assert_array_equal(simulator.tip, controller.tip)
+    assert simulator.settle(position=np.full(simulator.robot.n_a, 1e-3)).converged
+    simulator.reset()
+    np.testing.assert_array_equal(simulator.tip, controller.tip)
+
+
+def test_simulators_of_a_file_have_its_model_and_contact_unless_others_are_named() -> None:
+    """The shipped finger: reduced, with a contact basis."""
+    small, full = Simulator.of("finger"), Simulator.of("finger", model="full", contact="none")
+    assert small.robot.n < full.robot.n
+    assert full.robot.n == load_robot("finger").n
+    for simulator in (small, full):
+        assert simulator.settle(position=[0.02]).converged
+    assert small.lam_c.any()
+    assert not full.lam_c.any()
+    with pytest.raises(BasisError, match="no-such-basis"):
+        Simulator.of("finger", contact="no-such-basis")
+
+
+def test_contact_is_pointwise_where_none_is_named() -> None:
+    contacts = [
+        inspect.signature(one).parameters["contact"].default for one in (Controller, Simulator)
+    ]
+    assert contacts == ["full", "full"]
 
 
 def test_controller_and_simulator_settle_alike(heavy: Robot) -> None:
