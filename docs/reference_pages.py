@@ -121,10 +121,11 @@ def python_page() -> str:
         "# Python",
         "",
         "[`Controller`](python/tauten.controller.Controller.rst) decides, "
-        "[`Simulator`](python/tauten.model.Simulator.rst) simulates; `of(\"finger\")` makes either "
+        '[`Simulator`](python/tauten.model.Simulator.rst) simulates; `of("finger")` makes either '
         "from a robot file.",
-        "Below are all public names, each class on a page of its own. Arrays are numpy arrays of floats unless stated",
-        "otherwise; shapes and units stand beside each name; [design](../design.md) explains the symbols.",
+        "Below are all public names, each class on a page of its own. Arrays are numpy arrays of floats",
+        "unless stated otherwise; shapes and units stand beside each name; [design](../design.md) explains",
+        "the symbols.",
         "",
     ]
     shown: set[str] = set()
