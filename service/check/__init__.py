@@ -11,6 +11,13 @@ from tauten.service.check.mesh_variants import (
     make_loads,
     variant_robot,
 )
+from tauten.service.check.rate import (
+    RateError,
+    check_rate,
+    faster,
+    rate_for,
+    step_seconds,
+)
 from tauten.service.check.region_findings import RegionParts
 from tauten.service.check.robot_check import CheckSettings, RobotCheck, check_robot, selected
 
@@ -21,15 +28,20 @@ __all__ = [
     "LoadedState",
     "MeshCertificate",
     "MeshErrorEstimate",
+    "RateError",
     "RegionParts",
     "RobotCheck",
     "Variant",
     "VariantErrors",
     "certified",
+    "check_rate",
     "check_robot",
     "equilibria",
+    "faster",
     "make_loads",
     "mesh_error_text",
+    "rate_for",
     "selected",
+    "step_seconds",
     "variant_robot",
 ]

@@ -13,6 +13,7 @@ from tauten.model.load import build_bodies, part_path, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import PartsConfig, RobotConfig, model_tables, read_toml, validated
 from tauten.service.check.body_findings import body_findings, not_held, thin_walls
+from tauten.service.check.control_findings import control_findings
 from tauten.service.check.findings import Finding, Level, worst
 from tauten.service.check.mesh_error import MeshErrorEstimate, estimate_error
 from tauten.service.check.mesh_findings import chamber_findings, mesh_findings
@@ -83,6 +84,30 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         RobotFileError: the robot file cannot be read.
         MeshError: its mesh file cannot be read.
     """
+    with one_blas_thread():
+        found = check_model(settings, stop, progress)
+        if found.refused or stop.requested:
+            return found
+        progress(0.0, "first decisions")
+        try:
+            with stop.interruptible():
+                control = tuple(control_findings(robot_path(settings.robot)))
+        except Interrupted:
+            return replace(found, complete=False)
+    return replace(found, findings=(*found.findings, *control))
+
+
+def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> RobotCheck:
+    """Check a robot as a model, without its controller.
+
+    Args:
+        settings: what is checked.
+        stop: read before each equilibrium.
+        progress: called with the share of the work just done, and what comes next.
+
+    Raises:
+        RobotFileError, MeshError: as of `check_robot`.
+    """
     path = robot_path(settings.robot)
     raw = model_tables(read_toml(path))
     with one_blas_thread():
@@ -150,7 +175,7 @@ def check_parts(
         if not read_toml(file).get("effectors"):
             findings.append(Finding(f"{name}: no effector", "fine", "its mesh is not compared"))
             continue
-        found = check_robot(
+        found = check_model(
             replace(settings, robot=str(file)), stop, partial(of_part, progress, len(files), name)
         )
         findings += [replace(item, subject=f"{name}: {item.subject}") for item in found.findings]

@@ -177,12 +177,12 @@ def setup_errors() -> tuple[type[Exception], ...]:
     from tauten.reduction.contact import ChoiceError
     from tauten.reduction.state import StateBasisError
     from tauten.service.bench import CompareError
+    from tauten.service.check import RateError
     from tauten.service.drive import DriverError
     from tauten.service.log import LogError
     from tauten.service.new import PartError
     from tauten.service.plant import DemoError, PathError
     from tauten.service.process import RealtimeError
-    from tauten.service.rate_check import RateError
     from tauten.service.tables import PageError
 
     robot_errors = (RobotFileError, MeshError, BasisError, StateBasisError)

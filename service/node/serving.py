@@ -12,6 +12,8 @@ from pathlib import Path
 import zenoh
 
 from tauten.controller import warm_controller
+from tauten.model.load import command_name
+from tauten.service.check import check_rate, faster, step_seconds
 from tauten.service.describing import log_metadata
 from tauten.service.log import LogRecorder
 from tauten.service.node.loop import ControlLoop
@@ -26,7 +28,6 @@ from tauten.service.process import (
     one_blas_thread,
     short_switch_interval,
 )
-from tauten.service.rate_check import check_rate, step_seconds
 from tauten.service.setup import Setup
 from tauten.service.wire import (
     Keys,
@@ -88,7 +89,9 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         with stop.interruptible():
             controller = warm_controller(setup)
             setup = replace(setup, start="settled" if controller.settled else "rest")
-            check_rate(rate, step_seconds(controller), settings.rate_requested)
+            step = step_seconds(controller)
+            advice = faster(command_name(setup.path), step, bool(setup.states))
+            check_rate(rate, step, settings.rate_requested, advice)
             loop = ControlLoop(controller, enabled=not settings.wait, settings=setup.service)
             typestore()
         session = open_session(network, Role.NODE, setup.robot.name)

@@ -10,6 +10,7 @@ import zenoh
 from threadpoolctl import threadpool_info
 
 from tauten.controller import warm_controller
+from tauten.service.check import rate_for, step_seconds
 from tauten.service.node import ControlLoop, Signals, punctual_clock
 from tauten.service.plant import free_ports
 from tauten.service.process import (
@@ -18,7 +19,6 @@ from tauten.service.process import (
     one_blas_thread,
     realtime_permitted,
 )
-from tauten.service.rate_check import rate_for, step_seconds
 from tauten.service.setup import Setup
 from tauten.service.wire import Network, Role, close_session, open_session
 

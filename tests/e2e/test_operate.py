@@ -20,6 +20,7 @@ from support.nodes import send_until_followed
 from support.processes import Served, run_main, start
 
 from tauten.model import Robot
+from tauten.service.check import RateError, check_rate, rate_for
 from tauten.service.cli.terminal.logs import JsonLines
 from tauten.service.link import OrderError, ask_metrics, is_there, send_command
 from tauten.service.log import LogReader
@@ -32,7 +33,6 @@ from tauten.service.process import (
     StopFlag,
     apply_realtime,
 )
-from tauten.service.rate_check import RateError, check_rate, rate_for
 from tauten.service.replay import read_run
 from tauten.service.setup import load_setup
 from tauten.service.wire import Cause, LockOrder, Mode, Network, NetworkError, OperatorCommand

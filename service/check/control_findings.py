@@ -1,0 +1,95 @@
+"""Whether a robot's controller can decide, and within its period, from where the robot starts."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from time import thread_time
+
+import numpy as np
+
+from tauten.controller import Controller, Status, controller_setup, warm_controller
+from tauten.model import MeshError, RobotFileError
+from tauten.model.load import command_name
+from tauten.model.schema import read_toml
+from tauten.reduction import BasisError
+from tauten.reduction.state import StateBasisError
+from tauten.service.check.findings import Finding
+from tauten.service.check.rate import faster, fits, step_seconds
+
+STEPS = 10  # of which each must be usable
+AWAY = 0.1  # of the robot's size: where the targets of the second half are
+TIMED = 15  # control steps
+
+
+def control_findings(path: Path) -> Iterator[Finding]:
+    """The first decisions from the settled start, and the time of a control step against the period.
+
+    Args:
+        path: of the robot file, from which a robot can be built.
+    """
+    try:
+        setup = controller_setup(read_toml(path), path, accept_error=True)
+    except (RobotFileError, MeshError, BasisError, StateBasisError) as error:
+        yield Finding("first decision", "wrong", str(error))
+        return
+    if not (setup.robot.n_a and setup.robot.effector_layout.kinds):
+        yield Finding("first decision", "fine", "not made: no actuators or no effectors")
+        return
+    controller = warm_controller(setup)
+    yield first_decision(controller)
+    seconds = step_seconds(controller, TIMED, thread_time)
+    yield step_time(seconds, controller.period, command_name(path), bool(setup.states))
+
+
+def first_decision(controller: Controller) -> Finding:
+    """Decisions for a target where the robot starts, then for one beside it.
+
+    Wrong where one cannot be used, or where none is OK: `tauten demo` exits with 1 then.
+
+    Args:
+        controller: at its start, to which it returns.
+    """
+    subject = "first decision"
+    near = controller.effector_values
+    away = controller.shifted(AWAY * controller.robot.size / np.sqrt(3.0))
+    statuses: Counter[str] = Counter()
+    advice, unusable = "", False
+    for number in range(STEPS):
+        left = controller.step(near if 2 * number < STEPS else away)
+        statuses[left.status.name] += 1
+        if not left.status.ok:
+            unusable = unusable or not left.status.usable
+            limits = f" ({', '.join(left.conflict)})" if left.conflict else ""
+            advice = advice or f"{left.status.value}{limits}"
+    controller.reset()
+    controller.prepare()
+    listed = ", ".join(f"{name} {count}" for name, count in statuses.items())
+    found = f"{STEPS} decisions from the start: {listed}"
+    if not controller.settled:
+        found += "; without an equilibrium it starts undeformed"
+    if unusable or Status.OK.name not in statuses:
+        return Finding(subject, "wrong", found, advice)
+    return Finding(subject, "doubtful" if advice else "fine", found, advice)
+
+
+def step_time(seconds: float, period: float, robot_file: str, reduced: bool) -> Finding:
+    """The time of a control step against the period.
+
+    It is processor time: what else the computer does at the moment is no property of the robot. A step that
+    takes too long is doubtful and not wrong: another computer may be faster.
+
+    Args:
+        seconds: time of a control step.
+        period: of the controller [s].
+        robot_file: as it is named on a command line.
+        reduced: whether the model is reduced.
+    """
+    rate = 1.0 / period
+    model = "reduced" if reduced else "full"
+    found = f"{1e3 * seconds:.1f} ms of {1e3 * period:g} ms on this processor, {model} model"
+    if fits(rate, seconds):
+        return Finding("control step against period", "fine", found)
+    advice = faster(robot_file, seconds, reduced)
+    return Finding("control step against period", "doubtful", found, advice)

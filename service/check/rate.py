@@ -1,0 +1,90 @@
+"""Speed of this computer: the time of a control step, and the rate that it permits."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from time import perf_counter
+
+import numpy as np
+
+from tauten.controller import Controller
+
+log = logging.getLogger(__name__)
+
+_STEPS = 25
+_SHARE = 0.8  # of the period that a step may take at the rate that is recommended
+
+
+class RateError(ValueError):
+    """A rate that this computer cannot hold; the text names one that it can."""
+
+
+def step_seconds(
+    controller: Controller, steps: int = _STEPS, clock: Callable[[], float] = perf_counter
+) -> float:
+    """Median time of a control step [s] towards a target beside the robot; ends at rest.
+
+    Args:
+        controller: at its start.
+        steps: how many.
+        clock: `perf_counter`, or `thread_time` for the time of a computer that does nothing else.
+    """
+    away = controller.shifted(0.1 * controller.robot.size / np.sqrt(3.0))
+    times = []
+    for _ in range(steps):
+        begin = clock()
+        controller.step(away)
+        controller.prepare()
+        times.append(clock() - begin)
+    controller.reset()
+    controller.prepare()
+    return float(np.median(times))
+
+
+def rate_for(seconds: float) -> float:
+    """Rate [Hz] at which a step of this time leaves a fifth of the period, to two digits."""
+    return float(f"{_SHARE / seconds:.2g}")
+
+
+def fits(rate: float, seconds: float) -> bool:
+    """Whether a control step of this time leaves a part of the period [Hz, s] for all else."""
+    return seconds * rate <= _SHARE
+
+
+def faster(robot_file: str, seconds: float, reduced: bool) -> str:
+    """How the steps of a robot come to fit its period, in one sentence.
+
+    Args:
+        robot_file: as it is named on a command line.
+        seconds: time of a control step.
+        reduced: whether its model is reduced already.
+    """
+    rate = f"controller.rate = {rate_for(seconds):g}"
+    if reduced:
+        return f"set {rate}, or reduce with fewer modes"
+    return f"tauten reduce {robot_file} --states makes a model with faster steps; or set {rate}"
+
+
+def check_rate(rate: float, seconds: float, requested: bool, advice: str = "") -> None:
+    """Make sure that the rate can be held.
+
+    Args:
+        rate: of the loop [Hz].
+        seconds: time of a control step.
+        requested: whether the rate was given on the command line; the robot file's gives only a warning.
+        advice: what makes the steps of this robot faster; "" where it is not known.
+
+    Raises:
+        RateError: a rate given on the command line cannot be held.
+    """
+    if seconds * rate <= 1.0:
+        return
+    other = advice or "a smaller basis, or pip install 'tauten[fast]'"
+    text = (
+        f"{rate:g} Hz cannot be held: a control step takes {1e3 * seconds:.1f} ms here; use --rate "
+        f"{rate_for(seconds):g} or less, or: {other}"
+    )
+    if requested:
+        raise RateError(text)
+    log.warning("%s", text)
