@@ -11,6 +11,8 @@ from tauten.model.robot import (
     PushingContacts,
     Robot,
     SkinMesh,
+    held_vertices,
+    obstacles_of,
     skin_of,
 )
 from tauten.model.rows import ChainedRows, ContactRows, EffectorRows, PairSlots, Rows
@@ -121,6 +123,8 @@ __all__ = [
     "recondensed",
     "row_compliance",
     "row_layout",
+    "held_vertices",
+    "obstacles_of",
     "skin_of",
     "sorted_rows",
     "travel",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 
-from tauten.model import skin_of
+from tauten.model import held_vertices, obstacles_of, skin_of
 from tauten.model.numerics import Array
 from tauten.service.log import description_metadata
 from tauten.service.process import versions
@@ -14,6 +14,7 @@ from tauten.service.wire import (
     DescribedBasis,
     DescribedEffector,
     DescribedModel,
+    DescribedObstacle,
     DescribedSurface,
     RobotDescription,
 )
@@ -45,6 +46,15 @@ def describe(setup: Setup, start: Array | None = None) -> RobotDescription:
             triangles=skin.triangles,
             segments=robot.segment_owners,
             chambers=robot.chamber_owners,
+            held=held_vertices(robot, skin),
+            obstacles=tuple(
+                DescribedObstacle(
+                    name=one.name,
+                    vertices=tuple((x, y, z) for x, y, z in one.vertices.tolist()),
+                    triangles=one.triangles,
+                )
+                for one in obstacles_of(robot)
+            ),
         ),
         model=DescribedModel(
             order=setup.order,

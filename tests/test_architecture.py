@@ -56,6 +56,8 @@ ORDER = (
     "service.plant",
     "service.operate",
     "service.frames",
+    "service.view.web",
+    "service.view.picture",
     "service.view",
     "service.bench",
     "service.tables",
@@ -90,6 +92,8 @@ PACKAGES = (
 # `serve` is the process that a robot depends on: none of these is loaded by it.
 LABORATORY = (
     "service.frames",
+    "service.view.web",
+    "service.view.picture",
     "service.view",
     "service.bench",
     "service.tables",

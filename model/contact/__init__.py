@@ -14,13 +14,14 @@ from tauten.model.contact.self_contact import (
     mean_edge,
     neighbours_at_rest,
 )
-from tauten.model.contact.shapes import SHAPES, Shape
+from tauten.model.contact.shapes import SHAPES, DrawnShape, Shape
 
 __all__ = [
     "ALARM_EDGES",
     "BLOCK",
     "ContactPair",
     "ContactSet",
+    "DrawnShape",
     "EDGES_AWAY",
     "SHAPES",
     "Shape",

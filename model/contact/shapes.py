@@ -6,11 +6,12 @@ keywords, and refuses those that make no shape by a ValueError.
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from tauten.model.numerics import Array
+from tauten.model.contact.outlines import box, rod, square
+from tauten.model.numerics import Array, Ints
 
 _SHORTEST = 1e-9  # m, below which a length is none
 
@@ -23,6 +24,19 @@ class Shape(Protocol):
 
         The gradient of a distance is a unit vector, which points from the nearest point of the shape to the
         point, and inside the other way.
+        """
+
+
+@runtime_checkable
+class DrawnShape(Shape, Protocol):
+    """A shape that can be drawn; one of another package is, where it has this."""
+
+    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
+        """Vertices (v, 3) [m] and triangles (t, 3) of its surface.
+
+        Args:
+            centre: (3,) of the robot: shapes without end are drawn around it [m].
+            extent: how much of a shape without end is drawn [m].
         """
 
 
@@ -46,6 +60,11 @@ class PlaneShape:
         """Distances (m,) of points (m, 3) [m], and the normal for each (m, 3)."""
         return (points - self._point) @ self._normal, np.tile(self._normal, (len(points), 1))
 
+    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
+        """A square of the plane as large as `extent`, nearest to a centre (3,) [m]."""
+        away = float((centre - self._point) @ self._normal)
+        return square(centre - away * self._normal, self._normal, extent)
+
 
 class SphereShape:
     """A ball."""
@@ -65,6 +84,10 @@ class SphereShape:
     def closest(self, points: Array) -> tuple[Array, Array]:
         """Distances (m,) of points (m, 3) [m], and their gradients (m, 3)."""
         return around(points - self._centre, self._radius)
+
+    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
+        """Vertices (v, 3) [m] and triangles (t, 3) of the ball."""
+        return rod(self._centre, np.zeros(3), self._radius)
 
 
 class CapsuleShape:
@@ -91,6 +114,10 @@ class CapsuleShape:
         away = points - self._start
         share = np.clip(away @ self._along / (self._along @ self._along), 0.0, 1.0)  # (m,)
         return around(away - share[:, None] * self._along, self._radius)
+
+    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
+        """Vertices (v, 3) [m] and triangles (t, 3) of the rod."""
+        return rod(self._start, self._along, self._radius)
 
 
 class BoxShape:
@@ -121,6 +148,10 @@ class BoxShape:
         length = np.linalg.norm(out, axis=1)
         gap = np.where(inside, beyond.max(axis=1), length)
         return gap, np.copysign(out, away) / length[:, None]
+
+    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
+        """Vertices (8, 3) [m] and triangles (12, 3) of the box."""
+        return box(self._centre - self._half, self._centre + self._half)
 
 
 SHAPES = {"plane": PlaneShape, "sphere": SphereShape, "capsule": CapsuleShape, "box": BoxShape}

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.model.actuators import Coupling
-from tauten.model.contact import ContactPair, ContactSet, Shape
-from tauten.model.numerics import Array
+from tauten.model.contact import ContactPair, ContactSet, DrawnShape, Shape
+from tauten.model.numerics import Array, Ints
 from tauten.model.parts.actuators import PartsActuators
 from tauten.model.parts.assembly import Assembly, Between
 from tauten.model.parts.body import PartsBody
@@ -132,6 +132,19 @@ class PlacedShape:
         place = self.placement
         gap, normal = self.own.closest(place.into_part(points - place.position))
         return gap, place.vectors(normal)
+
+    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
+        """Vertices (v, 3) [m] and triangles (t, 3) of its surface; none of a shape that is not drawn.
+
+        Args:
+            centre: (3,) that shapes without end are drawn around [m].
+            extent: how much of them is drawn [m].
+        """
+        place = self.placement
+        if not isinstance(self.own, DrawnShape):
+            return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
+        found, triangles = self.own.outline(place.into_part(centre - place.position), extent)
+        return place.position + place.vectors(found), triangles
 
 
 def moved(pair: ContactPair, name: str, first: int) -> ContactPair:

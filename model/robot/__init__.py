@@ -10,6 +10,7 @@ from tauten.model.robot.skin import (
     SkinMesh,
     skin_of,
 )
+from tauten.model.robot.surroundings import held_vertices, obstacles_of
 
 __all__ = [
     "Floats",
@@ -19,6 +20,8 @@ __all__ = [
     "Robot",
     "RobotNames",
     "SkinMesh",
+    "held_vertices",
     "names_of",
+    "obstacles_of",
     "skin_of",
 ]

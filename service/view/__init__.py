@@ -1,10 +1,8 @@
 """The viewer: a robot in the browser, simulated, served or recorded."""
 
 from tauten.service.view.charts import SPAN
-from tauten.service.view.guard import Guard
 from tauten.service.view.panel import ViewPanel
-from tauten.service.view.scene import TRAIL, RobotScene
-from tauten.service.view.server import HOST, open_server
+from tauten.service.view.picture import TRAIL, RobotScene
 from tauten.service.view.show import (
     SimulationSettings,
     ViewSettings,
@@ -16,6 +14,7 @@ from tauten.service.view.show import (
     view_served,
     view_simulation,
 )
+from tauten.service.view.web import HOST, Guard, open_server
 
 __all__ = [
     "Guard",

@@ -13,7 +13,8 @@ import viser
 from tauten.model.numerics import Array
 from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, RobotLook
 from tauten.service.view.charts import Charts
-from tauten.service.view.legend import legend_html
+from tauten.service.view.picture import legend_html
+from tauten.service.view.viewing import add_viewing
 from tauten.service.view.words import Words
 from tauten.service.wire import DescribedEffector, places_of
 
@@ -44,7 +45,8 @@ class ViewPanel:
     """Inputs of the operator. Callbacks of the browser only note what happened; the loop reads it.
 
     Attributes:
-        for_all: inputs with the values that browsers that look on may give them, too: to stop and to hold.
+        for_all: inputs with the values that browsers that look on may give them, too: to stop, to hold, and
+            how they look at the robot.
     """
 
     def __init__(
@@ -101,6 +103,7 @@ class ViewPanel:
                     "set: keep the target's position. play: move the target through all. save: as tauten "
                     "stream reads them.",
                 )
+        self.for_all |= add_viewing(gui, look)
         self._drawing: viser.GuiCheckboxHandle | None = None
         if draws:
             with gui.add_folder("New cable", expand_by_default=False):

@@ -10,8 +10,8 @@ from tauten.service.node import Clock
 from tauten.service.process import StopFlag
 from tauten.service.view.charts import SPAN
 from tauten.service.view.panel import Request, ViewPanel
-from tauten.service.view.scene import TRAIL, RobotScene
-from tauten.service.view.server import LoopbackServer
+from tauten.service.view.picture import TRAIL, RobotScene
+from tauten.service.view.web import LoopbackServer
 from tauten.service.view.words import frame_in_words
 
 _RATE = 30.0  # pictures a second
@@ -20,7 +20,11 @@ _PLOTS = 6  # pictures between two updates of the plots
 
 
 class PlaybackSession:
-    """One log in one server."""
+    """One log in one server.
+
+    Attributes:
+        for_all: as of `ViewPanel`.
+    """
 
     def __init__(self, recorded: RecordedRobot, server: LoopbackServer) -> None:
         """Fill scene and panel.
@@ -39,6 +43,7 @@ class PlaybackSession:
         while not len(self._history):
             self._compute()
         self._panel = ViewPanel(server, recorded.look, operates=False)
+        self.for_all = self._panel.for_all
         self._scene = RobotScene(server, recorded.look, draggable=False)
         self._shown = 0.0  # s
         self._drawn: ViewFrame | None = None

@@ -18,10 +18,9 @@ from tauten.service.plant import TargetPath
 from tauten.service.process import StopFlag
 from tauten.service.view.cable_drawing import CableDrawing
 from tauten.service.view.charts import SPAN
-from tauten.service.view.guard import Guard
 from tauten.service.view.panel import Request, ViewPanel
-from tauten.service.view.scene import TRAIL, RobotScene
-from tauten.service.view.server import LoopbackServer
+from tauten.service.view.picture import TRAIL, RobotScene
+from tauten.service.view.web import Guard, LoopbackServer
 from tauten.service.view.words import frame_in_words
 from tauten.service.wire import OperatorCommand
 

@@ -15,10 +15,10 @@ from tauten.service.link import node_of
 from tauten.service.plant import PathError, PathSettings, TargetPath, make_path, plant_robot
 from tauten.service.process import StopFlag, one_blas_thread, write_text
 from tauten.service.setup import load_setup
+from tauten.service.view.picture import TRAIL, RobotScene
 from tauten.service.view.playback import PlaybackSession
-from tauten.service.view.scene import TRAIL, RobotScene
-from tauten.service.view.server import FIRST_PORT, HOST, open_server
 from tauten.service.view.session import FRAMES, ViewSession, ViewUsage
+from tauten.service.view.web import FIRST_PORT, HOST, open_server
 from tauten.service.wire import Network, places_of
 
 _LAST = 1.0  # s for which the last frame remains
@@ -208,9 +208,10 @@ def view_log(
             recorded = _recorded(log_file, against, recorded_paths)
         with open_server(settings.port, f"{recorded.look.robot.name}: {log_file.name}") as (
             server,
-            _,
+            guard,
         ):
             session = PlaybackSession(recorded, server)
+            guard.let_all(session.for_all)
             announce(server.get_port(), settings.browser)
             return session.run(stop, settings.seconds)
 

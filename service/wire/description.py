@@ -203,20 +203,40 @@ class DescribedEffector(RunEffector):
         return self
 
 
+class DescribedObstacle(_Described):
+    """What stands still beside the robot: vertices of its surface [m], and triangles (t, 3) of them."""
+
+    name: _Text
+    vertices: Annotated[tuple[tuple[_Number, _Number, _Number], ...], Field(max_length=100_000)]
+    triangles: Annotated[Ints, _Coded(columns=3)]
+
+    @field_validator("triangles")
+    @classmethod
+    def _joins_its_vertices(cls, triangles: Ints, info: Any) -> Ints:
+        count = len(info.data.get("vertices", ()))
+        if triangles.max(initial=-1) >= count:
+            raise ValueError(f"names number {triangles.max()} of {count}")
+        return triangles
+
+
 class DescribedSurface(_Described):
-    """The skin.
+    """The skin, and what stands still around it.
 
     Attributes:
         vertices: their number, P.
         triangles: (t, 3) of the vertices.
         segments: (s,) the actuator of every segment, see `Robot.actuator_segments`.
         chambers: (t,) the actuator whose chamber a triangle encloses; −1: none.
+        held: (m,) the vertices that never move: the base.
+        obstacles: that the robot may touch.
     """
 
     vertices: Annotated[int, Field(ge=3)]
     triangles: Annotated[Ints, _Coded(columns=3)]
     segments: Annotated[Ints, _Coded()]
     chambers: Annotated[Ints, _Coded(first=-1)]
+    held: Annotated[Ints, _Coded()]
+    obstacles: Annotated[tuple[DescribedObstacle, ...], Field(max_length=1000)]
 
 
 class RobotDescription(RunDescription):
@@ -249,6 +269,7 @@ class RobotDescription(RunDescription):
             (surface.triangles, surface.vertices),
             (surface.segments, count),
             (surface.chambers, count),
+            (surface.held, surface.vertices),
         ):
             if numbers.max(initial=-1) >= below:
                 raise ValueError(f"names number {numbers.max()} of {below}")
@@ -341,8 +362,8 @@ def first_fault(error: ValidationError) -> str:
 _PARTS = frozenset(
     field.alias or name
     for record in (
-        RobotDescription, DescribedActuator, DescribedEffector, DescribedSurface, DescribedModel,
-        DescribedBasis,
+        RobotDescription, DescribedActuator, DescribedEffector, DescribedSurface, DescribedObstacle,
+        DescribedModel, DescribedBasis,
     )
     for name, field in record.model_fields.items()
 )  # fmt: skip

@@ -24,8 +24,8 @@ from tauten.service.describing import describe
 from tauten.service.frames import RobotLook
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
-from tauten.service.view.actuators import TIGHT, drawings_of
-from tauten.service.view.legend import legend_html
+from tauten.service.view.picture.actuators import TIGHT, drawings_of
+from tauten.service.view.picture.legend import legend_html
 from tauten.service.wire import RobotDescription
 
 MUSCLE: dict[str, Any] = next(

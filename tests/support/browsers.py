@@ -13,27 +13,30 @@ import numpy as np
 import pytest
 
 from tauten.model.numerics import Array
+from tauten.service.view.picture import FIELD_OF_VIEW
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 WIDTH, HEIGHT = 1000, 500
-FIELD_OF_VIEW = np.radians(75.0)  # of viser's camera, from bottom to top
 
 
 @contextmanager
-def page_of(address: str, loaded: str | None = None) -> Iterator[Page]:
+def page_of(
+    address: str, loaded: str | None = None, size: tuple[int, int] = (WIDTH, HEIGHT)
+) -> Iterator[Page]:
     """A page in a browser; skips where there is none.
 
     Args:
         address: to open.
         loaded: text that shows that it is there; None: its canvas does.
+        size: width and height of the window [pixels].
     """
     if chromium.installed() is None:
         pytest.skip("no Chromium on this computer: apt-get install chromium")
     pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with chromium.launched() as browser:
-        page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         page.set_default_timeout(120_000)  # ms; without a graphics card, on a busy machine
         page.goto(address)
         page.wait_for_selector("canvas", timeout=60_000)
@@ -48,19 +51,23 @@ def pixels(page: Page) -> Array:
     return picture[:, :, :3]
 
 
-def on_page(point: Array, camera: Array, look_at: Array) -> tuple[float, float]:
+def on_page(
+    point: Array, camera: Array, look_at: Array, size: tuple[int, int] = (WIDTH, HEIGHT)
+) -> tuple[float, float]:
     """Where a point of the scene is on the page [pixels]; z is up.
 
     Args:
         point: (3,) [m].
         camera: (3,) its position [m].
         look_at: (3,) the point in the middle of the page [m].
+        size: width and height of the window [pixels].
     """
     forward = (look_at - camera) / np.linalg.norm(look_at - camera)
     right = np.cross(forward, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)
     up = np.cross(right, forward)
     away = point - camera
-    scale = 0.5 * HEIGHT / (np.tan(0.5 * FIELD_OF_VIEW) * float(away @ forward))
-    x, y = 0.5 * WIDTH + scale * float(away @ right), 0.5 * HEIGHT - scale * float(away @ up)
+    width, height = size
+    scale = 0.5 * height / (np.tan(0.5 * FIELD_OF_VIEW) * float(away @ forward))
+    x, y = 0.5 * width + scale * float(away @ right), 0.5 * height - scale * float(away @ up)
     return x, y

@@ -19,8 +19,8 @@ from websockets.typing import Origin, Subprotocol
 from tauten.service.frames import FrameSource
 from tauten.service.process import StopFlag
 from tauten.service.view import Guard, open_server
-from tauten.service.view.server import LoopbackServer
 from tauten.service.view.session import ViewSession
+from tauten.service.view.web.server import LoopbackServer
 
 GIZMO = "/gizmos/tip"
 

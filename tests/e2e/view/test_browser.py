@@ -113,6 +113,23 @@ def test_pause_and_waypoints(page: Page, shown: Shown) -> None:
     page.get_by_label("pause").click(force=True)
 
 
+def test_the_camera_looks_from_above_and_the_page_is_dark(page: Page, shown: Shown) -> None:
+    (client,) = shown.server.get_clients().values()
+    page.get_by_role("button", name="top", exact=True).click()
+
+    def from_above() -> bool:
+        away = client.camera.position - client.camera.look_at
+        return bool(away[2] > 0.99 * np.linalg.norm(away))
+
+    assert wait_until(from_above)
+    light = pixels(page)[HEIGHT - 5, 5].mean()
+    page.get_by_role("button", name="dark", exact=True).click()
+    assert wait_until(lambda: pixels(page)[HEIGHT - 5, 5].mean() < 0.3 < light, 60.0)
+    page.get_by_role("button", name="light", exact=True).click()
+    page.get_by_role("button", name="fit", exact=True).click()
+    assert wait_until(lambda: not from_above())
+
+
 def test_the_robot_holds_when_the_page_is_closed(page: Page, shown: Shown) -> None:
     assert wait_until(lambda: mode_of(shown) is Mode.RUN)
     page.close()

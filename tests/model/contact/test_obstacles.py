@@ -13,7 +13,7 @@ from support.robots.bodies import CABLE, box_mesh
 from support.robots.small_bodies import small_body
 
 from tauten.model import Robot, RobotFileError, Simulator
-from tauten.model.contact import SHAPES, ContactPair, ContactSet, Shape
+from tauten.model.contact import SHAPES, ContactPair, ContactSet, DrawnShape, Shape
 from tauten.model.load import build_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig, validated
@@ -261,3 +261,35 @@ def test_what_a_basis_is_made_for_depends_on_the_obstacle() -> None:
 
     assert digest("floor", 0.0) == digest("ground", 0.0)
     assert digest("floor", 0.0) != digest("floor", -1e-3)
+
+
+@pytest.mark.parametrize("name", list(KNOWN))
+def test_what_is_drawn_of_a_shape_lies_on_it(name: str) -> None:
+    parameters, *_ = KNOWN[name]
+    shape = SHAPES[name](**parameters)
+    assert isinstance(shape, DrawnShape)
+    centre = np.array([3.0, -1.0, 2.0])
+    vertices, triangles = shape.outline(centre, 8.0)
+    gap, _ = shape.closest(vertices)
+    assert np.abs(gap).max() < 1e-12
+    assert sorted(set(triangles.ravel().tolist())) == list(range(len(vertices)))
+    middle = vertices[triangles].mean(axis=1)
+    assert np.abs(shape.closest(middle)[0]).max() < 0.05, "and so do its triangles, nearly"
+    if name == "plane":
+        away = float(((vertices.mean(axis=0) - centre) ** 2).sum() ** 0.5)
+        assert away == pytest.approx(shape.closest(centre[None])[0][0]), "around the robot"
+    else:
+        assert enclosed(vertices, triangles) == pytest.approx(VOLUMES[name], rel=0.05)
+
+
+VOLUMES = {
+    "sphere": 4.0 / 3.0 * np.pi * 8.0,
+    "capsule": np.pi * 0.25 * (4.0 + 4.0 / 3.0 * 0.5),
+    "box": 16.0,
+}
+
+
+def enclosed(vertices: Array, triangles: Array) -> float:
+    """Volume inside triangles whose normals all point outwards, or all inwards."""
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    return float(abs(np.einsum("ti,ti->t", a, np.cross(b, c)).sum()) / 6.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tauten.model import ActuatorKind
-from tauten.service.view.actuators import (
+from tauten.service.view.picture.actuators import (
     MIDDLE,
     NO_PRESSURE,
     PRESSURE,

@@ -22,7 +22,7 @@ from tauten.model import Robot
 from tauten.service.frames import SimulatedRobot
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
-from tauten.service.view.server import LoopEvent, ViewError
+from tauten.service.view.web.server import LoopEvent, ViewError
 from tauten.service.wire import Mode, reach_of
 
 CLICK: dict[str, object] = {

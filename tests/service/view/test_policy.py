@@ -8,7 +8,7 @@ import pytest
 from support.viewers import wait_until
 
 from tauten.service.view import open_server
-from tauten.service.view.policy import policy, script_digests
+from tauten.service.view.web.policy import policy, script_digests
 
 
 def test_the_page_has_a_policy_that_names_its_own_scripts() -> None:

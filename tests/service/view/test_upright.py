@@ -16,8 +16,9 @@ from tauten.service.frames import RobotLook
 from tauten.service.frames.frame import distance_between, targets_of
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
-from tauten.service.view.legend import legend_html
-from tauten.service.view.scene import RobotScene, sideways, upwards
+from tauten.service.view.picture.directions import sideways, upwards
+from tauten.service.view.picture.legend import legend_html
+from tauten.service.view.picture.scene import RobotScene
 
 NONE = (0.0, 0.0, 0.0)
 

@@ -13,13 +13,13 @@ from typing import Any
 import viser
 import websockets.asyncio.server
 
-from tauten.service.view.guard import (
+from tauten.service.view.web.guard import (
     LARGEST_MESSAGE,
     ORIGINS,
     Guard,
     Handler,
 )
-from tauten.service.view.policy import with_policy
+from tauten.service.view.web.policy import with_policy
 
 HOST = "127.0.0.1"
 FIRST_PORT = 8080
@@ -124,17 +124,28 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
     before, messages.message_event = messages.message_event, LoopEvent()
     messages.event_loop.call_soon_threadsafe(before.set)  # who waits for it already
     try:
-        server.gui.configure_theme(
-            control_width="medium",
-            show_logo=False,
-            show_share_button=False,
-            brand_color=(40, 90, 160),
-        )
+        set_theme(server.gui, dark=False)
         yield server, guard
     finally:
         with contextlib.redirect_stdout(io.StringIO()):
             server.stop()
         listening.close()
+
+
+def set_theme(gui: viser.GuiApi, dark: bool) -> None:
+    """Set the colours of the page.
+
+    Args:
+        gui: of all browsers, or of one.
+        dark: whether the background is dark.
+    """
+    gui.configure_theme(
+        control_width="medium",
+        dark_mode=dark,
+        show_logo=False,
+        show_share_button=False,
+        brand_color=(40, 90, 160),
+    )
 
 
 def _listening(port: int) -> socket.socket:

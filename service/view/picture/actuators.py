@@ -25,6 +25,7 @@ LINES = (
     ActuatorKind.FLUID_TRANSMISSION,
 )  # fmt: skip
 LEVELS = 16  # of a colour: nothing is sent while the level remains
+_SLENDER = 0.15  # largest width that is counted, as a share of the robot's size
 _THIN, _THICK = 0.06, 0.15  # thickness of a cable, as a share of the robot's width
 _ARROW = 0.2  # length of the arrow of the largest force, as a share of the robot's size
 _RADIUS = 0.12  # of the arc of a drive, as a share of the robot's size
@@ -244,9 +245,9 @@ def across(axis: Array) -> Array:
 
 
 def width_of(look: RobotLook) -> float:
-    """Width of a robot [m]: the middle one of the extents of its skin at rest."""
+    """Width of a robot [m]: the middle one of the extents of its skin at rest, of wide robots less."""
     extents = np.sort(np.ptp(look.vertices, axis=0).astype(float))
-    return float(extents[1])
+    return min(float(extents[1]), _SLENDER * look.robot.size)
 
 
 def effort_share(actuator: DescribedActuator, effort: float) -> float:

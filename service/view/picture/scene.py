@@ -7,24 +7,24 @@ from typing import Any
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
 from tauten.model import Floats, PushingContacts
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, ViewFrame
-from tauten.service.view.actuators import drawings_of
+from tauten.service.view.picture.actuators import drawings_of
+from tauten.service.view.picture.cameras import place_first
+from tauten.service.view.picture.directions import upwards
+from tauten.service.view.picture.surroundings import draw_surroundings
 from tauten.service.wire import places_of
 
 _SILICONE = (140, 160, 185)
-TARGET, EFFECTOR, CONTACT, WAYPOINT, GHOST, GRAVITY = (
+TARGET, EFFECTOR, CONTACT, WAYPOINT, GHOST = (
     (215, 60, 40),
     (40, 90, 160),
     (0, 140, 70),
     (120, 60, 160),
     (240, 150, 40),
-    (90, 90, 90),
 )
-_WEIGHTLESS = 1e-6  # m/s²
 _ARROW = 0.15  # length of the arrow of the largest force, as a share of the robot's size
 TRAIL = 4.0  # s
 _TRAIL = 120  # pieces of a trail
@@ -47,8 +47,8 @@ class RobotScene:
         self._largest = 0.0  # contact force so far [N]
         scene = server.scene
         scene.set_up_direction(upwards(robot.gravity))
-        _draw_gravity(server, look)
-        _place_camera(server, look)
+        draw_surroundings(server, look)
+        place_first(server, look)
         self._skin = scene.add_mesh_simple(
             "/skin", look.vertices, skin.triangles[skin.chambers < 0].astype(np.uint32),
             color=_SILICONE, opacity=0.5, side="double", flat_shading=True, cast_shadow=False,
@@ -219,51 +219,3 @@ def _mover(
         moved(number, np.concatenate([position, rotation]) if turns else np.array(position))
 
     return callback
-
-
-def upwards(gravity: tuple[float, float, float]) -> tuple[float, float, float]:
-    """The direction against gravity; without gravity that of z."""
-    size = float(np.linalg.norm(gravity))
-    if size < _WEIGHTLESS:
-        return (0.0, 0.0, 1.0)
-    x, y, z = (-float(part) / size for part in gravity)
-    return x, y, z
-
-
-def sideways(up: Array) -> tuple[Array, Array]:
-    """Unit vectors to the right and away from somebody who looks at the robot from the front.
-
-    Args:
-        up: (3,) unit vector upwards; for that of z they are those of x and y.
-    """
-    x = np.eye(3)[0] if abs(up[0]) < 0.9 else np.eye(3)[1]
-    right: Array = x - (x @ up) * up
-    right /= np.linalg.norm(right)
-    return right, np.cross(up, right)
-
-
-def _draw_gravity(server: viser.ViserServer, look: RobotLook) -> None:
-    """An arrow along gravity beside the robot; none without gravity."""
-    if np.linalg.norm(look.robot.gravity) < _WEIGHTLESS:
-        return
-    size, up = look.robot.size, np.array(upwards(look.robot.gravity))
-    right, _ = sideways(up)
-    low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
-    start = 0.5 * (low + high) + 0.6 * size * right + 0.5 * _ARROW * size * up
-    ends = np.stack([start, start - _ARROW * size * up])[None]  # (1, 2, 3)
-    server.scene.add_arrows(
-        "/gravity", ends.astype(np.float32), GRAVITY, shaft_radius=0.004 * size,
-        head_radius=0.012 * size, head_length=0.03 * size,
-    )  # fmt: skip
-
-
-def _place_camera(server: viser.ViserServer, look: RobotLook) -> None:
-    """Look at the middle of the robot from the front, with a near plane that does not cut small robots."""
-    low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
-    middle: NDArray[np.float64] = 0.5 * (low + high).astype(float)
-    up = np.array(upwards(look.robot.gravity))
-    right, back = sideways(up)
-    camera = server.initial_camera
-    camera.position = tuple(middle + look.robot.size * (0.35 * right - 1.25 * back + 0.25 * up))
-    camera.look_at = tuple(middle)
-    camera.near, camera.far = 0.02 * look.robot.size, 100.0 * look.robot.size

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tauten.model import ActuatorKind
 from tauten.service.frames import RobotLook
-from tauten.service.view.actuators import (
+from tauten.service.view.picture.actuators import (
     AXIS,
     FORCE,
     LINES,
@@ -17,7 +17,8 @@ from tauten.service.view.actuators import (
     VACUUM,
     Colour,
 )
-from tauten.service.view.scene import CONTACT, EFFECTOR, GHOST, GRAVITY, TARGET, WAYPOINT
+from tauten.service.view.picture.scene import CONTACT, EFFECTOR, GHOST, TARGET, WAYPOINT
+from tauten.service.view.picture.surroundings import BASE, GRAVITY, OBSTACLE
 
 _ROW = (
     '<div style="display:flex;align-items:center;gap:8px;margin:3px 12px;font-size:12px">{}</div>'
@@ -51,11 +52,19 @@ def legend_html(look: RobotLook) -> str:
         rows.append((_plain(FORCE), "force of an actuator"))
     if kinds & {ActuatorKind.DRIVE, ActuatorKind.SLIDE}:
         rows.append((_plain(AXIS), "axis of a drive, its angle or travel"))
-    rows += [(_plain(CONTACT), "contact force"), (_plain(WAYPOINT), "waypoint")]
-    if any(look.robot.gravity):
-        rows.append((_plain(GRAVITY), "gravity"))
-    if look.ghost is not None:
-        rows.append((_plain(GHOST), "model that decides"))
+    surface = look.robot.surface
+    rows += [
+        (_plain(colour), text)
+        for colour, text, shown in (
+            (CONTACT, "contact force", True),
+            (WAYPOINT, "waypoint", True),
+            (BASE, "base, which is held", len(surface.held) > 0),
+            (OBSTACLE, "obstacle", len(surface.obstacles) > 0),
+            (GRAVITY, "gravity", any(look.robot.gravity)),
+            (GHOST, "model that decides", look.ghost is not None),
+        )
+        if shown
+    ]
     return "".join(_ROW.format(_PATCH.format(colour, text)) for colour, text in rows)
 
 

@@ -1,0 +1,24 @@
+"""The picture of a robot in the browser: skin, actuators, surroundings, and where one looks from."""
+
+from tauten.service.view.picture.cameras import (
+    FIELD_OF_VIEW,
+    PRESETS,
+    SHEET,
+    Preset,
+    camera_of,
+    show_preset,
+)
+from tauten.service.view.picture.legend import legend_html
+from tauten.service.view.picture.scene import TRAIL, RobotScene
+
+__all__ = [
+    "FIELD_OF_VIEW",
+    "PRESETS",
+    "RobotScene",
+    "Preset",
+    "SHEET",
+    "TRAIL",
+    "camera_of",
+    "legend_html",
+    "show_preset",
+]

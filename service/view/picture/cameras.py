@@ -1,0 +1,100 @@
+"""Where one looks from: presets that show the whole robot, and how large it is in the window."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import viser
+
+from tauten.model.numerics import Array
+from tauten.service.frames import RobotLook
+from tauten.service.view.picture.directions import sideways, upwards
+
+Preset = Literal["fit", "front", "side", "top"]
+PRESETS: tuple[Preset, ...] = ("fit", "front", "side", "top")
+FIELD_OF_VIEW = np.radians(40.0)  # from bottom to top
+SHEET = 0.42  # of a phone's window, under the panel
+_HEIGHT, _WIDTH = 0.5, 0.45  # of the window, that the robot takes
+_NARROW = 0.8  # aspect below which the panel is at the bottom of the window, as on a phone
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """Where one looks from, and at what.
+
+    Attributes:
+        position: (3,) [m].
+        look_at: (3,) [m].
+    """
+
+    position: Array
+    look_at: Array
+
+
+def camera_of(look: RobotLook, preset: Preset, aspect: float = 1.5) -> Camera:
+    """The camera that shows a robot at rest half as high as the window, or nearly half as wide.
+
+    Args:
+        look: of the robot.
+        preset: from where.
+        aspect: width of the window over its height; narrow ones have the panel at the bottom.
+    """
+    up = np.array(upwards(look.robot.gravity))
+    right, back = sideways(up)
+    out = {
+        "fit": 0.35 * right - back + 0.25 * up,
+        "front": -back,
+        "side": right,
+        "top": up - 1e-3 * back,  # straight down has no upwards
+    }[preset]
+    out = out / np.linalg.norm(out)
+    x = np.cross(up, out)
+    x /= np.linalg.norm(x)
+    y = np.cross(out, x)
+    corners = look.vertices.astype(float)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    middle = 0.5 * (low + high)
+    width, height, depth = (float(np.ptp((corners - middle) @ one)) for one in (x, y, out))
+    narrow = aspect < _NARROW
+    free = 1.0 - SHEET if narrow else 1.0  # of the window's height
+    tangent = np.tan(0.5 * FIELD_OF_VIEW)
+    half = max(height / (_HEIGHT * free), width / (_WIDTH * aspect), 0.2 * look.robot.size)
+    distance = 0.5 * half / tangent + 0.5 * depth
+    shift = -0.5 * (1.0 - free) * 2.0 * distance * tangent  # of the middle of the free part
+    look_at = middle + shift * y
+    return Camera(look_at + distance * out, look_at)
+
+
+def place_first(server: viser.ViserServer, look: RobotLook) -> None:
+    """Start all browsers with the robot in the middle, narrow ones above the panel.
+
+    Args:
+        server: whose browsers they are.
+        look: of the robot.
+    """
+    first, camera = camera_of(look, "fit"), server.initial_camera
+    camera.position, camera.look_at = tuple(first.position), tuple(first.look_at)
+    camera.fov = float(FIELD_OF_VIEW)
+    camera.near, camera.far = 0.02 * look.robot.size, 100.0 * look.robot.size
+
+    async def connected(client: viser.ClientHandle) -> None:
+        if client.camera.aspect < _NARROW:
+            show_preset(client, look, "fit")
+
+    server.on_client_connect(connected)
+
+
+def show_preset(client: viser.ClientHandle, look: RobotLook, preset: Preset) -> None:
+    """Move the camera of one browser.
+
+    Args:
+        client: the browser.
+        look: of the robot.
+        preset: from where it looks.
+    """
+    wanted = camera_of(look, preset, client.camera.aspect)
+    with client.atomic():
+        client.camera.position = wanted.position
+        client.camera.look_at = wanted.look_at

@@ -1,0 +1,134 @@
+"""What stands still in the picture: ground with its scale, base, obstacles, and the direction of gravity."""
+
+from __future__ import annotations
+
+import numpy as np
+import viser
+from viser import transforms
+
+from tauten.model.numerics import Array
+from tauten.service.frames import RobotLook
+from tauten.service.view.picture.directions import WEIGHTLESS, sideways, upwards
+
+GRAVITY, BASE, OBSTACLE = (128, 128, 128), (70, 76, 84), (170, 140, 100)
+_GRID = (150, 150, 150)
+_ARROW = 0.15  # length of the arrow of gravity, as a share of the robot's size
+_BESIDE = 0.55  # where it is, from the middle
+_GROUND = 1.5  # side of the ground, as a multiple of the robot's size
+_SCALE = 0.4  # where the scale is, to the left and in front of the middle, as a share of that size
+_BELOW = 0.1  # of the robot's size, below one that hangs
+_CELLS = 8.0  # cells of the ground on the robot's size, about
+
+
+def draw_surroundings(server: viser.ViserServer, look: RobotLook) -> None:
+    """Add all to a scene.
+
+    Args:
+        server: whose scene is used.
+        look: of the robot.
+    """
+    _draw_ground(server.scene, look)
+    _draw_base(server.scene, look)
+    _draw_gravity(server.scene, look)
+    for i, one in enumerate(look.robot.surface.obstacles):
+        server.scene.add_mesh_simple(
+            f"/obstacles/{i}", np.array(one.vertices, np.float32), one.triangles.astype(np.uint32),
+            color=OBSTACLE, opacity=0.6, side="double", flat_shading=True, cast_shadow=False,
+            receive_shadow=False,
+        )  # fmt: skip
+
+
+def cell_size(size: float) -> float:
+    """Length of a cell of the ground [m]: 1, 2 or 5 times a power of ten.
+
+    Args:
+        size: of the robot [m].
+    """
+    wanted = size / _CELLS
+    power = 10.0 ** np.floor(np.log10(wanted))
+    return float(power * max(one for one in (1.0, 2.0, 5.0) if one * power <= wanted * (1 + 1e-9)))
+
+
+def length_text(length: float) -> str:
+    """A length with its unit.
+
+    Args:
+        length: [m].
+    """
+    return f"{length:g} m" if length >= 1.0 else f"{round(1e3 * length, 6):g} mm"
+
+
+def ground_height(look: RobotLook) -> float:
+    """Height of the ground along the upward direction [m]: where the robot stands, or below one that hangs.
+
+    Args:
+        look: of the robot.
+    """
+    heights = look.vertices.astype(float) @ np.array(upwards(look.robot.gravity))
+    low, high = float(heights.min()), float(heights.max())
+    held = heights[look.robot.surface.held]
+    hangs = len(held) > 0 and float(held.mean()) > 0.5 * (low + high)
+    return low - _BELOW * look.robot.size if hangs else low
+
+
+def _draw_ground(scene: viser.SceneApi, look: RobotLook) -> None:
+    up, cell = np.array(upwards(look.robot.gravity)), cell_size(look.robot.size)
+    right, back = sideways(up)
+    low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
+    middle = 0.5 * (low + high).astype(float)
+    middle += (ground_height(look) - float(middle @ up)) * up
+    side = cell * float(np.ceil(_GROUND * look.robot.size / cell / 2.0)) * 2.0
+    turned = transforms.SO3.from_matrix(np.stack([right, back, up], axis=1))
+    scene.add_grid(
+        "/ground", side, side, cell_size=cell, section_size=side, cell_color=_GRID,
+        section_color=_GRID, cell_thickness=0.6, section_thickness=0.6, shadow_opacity=0.0,
+        wxyz=turned.wxyz, position=middle,
+    )  # fmt: skip
+    first = -cell * float(np.floor(_SCALE * look.robot.size / cell))
+    corner = middle + first * (right + back)  # of the cell that the scale lies along
+    scene.add_label(
+        "/scale", length_text(cell), position=corner + 0.5 * cell * right, anchor="top-center"
+    )
+    ends = np.stack([corner, corner + cell * right])[None].astype(np.float32)
+    scene.add_line_segments("/ground_scale", ends, GRAVITY, thickness=0.012 * look.robot.size)
+
+
+def _draw_base(scene: viser.SceneApi, look: RobotLook) -> None:
+    """The part of the skin that is held; nothing where the skin moves everywhere."""
+    surface = look.robot.surface
+    still = np.isin(surface.triangles, surface.held).all(axis=1) & (surface.chambers < 0)
+    if not still.any():
+        return
+    used, corners = np.unique(surface.triangles[still], return_inverse=True)
+    vertices = look.vertices[used]
+    scene.add_mesh_simple(
+        "/base", vertices, corners.reshape(-1, 3).astype(np.uint32), color=BASE, side="double",
+        flat_shading=True, cast_shadow=False, receive_shadow=False,
+    )  # fmt: skip
+    scene.add_label(
+        "/base/name", "base", position=_beside(look, vertices.astype(float)), anchor="center-right"
+    )
+
+
+def _beside(look: RobotLook, vertices: Array) -> Array:
+    """A point (3,) to the left of vertices (v, 3) [m]."""
+    right, _ = sideways(np.array(upwards(look.robot.gravity)))
+    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    left: Array = middle - (0.5 * np.ptp(vertices @ right) + 0.04 * look.robot.size) * right
+    return left
+
+
+def _draw_gravity(scene: viser.SceneApi, look: RobotLook) -> None:
+    """An arrow along gravity beside the robot; none without gravity."""
+    if np.linalg.norm(look.robot.gravity) < WEIGHTLESS:
+        return
+    size, up = look.robot.size, np.array(upwards(look.robot.gravity))
+    right, _ = sideways(up)
+    low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
+    start = 0.5 * (low + high) + _BESIDE * size * right + 0.5 * _ARROW * size * up
+    ends = np.stack([start, start - _ARROW * size * up])[None]  # (1, 2, 3)
+    scene.add_arrows(
+        "/gravity", ends.astype(np.float32), GRAVITY, shaft_radius=0.004 * size,
+        head_radius=0.012 * size, head_length=0.03 * size,
+    )  # fmt: skip
+    scene.add_label("/gravity/name", "g", position=start, anchor="bottom-center")

@@ -1,0 +1,103 @@
+"""The first picture: a robot half as high as the window, ground with its scale, base and obstacles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.processes import ROBOT, write_robot
+
+from tauten.model import skin_of
+from tauten.model.numerics import Array
+from tauten.service.describing import describe
+from tauten.service.frames import RobotLook
+from tauten.service.setup import load_setup
+from tauten.service.view import open_server
+from tauten.service.view.picture import FIELD_OF_VIEW, PRESETS, SHEET, RobotScene, camera_of
+from tauten.service.view.picture.surroundings import cell_size, ground_height, length_text
+
+BALL = """
+[[obstacles]]
+name = "ball"
+shape = "sphere"
+parameters = { centre = [0.05, 0.0, -0.1], radius = 0.02 }
+
+[[contacts]]
+against = "ball"
+points = 10
+
+[[contacts]]
+against = "ball"
+points = 20
+"""
+
+
+def look_of(name: str | Path) -> RobotLook:
+    """What a viewer knows of a robot."""
+    setup = load_setup(name, basis="none")
+    robot = setup.robot
+    return RobotLook(describe(setup), skin_of(robot).geometry(robot, robot.rest(), None).vertices)
+
+
+@pytest.fixture(scope="module")
+def finger() -> RobotLook:
+    """The shipped finger, which hangs from its base."""
+    return look_of("finger")
+
+
+def in_window(points: Array, position: Array, look_at: Array, aspect: float) -> Array:
+    """Where points (m, 3) are in the window, from -1 to 1: (m, 2)."""
+    out = (look_at - position) / np.linalg.norm(look_at - position)
+    right = np.cross(out, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    away = points - position
+    half = np.tan(0.5 * FIELD_OF_VIEW) * (away @ out)
+    return np.stack([away @ right / (half * aspect), away @ np.cross(right, out) / half], axis=1)
+
+
+@pytest.mark.parametrize("aspect", [1400 / 900, 390 / 844])
+@pytest.mark.parametrize("preset", PRESETS)
+def test_the_robot_is_whole_in_the_free_part_of_the_window(
+    finger: RobotLook, preset: str, aspect: float
+) -> None:
+    camera = camera_of(finger, next(one for one in PRESETS if one == preset), aspect)
+    shown = in_window(finger.vertices.astype(float), camera.position, camera.look_at, aspect)
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    free = 2.0 * (1.0 - SHEET if aspect < 1.0 else 1.0)
+    assert abs(low[0]) < 0.75
+    assert abs(high[0]) < 0.75
+    assert high[1] < 1.0
+    assert low[1] > 1.0 - free, "not behind the panel of a phone"
+    if preset == "front" and aspect > 1.0:
+        assert (high[1] - low[1]) / 2.0 == pytest.approx(0.5, abs=0.06), "half the window"
+
+
+def test_cells_of_the_ground_are_round_numbers_with_a_unit() -> None:
+    assert cell_size(0.1022) == pytest.approx(0.01)
+    assert cell_size(0.81) == pytest.approx(0.1)
+    assert cell_size(0.4) == pytest.approx(0.05)
+    assert cell_size(0.16) == pytest.approx(0.02)
+    assert [length_text(one) for one in (0.01, 0.2, 2.0)] == ["10 mm", "200 mm", "2 m"]
+
+
+def test_the_base_is_what_the_file_holds(finger: RobotLook) -> None:
+    held = finger.vertices[finger.robot.surface.held]
+    assert len(held)
+    assert np.abs(held[:, 2]).max() == 0.0
+    away = np.delete(finger.vertices, finger.robot.surface.held, axis=0)
+    assert away[:, 2].max() < 0.0
+    assert ground_height(finger) < finger.vertices[:, 2].min(), "it hangs above the ground"
+
+
+def test_obstacles_are_drawn_once(tmp_path: Path) -> None:
+    look = look_of(write_robot(tmp_path, ROBOT + BALL))
+    (ball,) = look.robot.surface.obstacles
+    away = np.linalg.norm(np.array(ball.vertices) - [0.05, 0.0, -0.1], axis=1)
+    assert away == pytest.approx(0.02)
+    with open_server(0, "test") as (server, _):
+        RobotScene(server, look, draggable=False)
+        drawn = server.scene._handle_from_node_name
+        assert "/obstacles/0" in drawn
+        assert "/obstacles/1" not in drawn
+        assert {"/ground", "/scale", "/base"} <= drawn.keys()
