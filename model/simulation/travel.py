@@ -9,6 +9,15 @@ SIAM Journal on Numerical Analysis 14, 1977). Cables and contacts are constraint
 stage has one linearisation, where the velocity alone leads: linearised at its start, it would stretch what
 turns (docs/time-steps.md). Quasi-static steps have one stage.
 
+(S1) extrapolates the first stage. What cables and contacts do when they begin or cease to push must not be
+extrapolated: a part that a cable stops in the first stage would start the second one with its velocity
+reversed, and the cable, which can only pull, would let it go. There the second stage starts at y₁ and is a
+step of implicit Euler over the rest of h, as steps for unilateral constraints treat impulses (Acary and
+Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems*, 2008, chapter 10).
+
+Where a stage moves a node far from where the velocity alone leads, one linearisation is not enough: the
+period is travelled again in twice as many steps.
+
 The controller's model and the simulated robots both move so, each with its own number of steps in a period.
 """
 
@@ -32,6 +41,8 @@ from tauten.model.step import (
 from tauten.model.system import Integration, coasting
 
 STAGE = 1.0 - 1.0 / np.sqrt(2.0)  # γ
+FARTHEST_CORRECTION = 2e-3  # from where the velocity leads, relative to the robot's size
+DOUBLINGS = 2  # at most, of the number of steps in a period
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +54,7 @@ class Travel:
         forces: constraint forces of the last stage.
         last: the last stage.
         movement: largest displacement of a node in it [m].
+        correction: largest displacement of a node in any stage from where the velocity alone led [m].
         converged: whether the complementarity problem of every stage met its tolerance.
     """
 
@@ -50,6 +62,7 @@ class Travel:
     forces: Forces
     last: ForwardStep
     movement: float
+    correction: float
     converged: bool
 
 
@@ -74,25 +87,80 @@ def travel(
         before: positions and efforts at the start; where one is not given (NaN), that of `command` holds in
             the whole period.
         command: position or effort of each actuator at the end.
-        steps: into how many the period is divided, at least 1.
+        steps: into how many the period is divided, at least 1; up to four times as many where its stages
+            lead farther than one linearisation reaches.
 
     Raises:
         FactorisationError: the state has diverged.
     """
+    static, farthest = robot.integration.static, FARTHEST_CORRECTION * robot.size
+    for count in (steps << doubling for doubling in range(DOUBLINGS + 1)):
+        limit = np.inf if static or count == steps << DOUBLINGS else farthest
+        stages = _Stages(robot, space, enrichment, _scheme(robot, count))
+        found = _in_steps(stages, state, forces, (before, command), count, limit)
+        if found.correction <= limit:
+            break
+    return found
+
+
+def _in_steps(
+    stages: _Stages,
+    state: State,
+    forces: Forces,
+    commands: tuple[Command, Command],
+    steps: int,
+    farthest: float,
+) -> Travel:
+    """The period in a number of steps; only up to the first stage whose correction is too large.
+
+    Args:
+        stages: of these steps.
+        state: where the period starts.
+        forces: constraint forces there.
+        commands: at the start and at the end.
+        steps: their number.
+        farthest: correction of a stage at which the period ends [m].
+    """
+    before, command = commands
     position = np.where(np.isnan(before.position), command.position, before.position)
     effort = np.where(np.isnan(before.effort), command.effort, before.effort)
-    stages, converged = _Stages(robot, space, enrichment, _scheme(robot, steps)), True
+    static, done = stages.scheme.static, list[Travel]()
     for number in range(steps):
-        start, last = state, number + 1 == steps
-        if not stages.scheme.static:
+        rest = stages
+        if not static:
             share = (number + STAGE) / steps
-            middle = stages.solve(start, forces, command.between(position, effort, share))
-            start = _beyond(robot, state, middle.state, stages.scheme.h)
-            forces, converged = middle.forces, converged and middle.converged
+            middle = stages.solve(state, forces, command.between(position, effort, share))
+            done.append(middle)
+            if middle.correction > farthest:
+                break
+            if _struck(forces, middle.forces):
+                state, rest = middle.state, stages.over_the_rest()
+            else:
+                state = _beyond(stages.robot, state, middle.state, stages.scheme.h)
+            forces = middle.forces
+        last = number + 1 == steps
         now = command if last else command.between(position, effort, (number + 1) / steps)
-        end = stages.solve(start, forces, now)
-        state, forces, converged = end.state, end.forces, converged and end.converged
-    return replace(end, converged=converged)
+        end = rest.solve(state, forces, now)
+        done.append(end)
+        if end.correction > farthest:
+            break
+        state, forces = end.state, end.forces
+    correction, converged = max(at.correction for at in done), all(at.converged for at in done)
+    return replace(done[-1], correction=correction, converged=converged)
+
+
+def _struck(before: Forces, after: Forces) -> bool:
+    """Whether an actuator or a contact has begun or ceased to push.
+
+    Args:
+        before: forces before a stage.
+        after: forces of it.
+    """
+    if ((before.effort > 0.0) != (after.effort > 0.0)).any():
+        return True
+    if ((before.beta > 0.0) != (after.beta > 0.0)).any():
+        return True
+    return not np.array_equal(before.pushing, after.pushing)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,8 +188,15 @@ class _Stages:
         solved = last.prediction
         system = step.system if scheme.static else replace(step.system, v=start.v)
         movement = robot.displacement(start, system.h * (system.v + solved.dv))
+        correction = robot.displacement(start, system.h * solved.dv)
         state = robot.advance(start, system, solved.dv)
-        return Travel(state, solved.step.split(solved.lam, space.k), last, movement, last.converged)
+        after = solved.step.split(solved.lam, space.k)
+        return Travel(state, after, last, movement, correction, last.converged)
+
+    def over_the_rest(self) -> _Stages:
+        """Steps that are as long as what the first stage leaves of the whole step."""
+        rate = self.scheme.rate * STAGE / (1.0 - STAGE)
+        return replace(self, scheme=replace(self.scheme, rate=rate))
 
 
 def _scheme(robot: Robot, steps: int) -> Integration:

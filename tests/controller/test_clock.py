@@ -51,6 +51,30 @@ def test_a_swing_of_two_seconds_does_not_depend_on_the_period_of_control(
     assert np.linalg.norm(mine - fine, axis=1).max() < 0.03 * way
 
 
+def test_a_swing_beyond_the_winchs_rate_gains_no_energy() -> None:
+    """A cable that becomes taut in the middle of a step stops the finger; it must not throw it back.
+
+    Where the second stage extrapolated the impulse of the first, the model left the path of shorter steps by
+    a fifth of its size and had a hundred times the energy of the finger at the farthest pull.
+    """
+    setup = load_setup("finger")
+    robot, controller = setup.robot, Controller(setup.robot, settings=setup.controller)
+    simulator = Simulator(robot, "none")
+    controller.settle_start()
+    simulator.settle_start()
+    rest, way = controller.effector_values, 0.15 * robot.size * np.array([1.0, 0.6, 0.3])
+    simulator.settle(position=np.array([8e-3]))  # farther than any pull below
+    most = robot.energy(simulator.state)
+    simulator.settle_start()
+    for k in range(150):
+        controller.step(rest + way * np.sin(2.0 * np.pi * robot.h * k))
+        assert controller.position[0] < 8e-3
+        simulator.move(position=controller.position, steps=16)
+        distance = np.linalg.norm(controller.effector[0] - simulator.effector[0])
+        assert distance < 0.005 * robot.size
+        assert robot.energy(controller.state) < most
+
+
 @pytest.mark.parametrize(
     ("integration", "expected"),
     [

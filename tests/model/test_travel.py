@@ -70,14 +70,17 @@ def moved_tips(robot: Robot[NodalBody], steps: int) -> Array:
 
 
 def test_steps_are_of_second_order(beam: Robot[NodalBody]) -> None:
-    """Half as long, a quarter of the error; one a period is off by less than 1 % of the way."""
+    """Half as long, a quarter of the error; one a period is off by less than 1 % of the way.
+
+    Ticks in which a single step leads too far are divided, so that the first two errors are alike.
+    """
     exact = exact_tips(beam)
     way = np.linalg.norm(exact - beam.effector(beam.rest())[0], axis=1).max()
-    errors = [np.linalg.norm(moved_tips(beam, k) - exact, axis=1).max() for k in (1, 2, 4)]
+    errors = [np.linalg.norm(moved_tips(beam, k) - exact, axis=1).max() for k in (1, 2, 4, 8)]
     assert way > 0.1 * SIZE[0]
     assert errors[0] < 0.01 * way
-    assert errors[1] < 0.3 * errors[0]
     assert errors[2] < 0.3 * errors[1]
+    assert errors[3] < 0.3 * errors[2]
 
 
 def test_a_damped_oscillation_has_the_frequency_and_decay_of_its_mode(

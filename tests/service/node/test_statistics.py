@@ -92,21 +92,21 @@ def test_a_level_that_does_not_exist_is_refused() -> None:
     assert refused.detail == "found level 7, allowed are 0, 1, 2, 3"
 
 
-@pytest.mark.parametrize(("period", "warned"), [(4.0, False), (1.0, True)])
+@pytest.mark.parametrize(("beside", "warned"), [(0.0, False), (2.0 * SURPRISING, True)])
 def test_health_warns_where_the_model_does_not_go_where_decisions_say(
-    period: float, warned: bool
+    beside: float, warned: bool
 ) -> None:
-    """A slow swing is predicted to a ten-thousandth of the finger; one far beyond its rates is not."""
+    """A swing beyond the winch's rate is predicted; a model that moves beside its predictions is not."""
     loop = ControlLoop(Controller.of("finger"))
     controller = loop.controller
     robot = controller.robot
     statistics = LoopStatistics(robot.actuators, robot.size)
     rest, way = robot.effector_values(robot.rest()), 0.15 * robot.size * np.array([1.0, 0.6, 0.3])
     for k in range(150):
-        goal = rest + way * np.sin(2.0 * np.pi * k / 50.0 / period)
+        goal = rest + way * np.sin(2.0 * np.pi * k / 50.0)
         action = loop.tick(goal, Signals(target=True))
         loop.prepare()
-        statistics.add(tick_of(action), action, controller.effector)
+        statistics.add(tick_of(action), action, controller.effector + beside * robot.size)
     assert action.decided
     found = statistics.diagnostics(Clock(0.02), [], None, {})
     health = next(item for item in found if item.name == "decisions")
