@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 # Imports between folders go down this table only: a folder imports from folders above its own line.
 # A name without a folder below it stands for the modules directly inside.
 ORDER = (
+    "model.kernels",
     "model.numerics",
     "model.materials",
     "model.schema",

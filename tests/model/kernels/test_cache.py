@@ -8,73 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from support.processes import Process, start_script
+from support.kernel_package import CALLEE, end, run, start, write
 
-from tauten.model.numerics.kernel_cache import (
-    KernelCacheFile,
-    remove_unused,
-    written_by_others,
-)
-
-CALLEE = """
-from typing import NamedTuple
-
-from tauten.model.numerics import kernel
-
-SHARE = 2.0
-
-
-class Pair(NamedTuple):
-    first: float
-    second: float
-
-
-@kernel
-def inner(x: float) -> float:
-    return 3.0 * x
-"""
-CALLER = """
-from callee import SHARE, Pair, inner
-
-from tauten.model.numerics import kernel
-
-
-@kernel
-def outer(pair: Pair) -> float:
-    return SHARE * inner(pair.first)
-"""
-MAIN = """
-from callee import Pair
-from caller import outer
-
-value = outer(Pair(first=1.0, second=100.0))
-print(value, sum(outer.stats.cache_hits.values()), sum(outer.stats.cache_misses.values()))
-"""
-
-
-def write(folder: Path) -> None:
-    """The package's files."""
-    for name, text in (("callee", CALLEE), ("caller", CALLER), ("main", MAIN)):
-        (folder / f"{name}.py").write_text(text)
-
-
-def start(folder: Path, cache: Path, output: str = "output.txt") -> Process:
-    """A process that calls the outer kernel and prints its value, cache hits and cache misses."""
-    main = folder / "main.py"
-    variables = {"NUMBA_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": "1"}
-    return start_script(folder / output, main, **variables)
-
-
-def end(process: Process) -> tuple[float, int, int]:
-    """Value of the outer kernel, cache hits and cache misses."""
-    assert process.process.wait(300.0) == 0, process.output.read_text()
-    value, hits, misses = process.output.read_text().splitlines()[-1].split()
-    return float(value), int(hits), int(misses)
-
-
-def run(folder: Path, cache: Path) -> tuple[float, int, int]:
-    """Value of the outer kernel, cache hits and cache misses, in a new process."""
-    return end(start(folder, cache))
+from tauten.model.kernels.cache import KernelCacheFile, remove_unused
+from tauten.model.kernels.files import written_by_others
 
 
 def test_changed_callee_is_compiled_into_its_caller(tmp_path: Path) -> None:
