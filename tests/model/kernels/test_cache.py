@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from support.kernel_package import CALLEE, end, run, start, write
+from support.kernels.package import CALLEE, end, run, start, write
 
 from tauten.model.kernels.cache import KernelCacheFile, remove_unused
 from tauten.model.kernels.files import written_by_others

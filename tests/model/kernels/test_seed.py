@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from support.kernel_package import CALLEE, end, run, start, write
+from support.kernels.package import CALLEE, end, run, start, write
 
 from tauten.model.kernels import seed
 from tauten.model.kernels.files import with_digest
