@@ -2,6 +2,8 @@
 
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.frames.history import FrameHistory
+from tauten.service.frames.missed import RESTED, Miss, missed
+from tauten.service.frames.reach import ReachModel, ReachSearch, ReachSet
 from tauten.service.frames.recorded import RecordedRobot
 from tauten.service.frames.served import ServedRobot
 from tauten.service.frames.simulated import SimulatedRobot
@@ -14,11 +16,17 @@ __all__ = [
     "LEAST_SCALAR",
     "FrameHistory",
     "FrameSource",
+    "Miss",
+    "ReachModel",
+    "ReachSearch",
+    "ReachSet",
     "RecordedRobot",
     "RobotLook",
     "ServedRobot",
     "SimulatedRobot",
     "TargetStore",
     "ViewFrame",
+    "RESTED",
     "WaypointList",
+    "missed",
 ]

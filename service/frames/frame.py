@@ -99,6 +99,7 @@ class ViewFrame:
         values: (n_v,) goal values where the effectors are.
         step: time of the control step [s].
         ghost: (P, 3) vertices of the model beside the robot [m]; None: there is none.
+        modelled: (n_v,) goal values where the model that decides has the effectors; None: it is not known.
     """
 
     time: float
@@ -112,6 +113,7 @@ class ViewFrame:
     values: Array
     step: float
     ghost: Floats | None = None
+    modelled: Array | None = None
 
     @property
     def nbytes(self) -> int:

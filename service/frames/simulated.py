@@ -108,4 +108,5 @@ class SimulatedRobot:
             values=values,
             step=step,
             ghost=self._ghost.geometry(model.robot, model.state, None).vertices,
+            modelled=model.robot.effector_values(model.state),
         )

@@ -14,7 +14,7 @@ from tauten.model.numerics import Array
 from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, RobotLook
 from tauten.service.view.charts import Charts
 from tauten.service.view.picture import legend_html
-from tauten.service.view.viewing import add_viewing
+from tauten.service.view.viewing import Viewing
 from tauten.service.view.words import Words
 from tauten.service.wire import DescribedEffector, places_of
 
@@ -47,10 +47,16 @@ class ViewPanel:
     Attributes:
         for_all: inputs with the values that browsers that look on may give them, too: to stop, to hold, and
             how they look at the robot.
+        viewing: how one looks at the robot.
     """
 
     def __init__(
-        self, server: viser.ViserServer, look: RobotLook, operates: bool, draws: bool = False
+        self,
+        server: viser.ViserServer,
+        look: RobotLook,
+        operates: bool,
+        draws: bool = False,
+        reaches: bool = False,
     ) -> None:
         """Add all elements.
 
@@ -59,6 +65,7 @@ class ViewPanel:
             look: of the robot.
             operates: whether the robot can be operated: not in a log.
             draws: whether cables can be drawn: only with a robot file of one's own.
+            reaches: whether the reach of effectors can be shown: only with a model.
         """
         self._requests: SimpleQueue[Request] = SimpleQueue()
         self._scrubbed: float | None = None
@@ -103,7 +110,8 @@ class ViewPanel:
                     "set: keep the target's position. play: move the target through all. save: as tauten "
                     "stream reads them.",
                 )
-        self.for_all |= add_viewing(gui, look)
+        self.viewing = Viewing(gui, look, reaches)
+        self.for_all |= self.viewing.for_all
         self._drawing: viser.GuiCheckboxHandle | None = None
         if draws:
             with gui.add_folder("New cable", expand_by_default=False):
@@ -123,7 +131,7 @@ class ViewPanel:
                 self._ghost = gui.add_checkbox(
                     "show the model", False, hint="The model that decides, beside the robot."
                 )
-            gui.add_html(legend_html(look))
+            gui.add_html(legend_html(look, reaches))
         with gui.add_folder("Plots"):
             self.charts = Charts(server, look)
         self._slider.on_update(self._on_scrub)

@@ -12,14 +12,25 @@ import numpy as np
 import viser
 
 from tauten.model.numerics import Array
-from tauten.service.frames import FrameHistory, FrameSource, TargetStore, ViewFrame, WaypointList
+from tauten.service.frames import (
+    RESTED,
+    FrameHistory,
+    FrameSource,
+    Miss,
+    ReachSearch,
+    ReachSet,
+    TargetStore,
+    ViewFrame,
+    WaypointList,
+    missed,
+)
 from tauten.service.node import Clock
 from tauten.service.plant import TargetPath
 from tauten.service.process import StopFlag
 from tauten.service.view.cable_drawing import CableDrawing
 from tauten.service.view.charts import SPAN
 from tauten.service.view.panel import Request, ViewPanel
-from tauten.service.view.picture import TRAIL, RobotScene
+from tauten.service.view.picture import TRAIL, ReachDrawing, RobotScene, nearest_of
 from tauten.service.view.web import Guard, LoopbackServer
 from tauten.service.view.words import frame_in_words
 from tauten.service.wire import OperatorCommand
@@ -66,6 +77,7 @@ class ViewSession:
         server: LoopbackServer,
         guard: Guard,
         robot_file: Path | None = None,
+        reach: ReachSearch | None = None,
     ) -> None:
         """Fill scene and panel.
 
@@ -74,11 +86,15 @@ class ViewSession:
             server: that shows them.
             guard: tells when the operator's browser leaves.
             robot_file: that cables are drawn into; None: none are drawn.
+            reach: computes the reach of effectors; None: nobody does.
         """
         look = source.look
         self.source, self._server = source, server
-        self._panel = ViewPanel(server, look, operates=True, draws=robot_file is not None)
+        self._panel = ViewPanel(
+            server, look, operates=True, draws=robot_file is not None, reaches=reach is not None
+        )
         self._scene = RobotScene(server, look, draggable=True)
+        self._reach, self._reach_drawing = reach, ReachDrawing(server.scene, look.robot.size)
         self.targets = TargetStore(look.robot.effectors, look.robot.size)
         self._history = FrameHistory(whole=False)
         self._lists = [WaypointList(one, look.robot.size) for one in look.robot.effectors]
@@ -192,12 +208,25 @@ class ViewSession:
 
     def _say(self, frame: ViewFrame) -> None:
         """Update plots, slider and words: a few times a second are enough to read."""
-        history, panel = self._history, self._panel
+        history, panel, look = self._history, self._panel, self.source.look
         if frame is not self._plotted:
             self._plotted = frame
             panel.charts.draw(history.between(frame.time - SPAN, frame.time))
         panel.show_time(history.first, history.last, frame.time)
-        panel.say(frame_in_words(self.source.look, frame, self.source.notes))
+        miss = self._show_reach(missed(look, history.between(frame.time - RESTED, frame.time)))
+        panel.say(frame_in_words(look, frame, self.source.notes, miss=miss))
+
+    def _show_reach(self, miss: Miss | None) -> Miss | None:
+        """Show the reach where it is wanted; the target that is missed, with the nearest point known."""
+        found, panel = ReachSet(), self._panel
+        if self._reach is not None and panel.viewing.shows_reach:
+            found = self._reach.of(panel.effector)
+        panel.viewing.show_progress(found)
+        self._reach_drawing.show_reach(found)
+        if miss is not None and miss.effector == panel.effector:
+            miss = nearest_of(miss, found)
+        self._reach_drawing.show_miss(miss)
+        return miss
 
     def _do(self, request: Request) -> None:
         """Carry out a request of the operator."""

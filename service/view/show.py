@@ -10,7 +10,15 @@ from pathlib import Path
 
 from tauten.controller import Order
 from tauten.model.schema import read_toml
-from tauten.service.frames import RecordedRobot, RobotLook, ServedRobot, SimulatedRobot, ViewFrame
+from tauten.service.frames import (
+    ReachModel,
+    ReachSearch,
+    RecordedRobot,
+    RobotLook,
+    ServedRobot,
+    SimulatedRobot,
+    ViewFrame,
+)
 from tauten.service.link import node_of
 from tauten.service.plant import PathError, PathSettings, TargetPath, make_path, plant_robot
 from tauten.service.process import StopFlag, one_blas_thread, write_text
@@ -110,12 +118,16 @@ def view_simulation(
         with stop.interruptible():
             source, path, file = simulated(simulation)
         with open_server(settings.port, source.look.robot.name) as (server, guard):
-            session = ViewSession(source, server, guard, file)
+            reach = ReachSearch(ReachModel(simulation.robot, simulation.model, simulation.basis))
+            session = ViewSession(source, server, guard, file, reach)
             session.arm()
             if path is not None:
                 session.follow_path(path)
             announce(server.get_port(), settings.browser)
-            return session.run(stop, settings.seconds)
+            try:
+                return session.run(stop, settings.seconds)
+            finally:
+                reach.close()
 
 
 def export_simulation(

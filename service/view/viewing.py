@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import viser
 
-from tauten.service.frames import RobotLook
+from tauten.service.frames import ReachSet, RobotLook
 from tauten.service.view.picture import PRESETS, SHEET, Preset, show_preset
 from tauten.service.view.web import set_theme
 
@@ -20,31 +20,62 @@ _STYLE = f"""<style>@media (max-width: 36em) {{
 }}</style>"""
 
 
-def add_viewing(gui: viser.GuiApi, look: RobotLook) -> dict[str, frozenset[bool | str]]:
-    """Add the buttons; returns what every browser may give them, those that look on included.
+class Viewing:
+    """The folder *View* of the panel.
 
-    Args:
-        gui: that gets them.
-        look: of the robot.
+    Attributes:
+        for_all: what every browser may give its inputs, those that look on included.
     """
-    presets: dict[str, Preset] = {one: one for one in PRESETS}
 
-    async def look_from(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-        preset = presets.get(event.target.value)
-        if event.client is not None and preset is not None:
-            show_preset(event.client, look, preset)
+    def __init__(self, gui: viser.GuiApi, look: RobotLook, reaches: bool) -> None:
+        """Add the inputs.
 
-    async def colour(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
-        if event.client is not None:
-            set_theme(event.client.gui, event.target.value == _DARK)
+        Args:
+            gui: that gets them.
+            look: of the robot.
+            reaches: whether the reach of effectors can be shown.
+        """
+        presets: dict[str, Preset] = {one: one for one in PRESETS}
 
-    gui.add_html(_STYLE)
-    with gui.add_folder("View"):
-        camera = gui.add_button_group("from", PRESETS, hint="Where one looks from.")
-        theme = gui.add_button_group("colours", (_LIGHT, _DARK), hint="Of this browser.")
-    camera.on_click(look_from)
-    theme.on_click(colour)
-    return {
-        camera._impl.uuid: frozenset(PRESETS),
-        theme._impl.uuid: frozenset((_LIGHT, _DARK)),
-    }
+        async def look_from(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+            preset = presets.get(event.target.value)
+            if event.client is not None and preset is not None:
+                show_preset(event.client, look, preset)
+
+        async def colour(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+            if event.client is not None:
+                set_theme(event.client.gui, event.target.value == _DARK)
+
+        gui.add_html(_STYLE)
+        self._reach: viser.GuiCheckboxHandle | None = None
+        with gui.add_folder("View"):
+            camera = gui.add_button_group("from", PRESETS, hint="Where one looks from.")
+            theme = gui.add_button_group("colours", (_LIGHT, _DARK), hint="Of this browser.")
+            if reaches:
+                self._reach = gui.add_checkbox(
+                    "reach", False, hint="Where the effector gets, by the model that decides."
+                )
+        camera.on_click(look_from)
+        theme.on_click(colour)
+        self.for_all: dict[str, frozenset[bool | str]] = {
+            camera._impl.uuid: frozenset(PRESETS),
+            theme._impl.uuid: frozenset((_LIGHT, _DARK)),
+        }
+
+    @property
+    def shows_reach(self) -> bool:
+        """Whether the reach of the effector is shown."""
+        return self._reach is not None and bool(self._reach.value)
+
+    def show_progress(self, found: ReachSet) -> None:
+        """Show how much of the reach is known.
+
+        Args:
+            found: what is known.
+        """
+        if self._reach is None:
+            return
+        part = f" {len(found.points)}/{found.wanted}" if found.wanted else " …"
+        label = "reach" + (part if self.shows_reach and not found.complete else "")
+        if self._reach.label != label:
+            self._reach.label = label

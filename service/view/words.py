@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from dataclasses import dataclass
 
-from tauten.service.frames import RobotLook, ViewFrame
+from tauten.service.frames import Miss, RobotLook, ViewFrame
 from tauten.service.wire import Cause, Mode
 
 _TITLES = {
@@ -61,7 +61,11 @@ class Words:
 
 
 def frame_in_words(
-    look: RobotLook, frame: ViewFrame, notes: tuple[str, ...], advice: bool = True
+    look: RobotLook,
+    frame: ViewFrame,
+    notes: tuple[str, ...],
+    advice: bool = True,
+    miss: Miss | None = None,
 ) -> Words:
     """What a frame says about the robot.
 
@@ -70,7 +74,15 @@ def frame_in_words(
         frame: that is shown.
         notes: further sentences.
         advice: whether to say what to do where the robot does not follow; otherwise the cause alone is named.
+        miss: a target that is out of reach; None: there is none.
     """
+    if miss is not None:
+        name = look.robot.effectors[miss.effector].name
+        return Words(
+            "RUN: the target is out of reach",
+            f"{name} stays {1e3 * miss.distance:.1f} mm away, at the nearest point",
+            (*_health(look, frame, far=False), *notes),
+        )
     return Words(
         _TITLES[frame.mode],
         _advice(frame.mode, frame.cause) if advice else str(frame.cause),
@@ -102,10 +114,10 @@ def _advice(mode: Mode, cause: Cause) -> str:
     return _ADVICE[cause]
 
 
-def _health(look: RobotLook, frame: ViewFrame) -> list[str]:
+def _health(look: RobotLook, frame: ViewFrame, far: bool = True) -> list[str]:
     found = []
     error = look.error(frame)
-    if error == error:
+    if far and error == error:
         found.append(f"{1e3 * error:.1f} mm from the target")
     if names := at_limit(look, frame):
         found.append(f"at the limit: {', '.join(names)}")

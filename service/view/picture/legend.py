@@ -17,6 +17,7 @@ from tauten.service.view.picture.actuators import (
     VACUUM,
     Colour,
 )
+from tauten.service.view.picture.reach import REACH
 from tauten.service.view.picture.scene import CONTACT, EFFECTOR, GHOST, TARGET, WAYPOINT
 from tauten.service.view.picture.surroundings import BASE, GRAVITY, OBSTACLE
 
@@ -26,11 +27,12 @@ _ROW = (
 _PATCH = '<span style="width:38px;height:10px;border-radius:3px;flex:none;background:{}"></span>{}'
 
 
-def legend_html(look: RobotLook) -> str:
+def legend_html(look: RobotLook, reaches: bool = False) -> str:
     """The legend of a robot, with what it has.
 
     Args:
         look: of the robot.
+        reaches: whether the reach of effectors can be shown.
     """
     kinds = {one.kind for one in look.robot.actuators}
     rows = [(_plain(TARGET), "target"), (_plain(EFFECTOR), "effector")]
@@ -59,6 +61,7 @@ def legend_html(look: RobotLook) -> str:
             (CONTACT, "contact force", True),
             (WAYPOINT, "waypoint", True),
             (BASE, "base, which is held", len(surface.held) > 0),
+            (REACH, "reach of the effector", reaches),
             (OBSTACLE, "obstacle", len(surface.obstacles) > 0),
             (GRAVITY, "gravity", any(look.robot.gravity)),
             (GHOST, "model that decides", look.ghost is not None),

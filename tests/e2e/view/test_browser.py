@@ -130,6 +130,18 @@ def test_the_camera_looks_from_above_and_the_page_is_dark(page: Page, shown: Sho
     assert wait_until(lambda: not from_above())
 
 
+def test_a_target_out_of_reach_is_said_and_the_nearest_point_shown(
+    page: Page, shown: Shown, beam: Robot
+) -> None:
+    far = beam.effector(beam.rest())[0] + np.array([0.05, 0.0, 0.0])  # along the beam
+    shown.session.targets.put(0, far)
+    page.get_by_text("the target is out of reach").wait_for()
+    assert "/nearest" in shown.server.scene._handle_from_node_name
+    shown.session.targets.put(0, beam.effector(beam.rest())[0])
+    page.get_by_text("follows the target").wait_for()
+    assert wait_until(lambda: "/nearest" not in shown.server.scene._handle_from_node_name)
+
+
 def test_the_robot_holds_when_the_page_is_closed(page: Page, shown: Shown) -> None:
     assert wait_until(lambda: mode_of(shown) is Mode.RUN)
     page.close()

@@ -1,0 +1,129 @@
+"""The reach of an effector, computed by a process of its own while one looks at the robot."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from dataclasses import dataclass, field
+from multiprocessing.process import BaseProcess
+from multiprocessing.queues import Queue
+from queue import Empty
+
+import numpy as np
+
+from tauten.controller import Order
+from tauten.model import Simulator, one_blas_thread
+from tauten.model.numerics import Array
+from tauten.service.plant import reach_plan, reached
+
+_NICE = 10  # the robot goes first
+
+
+@dataclass(frozen=True, slots=True)
+class ReachModel:
+    """The model whose reach is computed.
+
+    Attributes:
+        robot: name or file.
+        order: of the model; None: the file's.
+        basis: of contacts; None: the file's.
+    """
+
+    robot: str
+    order: Order | None = None
+    basis: str | None = None
+
+
+@dataclass(slots=True)
+class ReachSet:
+    """Positions that an effector was found at.
+
+    Attributes:
+        points: (m, 3) [m].
+        is_curve: whether they are along a curve, in their order.
+        wanted: how many commands are tried; 0: not known yet.
+        complete: whether all have been.
+    """
+
+    points: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    is_curve: bool = False
+    wanted: int = 0
+    complete: bool = False
+
+
+class ReachSearch:
+    """Computes the reach of effectors, one after another, when asked for it."""
+
+    def __init__(self, model: ReachModel) -> None:
+        """Start nothing.
+
+        Args:
+            model: whose reach it is.
+        """
+        self._model = model
+        self._found: dict[int, ReachSet] = {}
+        self._process: BaseProcess | None = None
+        self._queue: Queue[object] | None = None
+        self._effector = 0
+
+    def of(self, effector: int) -> ReachSet:
+        """What is known of an effector's reach; it is computed where nobody has asked for it yet.
+
+        Args:
+            effector: its number.
+        """
+        if effector not in self._found and self._process is None:
+            self._start(effector)
+        self._take()
+        return self._found.get(effector, ReachSet())
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.terminate()
+            self._process.join()
+            self._process = None
+
+    def _start(self, effector: int) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._effector, self._found[effector] = effector, ReachSet()
+        self._queue = context.Queue()
+        self._process = context.Process(
+            target=_search, args=(self._model, effector, self._queue), daemon=True
+        )
+        self._process.start()
+
+    def _take(self) -> None:
+        """Take what the process has found."""
+        process, queue = self._process, self._queue
+        if process is None or queue is None:
+            return
+        ended, found = not process.is_alive(), self._found[self._effector]
+        points = []
+        while True:
+            try:
+                item = queue.get_nowait()
+            except Empty:
+                break
+            if isinstance(item, np.ndarray):
+                points.append(item)
+            elif isinstance(item, tuple):
+                found.wanted, found.is_curve = item
+        if points:
+            found.points = np.concatenate([found.points, np.array(points)])
+        if ended:
+            found.complete = True
+            process.join()
+            self._process = None
+
+
+def _search(model: ReachModel, effector: int, queue: Queue[object]) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the viewer ends this process
+    os.nice(_NICE)
+    with one_blas_thread():
+        simulator = Simulator.of(model.robot, model.order, model.basis)
+        plan = reach_plan(simulator, effector)
+        queue.put((len(plan.shares), plan.is_curve))
+        for position in reached(simulator, plan):
+            queue.put(position)
