@@ -14,7 +14,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
-from tauten.service.frames import FrameHistory, RobotLook, ViewFrame
+from tauten.service.frames import FrameHistory, RobotLook, TargetStore, ViewFrame
 from tauten.service.node import Clock
 from tauten.service.plant import PathError
 from tauten.service.process import HostInfo, StopFlag, host_info, one_blas_thread
@@ -108,8 +108,9 @@ def view_cost(
         OSError: the client does not connect.
     """
     context = get_context("spawn")
+    targets = TargetStore(look.robot.effectors, look.robot.size)
     with open_server(0, look.robot.name) as (server, guard):
-        panel, scene = ViewPanel(server, look, operates=True), RobotScene(server, look, True)
+        panel, scene = ViewPanel(server, look, targets), RobotScene(server, look, True)
         done = context.Event()
         client = context.Process(target=_receive, args=(server.get_port(), done), daemon=True)
         client.start()

@@ -44,12 +44,14 @@ class ReachSet:
         is_curve: whether they are along a curve, in their order.
         wanted: how many commands are tried; 0: not known yet.
         complete: whether all have been.
+        failed: whether the search broke off.
     """
 
     points: Array = field(default_factory=lambda: np.zeros((0, 3)))
     is_curve: bool = False
     wanted: int = 0
     complete: bool = False
+    failed: bool = False
 
 
 class ReachSearch:
@@ -115,6 +117,7 @@ class ReachSearch:
         if ended:
             found.complete = True
             process.join()
+            found.failed = process.exitcode != 0
             self._process = None
 
 

@@ -7,7 +7,13 @@ from itertools import pairwise
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.service.plant import TargetPath, path_text, without_sign_changes
+from tauten.service.plant import (
+    PathError,
+    TargetPath,
+    csv_text_path,
+    path_text,
+    without_sign_changes,
+)
 from tauten.service.wire import DescribedEffector
 
 MOST = 200  # waypoints
@@ -41,6 +47,53 @@ class WaypointList:
         """Forget all."""
         self._values.clear()
 
+    def remove(self, number: int) -> None:
+        """Forget one, by its number from 0; nothing where there is none."""
+        if 0 <= number < len(self._values):
+            del self._values[number]
+
+    def move(self, number: int, by: int) -> int:
+        """Exchange one with another one; returns where it is then.
+
+        Args:
+            number: of the one, from 0.
+            by: how much later the other one is; negative: earlier.
+        """
+        other = number + by
+        if not (0 <= number < len(self._values) and 0 <= other < len(self._values)):
+            return number
+        values = self._values
+        values[number], values[other] = values[other], values[number]
+        return other
+
+    def load(self, text: str, name: str) -> None:
+        """Take those of a CSV file instead, without its times.
+
+        Args:
+            text: of the file, as `tauten stream` reads it.
+            name: of the file.
+
+        Raises:
+            PathError: what is wrong, with the line.
+        """
+        path = csv_text_path(text, name, self._effector.kind, 1.0, repeats=False)
+        if len(path.values) > MOST:
+            raise PathError(f"{name}: found {len(path.values)} points, allowed are {MOST}")
+        self._values = list(path.values)
+
+    def names(self) -> tuple[str, ...]:
+        """One line each, to choose from: its number, and where it is."""
+        return tuple(f"{i}: {self._place(one)}" for i, one in enumerate(self._values, 1))
+
+    def values(self, number: int) -> Array:
+        """Goal values (v,) of one, by its number from 0."""
+        return self._values[number].copy()
+
+    def _place(self, values: Array) -> str:
+        if self._effector.has_position:
+            return ", ".join(f"{1e3 * one:.1f}" for one in values[:3]) + " mm"
+        return f"{100.0 * values[0] / self._effector.rest[0]:.1f} %"
+
     @property
     def points(self) -> Array:
         """Positions (m, 3) [m]; none for effectors without one."""
@@ -56,6 +109,16 @@ class WaypointList:
             speed: [m/s].
         """
         return self._steady([start, *self._values], speed)
+
+    def straight(self, start: Array, number: int, speed: float) -> TargetPath:
+        """From a target straight to one waypoint at a steady speed.
+
+        Args:
+            start: (v,) goal values.
+            number: of the waypoint, from 0.
+            speed: [m/s].
+        """
+        return self._steady([start, self._values[number]], speed)
 
     def csv(self, speed: float) -> str:
         """Columns t [s] and those of the effector's kind, at a steady speed [m/s]."""

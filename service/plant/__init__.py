@@ -11,6 +11,7 @@ from tauten.service.plant.streaming import StreamSettings, stream
 from tauten.service.plant.waypoints import (
     PathError,
     TargetPath,
+    csv_text_path,
     path_text,
     save_path,
     without_sign_changes,
@@ -33,6 +34,7 @@ __all__ = [
     "TargetPath",
     "bending_command",
     "child",
+    "csv_text_path",
     "find_receiver",
     "free_ports",
     "make_path",

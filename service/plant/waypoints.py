@@ -111,9 +111,28 @@ def csv_path(path: Path, kind: EffectorKind, rate: float, repeats: bool) -> Targ
         PathError: what is wrong, with the line.
     """
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise PathError(f"{path}: cannot be read ({error})") from error
+    return csv_text_path(text, str(path), kind, rate, repeats)
+
+
+def csv_text_path(
+    text: str, path: str, kind: EffectorKind, rate: float, repeats: bool
+) -> TargetPath:
+    """A path from the text of a CSV file, see `csv_path`.
+
+    Args:
+        text: of the file.
+        path: its name, for errors.
+        kind: of the effector.
+        rate: targets a second, where there is no column t.
+        repeats: start again at the end.
+
+    Raises:
+        PathError: what is wrong, with the line.
+    """
+    lines = text.splitlines()
     rows = list(csv.reader(lines, skipinitialspace=True))
     names = [name.strip() for name in rows[0]] if rows else []
     columns = COLUMNS[kind]
@@ -136,7 +155,7 @@ def csv_path(path: Path, kind: EffectorKind, rate: float, repeats: bool) -> Targ
     return TargetPath(times, values, repeats, kind)
 
 
-def _rotations(path: Path, quaternions: Array) -> Array:
+def _rotations(path: str, quaternions: Array) -> Array:
     """Quaternions (m, 4) of length one without changes of sign."""
     lengths = np.linalg.norm(quaternions, axis=1)
     wrong = np.flatnonzero(np.abs(lengths - 1.0) > UNIT_LENGTH)
@@ -148,7 +167,7 @@ def _rotations(path: Path, quaternions: Array) -> Array:
     return without_sign_changes(quaternions / lengths[:, None])
 
 
-def _numbers(path: Path, line: int, row: list[str], names: list[str]) -> list[float]:
+def _numbers(path: str, line: int, row: list[str], names: list[str]) -> list[float]:
     if len(row) != len(names):
         raise PathError(f"{path}: line {line}: found {len(row)} values, expected {len(names)}")
     try:

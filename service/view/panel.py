@@ -11,15 +11,15 @@ import numpy as np
 import viser
 
 from tauten.model.numerics import Array
-from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, RobotLook
+from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, RobotLook, TargetStore
 from tauten.service.view.charts import Charts
 from tauten.service.view.picture import legend_html
+from tauten.service.view.program import WaypointProgram
 from tauten.service.view.viewing import Viewing
 from tauten.service.view.words import Words
 from tauten.service.wire import DescribedEffector, places_of
 
 SPEEDS = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1}
-_SLOWEST, _FASTEST = 1.0, 500.0  # mm/s of the target along waypoints
 
 
 class Request(Enum):
@@ -30,10 +30,6 @@ class Request(Enum):
     STOP = "stop"
     RESET = "reset"
     NOW = "now"
-    ADD = "set"
-    CLEAR = "clear"
-    PLAY = "play"
-    SAVE = "save"
     UNDO = "undo"
     SAVE_CABLE = "save cable"
 
@@ -48,13 +44,14 @@ class ViewPanel:
         for_all: inputs with the values that browsers that look on may give them, too: to stop, to hold, and
             how they look at the robot.
         viewing: how one looks at the robot.
+        program: waypoints of a robot that can be operated.
     """
 
     def __init__(
         self,
         server: viser.ViserServer,
         look: RobotLook,
-        operates: bool,
+        targets: TargetStore | None,
         draws: bool = False,
         reaches: bool = False,
     ) -> None:
@@ -63,7 +60,7 @@ class ViewPanel:
         Args:
             server: whose panel is used.
             look: of the robot.
-            operates: whether the robot can be operated: not in a log.
+            targets: of a robot that can be operated; None: it cannot, as in a log.
             draws: whether cables can be drawn: only with a robot file of one's own.
             reaches: whether the reach of effectors can be shown: only with a model.
         """
@@ -76,9 +73,7 @@ class ViewPanel:
         self._status = gui.add_html("")
         self._follow: viser.GuiCheckboxHandle | None = None
         self._scalars: dict[int, viser.GuiSliderHandle[float]] = {}
-        self._effector: viser.GuiDropdownHandle[str] | None = None
-        self._names = tuple(one.name for one in look.robot.effectors)
-        if operates:
+        if targets is not None:
             with gui.add_folder("Operate"):
                 self._follow = gui.add_checkbox(
                     "follow", False, hint="The robot follows the target while this is on."
@@ -99,17 +94,7 @@ class ViewPanel:
             self._speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="1")
             self._slider = gui.add_slider("time [s]", 0.0, 1.0, 0.02, 0.0)
             self._buttons(server, (Request.NOW,), "Show the newest moment.")
-        if operates:
-            with gui.add_folder("Waypoints", expand_by_default=False):
-                if len(look.robot.effectors) > 1:
-                    self._effector = gui.add_dropdown("effector", self._names)
-                self._pace = gui.add_slider("speed [mm/s]", _SLOWEST, _FASTEST, 1.0, 30.0)
-                self._buttons(
-                    server,
-                    (Request.ADD, Request.PLAY, Request.CLEAR, Request.SAVE),
-                    "set: keep the target's position. play: move the target through all. save: as tauten "
-                    "stream reads them.",
-                )
+        self.program = None if targets is None else WaypointProgram(server, look, targets)
         self.viewing = Viewing(gui, look, reaches)
         self.for_all |= self.viewing.for_all
         self._drawing: viser.GuiCheckboxHandle | None = None
@@ -195,16 +180,9 @@ class ViewPanel:
         return SPEEDS.get(str(self._speed.value), 1.0)
 
     @property
-    def pace(self) -> float:
-        """Speed of the target along waypoints [m/s]."""
-        return 1e-3 * min(max(float(self._pace.value), _SLOWEST), _FASTEST)
-
-    @property
     def effector(self) -> int:
-        """Number of the effector that waypoints are for."""
-        if self._effector is None or self._effector.value not in self._names:
-            return 0
-        return self._names.index(str(self._effector.value))
+        """Number of the effector that waypoints and reach are for."""
+        return 0 if self.program is None else self.program.effector
 
     @property
     def draws(self) -> bool:

@@ -42,7 +42,7 @@ class PlaybackSession:
         self._complete = False
         while not len(self._history):
             self._compute()
-        self._panel = ViewPanel(server, recorded.look, operates=False)
+        self._panel = ViewPanel(server, recorded.look, targets=None)
         self.for_all = self._panel.for_all
         self._scene = RobotScene(server, recorded.look, draggable=False)
         self._shown = 0.0  # s

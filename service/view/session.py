@@ -21,7 +21,6 @@ from tauten.service.frames import (
     ReachSet,
     TargetStore,
     ViewFrame,
-    WaypointList,
     missed,
 )
 from tauten.service.node import Clock
@@ -31,8 +30,9 @@ from tauten.service.view.cable_drawing import CableDrawing
 from tauten.service.view.charts import SPAN
 from tauten.service.view.panel import Request, ViewPanel
 from tauten.service.view.picture import TRAIL, ReachDrawing, RobotScene, nearest_of
+from tauten.service.view.program import WaypointProgram
 from tauten.service.view.web import Guard, LoopbackServer
-from tauten.service.view.words import frame_in_words
+from tauten.service.view.words import frame_in_words, in_the_past
 from tauten.service.wire import OperatorCommand
 
 log = logging.getLogger(__name__)
@@ -90,15 +90,13 @@ class ViewSession:
         """
         look = source.look
         self.source, self._server = source, server
+        self.targets = TargetStore(look.robot.effectors, look.robot.size)
         self._panel = ViewPanel(
-            server, look, operates=True, draws=robot_file is not None, reaches=reach is not None
+            server, look, self.targets, draws=robot_file is not None, reaches=reach is not None
         )
         self._scene = RobotScene(server, look, draggable=True)
         self._reach, self._reach_drawing = reach, ReachDrawing(server.scene, look.robot.size)
-        self.targets = TargetStore(look.robot.effectors, look.robot.size)
         self._history = FrameHistory(whole=False)
-        self._lists = [WaypointList(one, look.robot.size) for one in look.robot.effectors]
-        self._playing: tuple[TargetPath, float] | None = None
         self._shown: float | None = None  # time of the frame that is shown; None: the newest
         self._elapsed = 0.0  # s of the robot
         self._frames = 0
@@ -116,11 +114,13 @@ class ViewSession:
         self._panel.on_scalar(self._slid)
         guard.on_operator_left(self._disarm)
         guard.let_all(self._panel.for_all)
+        guard.let_upload(self.program.uploads)
 
     @property
-    def waypoints(self) -> WaypointList:
+    def program(self) -> WaypointProgram:
         """Waypoints of the effector that is chosen in the panel."""
-        return self._lists[self._panel.effector]
+        assert self._panel.program is not None
+        return self._panel.program
 
     @property
     def newest(self) -> ViewFrame | None:
@@ -133,7 +133,7 @@ class ViewSession:
 
     def follow_path(self, path: TargetPath) -> None:
         """Move the first effector's target along a path from now on, until the operator moves it."""
-        self._playing = path, self._elapsed
+        self.program.follow(path, self._elapsed)
 
     def run(self, stop: StopFlag, seconds: float | None = None) -> ViewUsage:
         """Show the robot until a request to stop.
@@ -170,9 +170,9 @@ class ViewSession:
             self._shown = self._history.last
         if not paused and self.source.pausable:
             self._shown = None
+        self.program.advance(self._elapsed, self._scene.show_waypoints)
         if paused and self.source.pausable:
             return
-        self._play()
         self._elapsed += 1.0 / self.source.look.robot.rate
         frame = self.source.advance(self.targets.goal(), due)
         if frame is not None:
@@ -200,6 +200,7 @@ class ViewSession:
                 self._scene.draw(frame, history.between(frame.time - TRAIL, frame.time))
                 if self.cable is not None:
                     self.cable.draw(frame.geometry.vertices)
+            self._scene.show_gizmos(self._shown is None)
             self._scene.place_gizmos(self.targets.values)
         panel.show_follow(self.targets.armed)
         panel.show_scalars(self.targets.values, self.source.look)
@@ -214,7 +215,8 @@ class ViewSession:
             panel.charts.draw(history.between(frame.time - SPAN, frame.time))
         panel.show_time(history.first, history.last, frame.time)
         miss = self._show_reach(missed(look, history.between(frame.time - RESTED, frame.time)))
-        panel.say(frame_in_words(look, frame, self.source.notes, miss=miss))
+        words = frame_in_words(look, frame, self.source.notes, miss=miss)
+        panel.say(words if self._shown is None else in_the_past(words, frame.time, history.last))
 
     def _show_reach(self, miss: Miss | None) -> Miss | None:
         """Show the reach where it is wanted; the target that is missed, with the nearest point known."""
@@ -235,20 +237,10 @@ class ViewSession:
         elif request is Request.NOW:
             self._shown = None
             self._panel.pause(False)
-        elif request is Request.PLAY:
-            if len(self.waypoints):
-                start = self.targets.of(self._panel.effector)
-                self._playing = self.waypoints.path(start, self._panel.pace), self._elapsed
-        elif request is Request.SAVE:
-            content = self.waypoints.csv(self._panel.pace).encode()
-            for client in self._server.get_clients().values():
-                client.send_file_download("waypoints.csv", content, save_immediately=True)
         elif request is Request.UNDO and self.cable is not None:
             self.cable.undo()
         elif request is Request.SAVE_CABLE and self.cable is not None:
             self._panel.say_about_cable(self.cable.save(self._panel.cable_name))
-        else:
-            self._change_waypoints(request)
 
     def _take_clicks(self, frame: ViewFrame) -> None:
         """Take clicks as points of a new cable while one is drawn."""
@@ -263,33 +255,14 @@ class ViewSession:
     def _command(self, command: OperatorCommand) -> None:
         self.source.command(command)
         if command in (OperatorCommand.STOP, OperatorCommand.HOLD):
-            self._playing = None
+            self.program.end()
         if command is OperatorCommand.STOP:
             self._disarm()
         if self.source.pausable:
             self._panel.pause(False)
 
-    def _change_waypoints(self, request: Request) -> None:
-        if request is Request.ADD:
-            self.waypoints.add(self.targets.of(self._panel.effector))
-        else:
-            self.waypoints.clear()
-            self._playing = None
-        self._scene.show_waypoints(self.waypoints.points)
-
-    def _play(self) -> None:
-        """Move the target along the path that is played."""
-        if self._playing is None or not self.targets.armed:
-            self._playing = None
-            return
-        path, begin = self._playing
-        elapsed = self._elapsed - begin
-        self.targets.put(self._panel.effector, path.at(elapsed))
-        if elapsed > path.duration and not path.repeats:
-            self._playing = None
-
     def _dragged(self, effector: int, values: Array) -> None:
-        self._playing = None
+        self.program.end()
         self.targets.put(effector, values)
 
     def _slid(self, effector: int, percent: Array) -> None:

@@ -76,6 +76,9 @@ class Viewing:
         if self._reach is None:
             return
         part = f" {len(found.points)}/{found.wanted}" if found.wanted else " …"
-        label = "reach" + (part if self.shows_reach and not found.complete else "")
+        if found.failed:
+            part = " failed"
+        done = found.complete and not found.failed
+        label = "reach" + (part if self.shows_reach and not done else "")
         if self._reach.label != label:
             self._reach.label = label

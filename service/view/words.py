@@ -90,6 +90,23 @@ def frame_in_words(
     )
 
 
+def in_the_past(words: Words, time: float, last: float) -> Words:
+    """What is said about a frame that is not the newest one: its time first.
+
+    Args:
+        words: about the frame.
+        time: of the frame [s].
+        last: of the newest one [s].
+    """
+    if time >= last:
+        return Words("PAUSED", f"at {time:.2f} s", (words.title, *words.items))
+    return Words(
+        f"PAST: {time:.2f} s, {last - time:.2f} s ago",
+        "target and plots are those of then; press “now” to return",
+        (words.title, *words.items),
+    )
+
+
 def at_limit(look: RobotLook, frame: ViewFrame) -> list[str]:
     """Names of the actuators whose position or effort is at its upper limit."""
     return [

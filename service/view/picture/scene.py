@@ -28,6 +28,7 @@ TARGET, EFFECTOR, CONTACT, WAYPOINT, GHOST = (
 _ARROW = 0.15  # length of the arrow of the largest force, as a share of the robot's size
 TRAIL = 4.0  # s
 _TRAIL = 120  # pieces of a trail
+_NUMBERED = 20  # waypoints at most that have their number beside them
 
 
 class RobotScene:
@@ -133,6 +134,12 @@ class RobotScene:
             if one.turns and float(np.abs(gizmo.wxyz - own[3:]).max()) > 1e-4:
                 gizmo.wxyz = own[3:]
 
+    def show_gizmos(self, shown: bool) -> None:
+        """Show gizmos, or hide them while the past is shown."""
+        for gizmo in self.gizmos.values():
+            if gizmo.visible != shown:
+                gizmo.visible = shown
+
     def on_drag(self, moved: Callable[[int, Array], None]) -> None:
         """Call a function with the effector's number and goal values (v,) when a gizmo is dragged."""
         for i, gizmo in self.gizmos.items():
@@ -141,6 +148,14 @@ class RobotScene:
     def show_waypoints(self, points: Array) -> None:
         """Show waypoints (m, 3) [m] instead of those shown before."""
         self._scene.remove_by_name("/waypoints")
+        self._scene.remove_by_name("/program")
+        if len(points) > 1:
+            self._scene.add_line_segments(
+                "/program", np.stack([points[:-1], points[1:]], axis=1).astype(np.float32), WAYPOINT,
+                thickness=0.003 * self._look.robot.size,
+            )  # fmt: skip
+        for i, point in enumerate(points[:_NUMBERED], 1):
+            self._scene.add_label(f"/program/{i}", str(i), position=point, anchor="bottom-left")
         if len(points):
             self._scene.add_point_cloud(
                 "/waypoints", points.astype(np.float32), WAYPOINT, point_size=0.025 * self._look.robot.size,

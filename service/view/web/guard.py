@@ -7,9 +7,10 @@ viser only what it has checked.
 | refused | because |
 |---|---|
 | a connection of another origin, or of none | a page of somebody else in the operator's browser |
-| messages of other types | tunnels (`ShareUrlRequest`), uploads, commands: the viewer uses none of them |
+| messages of other types | tunnels (`ShareUrlRequest`), commands: the viewer uses none of them |
 | other fields than viser's, or of other types | viser would end the connection |
 | more than 16 kB, nested values, numbers that are not finite or beyond 1e6 | no correct message is so |
+| a file of more than 48 kB, or for an input that takes none | lists of waypoints are no larger |
 | input of a further browser, except to stop and to hold | it looks on: the one connected longest operates |
 """
 
@@ -33,7 +34,10 @@ log = logging.getLogger(__name__)
 
 ORIGINS = re.compile(r"http://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
 LARGEST_MESSAGE = 16_384  # bytes; the largest correct one has a few hundred
+LARGEST_FILE = 49_152  # bytes
+LARGEST_FRAME = LARGEST_FILE + LARGEST_MESSAGE  # bytes; a connection with a larger one is closed
 LARGEST_NUMBER = 1e6
+_MOST_FILES = 1000  # of one viewer
 # A browser that does not answer a ping for 1.5 s has left: the robot no longer follows it. Its connection
 # lasts longer, because a slow link delays answers, too, while the scene is loaded. The time is counted in
 # slices, so that a pause of this process is none of the browser.
@@ -62,6 +66,8 @@ class Guard:
         self._leaving: list[Callable[[], None]] = []
         self._for_all: Mapping[str, frozenset[bool | str]] = {}
         self._takes: Callable[[str, object], bool] = lambda identifier, value: True
+        self._uploads: frozenset[str] = frozenset()
+        self._files = 0
 
     def let_all(self, values: Mapping[str, frozenset[bool | str]]) -> None:
         """Let browsers that look on give inputs of the panel these values.
@@ -70,6 +76,10 @@ class Guard:
             values: what is allowed, by the identifier of the input.
         """
         self._for_all = values
+
+    def let_upload(self, identifiers: frozenset[str]) -> None:
+        """Let the browser that operates send files to these inputs of the panel."""
+        self._uploads = identifiers
 
     def check_inputs(self, takes: Callable[[str, object], bool]) -> None:
         """Let through only what inputs of the panel may get.
@@ -162,6 +172,10 @@ class Guard:
 
     def _fits(self, raw: object) -> bool:
         """Whether a correct message gives an input of the panel what it may get; other messages do."""
+        if message_type(raw) in _FILES and isinstance(raw, bytes):
+            content = msgspec.msgpack.decode(raw)
+            self._files += message_type(raw) == "FileTransferStartUpload"
+            return self._files <= _MOST_FILES and content["source_component_uuid"] in self._uploads
         if message_type(raw) != "GuiUpdateMessage" or not isinstance(raw, bytes):
             return True
         content = msgspec.msgpack.decode(raw)
@@ -224,15 +238,16 @@ def problem(raw: object) -> str | None:
     """Why a message is refused, whoever sends it; None where it is correct."""
     if not isinstance(raw, bytes):
         return "text instead of bytes"
-    if len(raw) > LARGEST_MESSAGE:
-        return "too large"
     kind = message_type(raw)
+    if len(raw) > LARGEST_MESSAGE and kind != "FileTransferPart":
+        return "too large"
     if not kind:
         return "not a message of viser"
     if kind not in _SHAPES:
         return f"type {kind[:40]}"
     content = msgspec.msgpack.decode(raw)
-    if not is_bounded(content, _DEPTH):
+    part = content.pop("content", b"") if kind == "FileTransferPart" else b""
+    if not isinstance(part, bytes) or len(part) > LARGEST_FILE or not is_bounded(content, _DEPTH):
         return "values out of bounds"
     return None if _SHAPES[kind](content) and _is_read(raw) else "wrong fields"
 
@@ -295,6 +310,20 @@ def _is_receipt(content: dict[str, Any]) -> bool:
     )
 
 
+def _is_file(content: dict[str, Any]) -> bool:
+    """A file in one part."""
+    return (
+        isinstance(content.get("source_component_uuid"), str)
+        and content.get("part_count") == 1
+        and isinstance(size := content.get("size_bytes"), int)
+        and 0 < size <= LARGEST_FILE
+    )
+
+
+def _is_part(content: dict[str, Any]) -> bool:
+    return isinstance(content.get("source_component_uuid"), str) and content.get("part_index") == 0
+
+
 def _is_update(content: dict[str, Any]) -> bool:
     """Only the value of an input may change: no colour, no limit, no callback."""
     updates = content.get("updates")
@@ -321,11 +350,14 @@ def _is_camera(content: dict[str, Any]) -> bool:
     return _is_numbers(content.get("wxyz"), 4) and all(_is_numbers(one, 3) for one in vectors)
 
 
+_FILES = frozenset({"FileTransferPart", "FileTransferStartUpload"})
 _SHAPES: dict[str, Callable[[dict[str, Any]], bool]] = {
     "TransformControlsUpdateMessage": _is_transform,
     "TransformControlsDragStartMessage": _is_drag,
     "TransformControlsDragEndMessage": _is_drag,
     "FileTransferPartAck": _is_receipt,
+    "FileTransferPart": _is_part,
+    "FileTransferStartUpload": _is_file,
     "GuiUpdateMessage": _is_update,
     "ScenePointerMessage": _is_click,
     _CAMERA: _is_camera,

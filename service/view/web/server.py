@@ -14,7 +14,7 @@ import viser
 import websockets.asyncio.server
 
 from tauten.service.view.web.guard import (
-    LARGEST_MESSAGE,
+    LARGEST_FRAME,
     ORIGINS,
     Guard,
     Handler,
@@ -106,7 +106,7 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
             "process_request": with_policy(settings["process_request"], ORIGINS),
             "sock": listening,
             "origins": [ORIGINS],
-            "max_size": LARGEST_MESSAGE,
+            "max_size": LARGEST_FRAME,
             "ping_interval": None,  # the guard pings
             "close_timeout": _CLOSE,
         }

@@ -98,19 +98,50 @@ def test_the_stop_button_stops(page: Page, shown: Shown) -> None:
     assert wait_until(ready)
 
 
-def test_pause_and_waypoints(page: Page, shown: Shown) -> None:
+def test_waypoints_are_a_program(page: Page, shown: Shown) -> None:
     assert wait_until(lambda: mode_of(shown) is Mode.RUN)
     page.get_by_text("Waypoints").first.click()
+    waypoints = shown.session.program.waypoints
     page.get_by_role("button", name="set", exact=True).click()
-    assert wait_until(lambda: len(shown.session.waypoints) == 1)
+    assert wait_until(lambda: len(waypoints) == 1)
     with page.expect_download() as download:
         page.get_by_role("button", name="save").click()
     lines = Path(download.value.path()).read_text().splitlines()
     assert lines[0] == "t,x,y,z"
     assert len(lines) == 2
+    more = "x,y,z\n" + "\n".join(f"0.1,0.01,{z}" for z in (0.011, 0.012, 0.013))
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="load CSV").click()
+    chooser.value.set_files({"name": "three.csv", "mimeType": "text/csv", "buffer": more.encode()})
+    assert wait_until(lambda: len(waypoints) == 3)
+    page.get_by_role("button", name="up", exact=True).click()
+    assert wait_until(lambda: waypoints.points[1, 2] == 0.013), "the last one was chosen"
+    page.get_by_role("button", name="remove", exact=True).click()
+    assert wait_until(lambda: waypoints.points[:, 2].tolist() == [0.011, 0.012])
+    page.get_by_role("button", name="go", exact=True).click()
+    assert wait_until(lambda: bool(abs(shown.session.targets.positions[0, 2] - 0.012) < 1e-6))
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="load CSV").click()
+    chooser.value.set_files({"name": "bad.csv", "mimeType": "text/csv", "buffer": b"x,y\n1,2"})
+    page.get_by_text("bad.csv: line 1: found").wait_for()
+    page.get_by_role("button", name="clear", exact=True).click()
+    assert wait_until(lambda: len(waypoints) == 0)
+
+
+def test_the_past_is_one_time_and_nothing_is_dragged_there(page: Page, shown: Shown) -> None:
+    gizmo = shown.server.scene._handle_from_node_name["/gizmos/tip"]
     page.get_by_label("pause").click(force=True)
+    page.get_by_text("PAUSED").wait_for()
     assert wait_until(lambda: stands_still(shown))
-    page.get_by_label("pause").click(force=True)
+    slider = page.get_by_role("slider").first
+    slider.focus()
+    for _ in range(20):
+        slider.press("ArrowLeft")
+    page.get_by_text("PAST:").wait_for()
+    assert wait_until(lambda: not gizmo.visible)
+    page.get_by_role("button", name="now", exact=True).click()
+    page.get_by_text("follows the target").wait_for()
+    assert wait_until(lambda: gizmo.visible)
 
 
 def test_the_camera_looks_from_above_and_the_page_is_dark(page: Page, shown: Shown) -> None:

@@ -10,7 +10,7 @@ from support.messages import effector
 
 from tauten.model import Robot
 from tauten.service.frames import WaypointList
-from tauten.service.plant import PathSettings, make_path
+from tauten.service.plant import PathError, PathSettings, make_path
 
 POINTS = np.array([[0.1, 0.01, 0.012], [0.1, 0.01, 0.016], [0.1, 0.013, 0.016]])
 SPEED = 0.002  # m/s
@@ -70,3 +70,27 @@ def test_a_frame_turns_the_short_way_and_a_volume_changes_steadily(tmp_path: Pat
     bag.add(np.array([1.5e-6]))
     assert bag.path(np.array([1e-6]), 0.01).duration == pytest.approx(0.5)
     assert len(bag.points) == 0
+
+
+def test_they_are_a_list_to_edit() -> None:
+    waypoints = listed()
+    assert waypoints.names()[0] == "1: 100.0, 10.0, 12.0 mm"
+    assert waypoints.move(2, -1) == 1
+    assert waypoints.move(0, -1) == 0
+    assert waypoints.points == pytest.approx(POINTS[[0, 2, 1]])
+    waypoints.remove(0)
+    waypoints.remove(7)
+    assert waypoints.points == pytest.approx(POINTS[[2, 1]])
+    straight = waypoints.straight(np.array([0.1, 0.01, 0.01]), 1, SPEED)
+    assert straight.duration == pytest.approx(0.006 / SPEED)
+    assert straight.at(straight.duration) == pytest.approx(POINTS[1])
+
+
+def test_a_file_takes_their_place_or_nothing_changes() -> None:
+    waypoints = listed()
+    waypoints.load("z,x,y\n0.02,0.1,0.01\n0.03,0.1,0.01\n", "two.csv")
+    assert waypoints.points == pytest.approx(np.array([[0.1, 0.01, 0.02], [0.1, 0.01, 0.03]]))
+    for text in ("", "x,y\n1,2", "x,y,z\n1,2,nan", "x,y,z\n" + "1,2,3\n" * 201):
+        with pytest.raises(PathError, match=r"two.csv: "):
+            waypoints.load(text, "two.csv")
+    assert len(waypoints) == 2

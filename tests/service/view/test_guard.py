@@ -101,6 +101,31 @@ def test_what_is_no_position_is_refused(refusing: Shown, value: object) -> None:
         assert np.array_equal(refusing.session.targets.positions, before)
 
 
+def upload(page: ClientConnection, component: str, content: bytes, parts: int = 1) -> None:
+    """Send a file to an input of the panel."""
+    same = {"source_component_uuid": component, "transfer_uuid": "0"}
+    send(
+        page, "FileTransferStartUpload", filename="x.csv", mime_type="text/csv", part_count=parts,
+        size_bytes=len(content), **same,
+    )  # fmt: skip
+    send(page, "FileTransferPart", part_index=0, content=content, **same)
+
+
+def test_files_are_small_and_for_the_waypoints_only(refusing: Shown) -> None:
+    refusing.session.arm()
+    (component,) = refusing.session.program.uploads
+    waypoints = refusing.session.program.waypoints
+    with browser(refusing) as page:
+        upload(page, component, b"x,y,z\n" + b"0.1,0.01,0.01\n" * 4000)
+        assert wait_until(lambda: refusing.guard.refused.total() == 2)
+        upload(page, component, b"x,y,z\n0.1,0.01,0.01\n", parts=2**20)
+        assert wait_until(lambda: refusing.guard.refused.total() == 3)
+        assert len(waypoints) == 0
+        upload(page, component, b"x,y,z\n0.1,0.01,0.01\n")
+        assert wait_until(lambda: len(waypoints) == 1)
+    waypoints.clear()
+
+
 def test_a_target_beyond_reach_is_clamped(shown: Shown, beam: Robot) -> None:
     shown.session.arm()
     with browser(shown) as page:
@@ -121,11 +146,11 @@ def test_inputs_keep_their_limits_and_the_rest_of_the_panel_cannot_be_changed(
             send(page, "GuiUpdateMessage", uuid=uuid, updates={"max": 1e5, "callback": 1})
             send(page, "GuiUpdateMessage", uuid=uuid, updates={"value": 1e9})
         assert wait_until(lambda: refusing.guard.refused.total() == 2 * len(sliders))
-        send(page, "FileTransferStartUpload", filename="x", size_bytes=1)
+        upload(page, next(iter(sliders)), b"x,y,z")
         send(page, "RunJavascriptMessage", source="alert(1)")
         page.send("text")
         page.send(b"\xc1 no msgpack")
-        assert wait_until(lambda: refusing.guard.refused.total() == 2 * len(sliders) + 4)
+        assert wait_until(lambda: refusing.guard.refused.total() == 2 * len(sliders) + 5)
         page.send(b"\x00" * 100_000)  # beyond the largest message: the connection is closed
         assert wait_until(lambda: refusing.guard.browsers == 0)
 
