@@ -17,7 +17,7 @@ from tauten.model import Simulator, one_blas_thread
 from tauten.model.numerics import Array
 from tauten.service.plant import reach_plan, reached
 
-_NICE = 10  # the robot goes first
+_NICE = 5  # the robot goes first
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from tauten.service.plant.drives import DrivenRobot, own_steps
 from tauten.service.plant.paths import PathSettings, bending_command, make_path
 from tauten.service.plant.plant import Drive, PlantSettings, plant_robot, simulate, warm_plant
 from tauten.service.plant.processes import Child, DemoError, child, free_ports
-from tauten.service.plant.reach import ReachPlan, reach_plan, reached
+from tauten.service.plant.reach import reach_plan, reached
 from tauten.service.plant.receiver import find_receiver, receiver_path
 from tauten.service.plant.streaming import StreamSettings, stream
 from tauten.service.plant.waypoints import (
@@ -29,7 +29,6 @@ __all__ = [
     "PathError",
     "PathSettings",
     "PlantSettings",
-    "ReachPlan",
     "StreamSettings",
     "TargetPath",
     "bending_command",
