@@ -68,7 +68,7 @@ def manipulator(
     picture = figures / "manipulator-contact.png"
     draw_comparison(bent.robot, bent.touching, bent.passing, Side(), picture)
     draw_posture_errors(result.errors, figures / "manipulator-errors.png")
-    show_result(result, arm_page(result), json_file, markdown, 200)
+    show_result(result, arm_page(result), json_file, markdown)
     show_mesh_error(robot_path("manipulator"), bent.robot)
 
 

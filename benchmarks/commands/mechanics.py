@@ -61,7 +61,7 @@ def elements(
     )
     with progress_bar("elements") as report:
         result = bench_elements(settings, report)
-    show_result(result, element_page(result), json_file, markdown, 160)
+    show_result(result, element_page(result), json_file, markdown)
     if figure is not None:
         draw_elements(result, figure)
 
@@ -91,7 +91,7 @@ def energy(
     chosen = EnergySettings(tuple(robot or EnergySettings().robots), seconds, path_seconds)
     with progress_bar("energy") as report:
         result = bench_energy(chosen, report)
-    show_result(_energy_numbers(result), energy_page(result), json_file, markdown, 120)
+    show_result(_energy_numbers(result), energy_page(result), json_file, markdown)
     if figure is not None:
         draw_energy(result, figure)
     if distance_figure is not None and result.paths:
@@ -145,4 +145,4 @@ def equilibria(
     )
     with progress_bar("equilibria") as report:
         result = bench_equilibria(chosen, report)
-    show_result(result, equilibria_page(result), json_file, markdown, 120)
+    show_result(result, equilibria_page(result), json_file, markdown)

@@ -35,7 +35,7 @@ def sofa_meshes(
             raise typer.BadParameter(f"{data} has no {name}")
     with progress_bar("meshes of SOFA") as report:
         result = bench_sofa_meshes(data, count, report)
-    show_result(result, sofa_meshes_page(result), json_file, markdown, 180)
+    show_result(result, sofa_meshes_page(result), json_file, markdown)
 
 
 def gallery(
@@ -55,7 +55,7 @@ def gallery(
     names = tuple(robots or ROBOTS)
     with progress_bar("gallery") as report:
         result = bench_gallery(names, count, report, model)
-    show_result(result, gallery_page(result), json_file, markdown, 200)
+    show_result(result, gallery_page(result), json_file, markdown)
 
 
 def load_errors(
@@ -71,7 +71,7 @@ def load_errors(
 
     with progress_bar("load errors") as report:
         result = bench_load_errors(tuple(robots), report)
-    show_result(result, load_errors_page(result), json_file, markdown, 160)
+    show_result(result, load_errors_page(result), json_file, markdown)
 
 
 def reduced_meshes(
@@ -97,4 +97,4 @@ def reduced_meshes(
     folder, modes = snapshots or Path(f"{setup.robot.name}-bench"), basis_of(setup, robot)
     with progress_bar("reduced models") as report:
         result = bench_reduced_meshes(robot, modes, folder, refinements, seconds, report)
-    show_result(result, reduced_meshes_page(result), json_file, markdown, 160)
+    show_result(result, reduced_meshes_page(result), json_file, markdown)

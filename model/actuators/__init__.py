@@ -7,11 +7,13 @@ from tauten.model.actuators.curvature import Loads, NodalCurvature, coupled_node
 from tauten.model.actuators.drive import DriveSet, no_drives
 from tauten.model.actuators.enclosure import (
     ChamberError,
+    cavities,
     cavity_around,
     cavity_nearest,
     chamber_surface,
     enclosed_volume,
     inside_out,
+    winding,
 )
 from tauten.model.actuators.force import ForceSet, make_forces
 from tauten.model.actuators.transmission import (
@@ -36,6 +38,7 @@ __all__ = [
     "TransmissionSet",
     "Transmitted",
     "NodalCurvature",
+    "cavities",
     "cavity_around",
     "cavity_nearest",
     "chamber_surface",
@@ -51,4 +54,5 @@ __all__ = [
     "nodal_curvature",
     "second_derivative",
     "volumes",
+    "winding",
 ]

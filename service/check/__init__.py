@@ -1,6 +1,7 @@
 """How wrong a robot's mesh is, and what else about its file is not plausible."""
 
 from tauten.service.check.certificate import MeshCertificate, certified, mesh_error_text
+from tauten.service.check.control_findings import DECISION
 from tauten.service.check.findings import Finding
 from tauten.service.check.mesh_error import MeshErrorEstimate, VariantErrors
 from tauten.service.check.mesh_variants import (
@@ -15,6 +16,7 @@ from tauten.service.check.rate import (
     RateError,
     check_rate,
     faster,
+    fits,
     rate_for,
     step_seconds,
 )
@@ -23,6 +25,7 @@ from tauten.service.check.robot_check import CheckSettings, RobotCheck, check_ro
 
 __all__ = [
     "CheckSettings",
+    "DECISION",
     "Finding",
     "Load",
     "LoadedState",
@@ -38,6 +41,7 @@ __all__ = [
     "check_robot",
     "equilibria",
     "faster",
+    "fits",
     "make_loads",
     "mesh_error_text",
     "rate_for",

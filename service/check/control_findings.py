@@ -18,6 +18,7 @@ from tauten.reduction.state import StateBasisError
 from tauten.service.check.findings import Finding
 from tauten.service.check.rate import faster, fits, step_seconds
 
+DECISION = "first decision"  # subject of a finding
 STEPS = 10  # of which each must be usable
 AWAY = 0.1  # of the robot's size: where the targets of the second half are
 TIMED = 15  # control steps
@@ -32,10 +33,10 @@ def control_findings(path: Path) -> Iterator[Finding]:
     try:
         setup = controller_setup(read_toml(path), path, accept_error=True)
     except (RobotFileError, MeshError, BasisError, StateBasisError) as error:
-        yield Finding("first decision", "wrong", str(error))
+        yield Finding(DECISION, "wrong", str(error))
         return
     if not (setup.robot.n_a and setup.robot.effector_layout.kinds):
-        yield Finding("first decision", "fine", "not made: no actuators or no effectors")
+        yield Finding(DECISION, "fine", "not made: no actuators or no effectors")
         return
     controller = warm_controller(setup)
     yield first_decision(controller)
@@ -51,7 +52,6 @@ def first_decision(controller: Controller) -> Finding:
     Args:
         controller: at its start, to which it returns.
     """
-    subject = "first decision"
     near = controller.effector_values
     away = controller.shifted(AWAY * controller.robot.size / np.sqrt(3.0))
     statuses: Counter[str] = Counter()
@@ -70,8 +70,8 @@ def first_decision(controller: Controller) -> Finding:
     if not controller.settled:
         found += "; without an equilibrium it starts undeformed"
     if unusable or Status.OK.name not in statuses:
-        return Finding(subject, "wrong", found, advice)
-    return Finding(subject, "doubtful" if advice else "fine", found, advice)
+        return Finding(DECISION, "wrong", found, advice)
+    return Finding(DECISION, "doubtful" if advice else "fine", found, advice)
 
 
 def step_time(seconds: float, period: float, robot_file: str, reduced: bool) -> Finding:
@@ -88,7 +88,7 @@ def step_time(seconds: float, period: float, robot_file: str, reduced: bool) -> 
     """
     rate = 1.0 / period
     model = "reduced" if reduced else "full"
-    found = f"{1e3 * seconds:.1f} ms of {1e3 * period:g} ms on this processor, {model} model"
+    found = f"{1e3 * seconds:.1f} ms of {1e3 * period:.3g} ms on this processor, {model} model"
     if fits(rate, seconds):
         return Finding("control step against period", "fine", found)
     advice = faster(robot_file, seconds, reduced)

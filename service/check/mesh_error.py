@@ -6,29 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.numerics import Array
 from tauten.service.check.findings import Finding, Level, graded, worst
-from tauten.service.check.mesh_variants import AnyElement, Load, LoadedState, Variant, VariantStates
+from tauten.service.check.mesh_variants import Load, LoadedState, Variant, VariantStates
+from tauten.service.check.references import Reference, reference_state, refined_references
 
 FORCE = (0.03, 0.1)  # relative; from here on doubtful and wrong
 TIP = (0.003, 0.01)  # of the robot's size
 LEAST_FORCE = 0.25  # of the largest: smaller forces are compared with this
-LEAST_ORDER, LARGEST_ORDER = 1.0, 4.0  # observed orders that are extrapolated with
-
-
-@dataclass(frozen=True, slots=True)
-class Reference:
-    """What the answer of an exact mesh under a load is taken to be.
-
-    Attributes:
-        state: tensions, tips and contact force.
-        source: how it was found: the meshes that were extrapolated, or the mesh.
-        order: observed order of convergence of the tension where it was extrapolated, otherwise None.
-    """
-
-    state: LoadedState
-    source: str
-    order: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,110 +100,48 @@ def estimate_error(
         complete: whether all meshes were compared under all loads.
     """
     references = tuple(reference_state(found, index) for index in range(len(loads)))
+    variants = errors_against(references, found, size)
+    refined = refined_references(found, references)
+    if refined:
+        others = errors_against(refined, found, size)
+        if distance(others[0], size) > distance(variants[0], size):
+            references, variants = refined, others
+    verdict, advice = judged(variants, references, complete)
+    return MeshErrorEstimate(loads, references, variants, found, complete, verdict, advice)
+
+
+def errors_against(
+    references: tuple[Reference | None, ...], found: tuple[VariantStates, ...], size: float
+) -> tuple[VariantErrors, ...]:
+    """Errors of every mesh.
+
+    Args:
+        references: one a load.
+        found: equilibria of the meshes, the robot's own first.
+        size: of the robot [m].
+    """
     known = [item.state for item in references if item is not None]
     scales = tuple(
         max((value(state) for state in known), default=0.0)
         for value in (largest_effort, lambda state: state.contact_force)
     )
-    variants = tuple(variant_errors(item, references, scales, size) for item in found)
-    verdict, advice = judged(variants, references, complete)
-    return MeshErrorEstimate(loads, references, variants, found, complete, verdict, advice)
+    return tuple(variant_errors(item, references, scales, size) for item in found)
+
+
+def distance(errors: VariantErrors, size: float) -> float:
+    """How far a mesh is from a reference, in parts of what is wrong; 0 where that is not known.
+
+    Args:
+        errors: of the mesh.
+        size: of the robot [m].
+    """
+    known = [(errors.effort, FORCE[1]), (errors.contact, FORCE[1]), (errors.tip, TIP[1] * size)]
+    return max((abs(value) / scale for value, scale in known if value is not None), default=0.0)
 
 
 def largest_effort(state: LoadedState) -> float:
     """The largest magnitude of the efforts of a state."""
     return max((abs(effort) for effort in state.effort), default=0.0)
-
-
-def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference | None:
-    """The extrapolated limit of what shows an order over three refinements, the rest of the best mesh.
-
-    That is the finest quadratic one, and of beams the finest.
-
-    Args:
-        found: equilibria of the meshes, the robot's own first.
-        index: of the load.
-    """
-    if not found:
-        return None
-    own = found[0].variant.element
-    settled = [item for item in found if len(item.states) > index and item.states[index].converged]
-    settled.sort(key=lambda item: item.variant.refinements)
-    levels = [item.states[index] for item in settled if item.variant.element == own][-3:]
-    quadratic = [item for item in settled if item.variant.element == "quadratic"]
-    better = (
-        [item for item in settled if item.variant.refinements > 0] if own == "beam" else quadratic
-    )
-    finest = better[-1] if better and better[-1] is not found[0] else None
-    if len(levels) == 3:
-        extrapolated = extrapolated_state(levels, own, finest, index)
-        if extrapolated is not None:
-            return extrapolated
-    if finest is None:
-        return None
-    source = finest.variant.phrase
-    if len(levels) == 3:
-        source += f" ({own} meshes show no order of convergence)"
-    return Reference(finest.states[index], source, None)
-
-
-def extrapolated_state(
-    levels: list[LoadedState], own: AnyElement, finest: VariantStates | None, index: int
-) -> Reference | None:
-    """Richardson extrapolation of three states, each on a mesh twice as fine as the one before.
-
-    Args:
-        levels: from coarse to fine.
-        own: what their meshes are made of.
-        finest: mesh from which quantities without an order of convergence are taken.
-        index: of the load.
-
-    Returns:
-        None where the tension has no order of convergence, or there is no such mesh where one is needed.
-    """
-    names = {"effort": "tension", "tip": "tip", "contact_force": "contact force"}
-    limits: dict[str, tuple[Array, float | None]] = {}
-    for name in names:
-        found = richardson(*(np.atleast_1d(getattr(state, name)) for state in levels))
-        if found is not None:
-            limits[name] = found
-    missing = [text for name, text in names.items() if name not in limits]
-    source = f"{own} meshes extrapolated"
-    state = levels[-1]
-    if missing:
-        if finest is None or "tension" in missing:
-            return None
-        source += f" ({' and '.join(missing)}: {finest.variant.phrase})"
-        state = finest.states[index]
-    changed = {name: tuple(limit.tolist()) for name, (limit, _) in limits.items()}
-    contact = changed.get("contact_force", (state.contact_force,))
-    state = LoadedState(
-        True, changed["effort"], changed.get("tip", state.tip), max(contact[0], 0.0)
-    )
-    return Reference(state, source, limits["effort"][1])
-
-
-def richardson(coarse: Array, middle: Array, fine: Array) -> tuple[Array, float | None] | None:
-    """The limit of a quantity on meshes of sizes 4 h, 2 h and h, with its observed order.
-
-    The order is log2 |middle − coarse| / |fine − middle| (Roache 1994).
-
-    Args:
-        coarse: (m,) with size 4 h.
-        middle: (m,) with size 2 h.
-        fine: (m,) with size h.
-
-    Returns:
-        The limit (m,) and the order; no order where the quantity does not change any more. None where the
-        order is not between `LEAST_ORDER` and `LARGEST_ORDER`.
-    """
-    first, second = float(np.linalg.norm(middle - coarse)), float(np.linalg.norm(fine - middle))
-    if second <= 1e-9 * float(np.linalg.norm(fine)):
-        return fine, None
-    if not second * 2.0**LEAST_ORDER <= first <= second * 2.0**LARGEST_ORDER:
-        return None
-    ratio = first / second
-    return fine + (fine - middle) / (ratio - 1.0), float(np.log2(ratio))
 
 
 def variant_errors(

@@ -11,12 +11,14 @@ import numpy as np
 
 from tauten.model import Robot, Simulator
 from tauten.model.load import build_robot, read_bodies
+from tauten.model.numerics import Array
 from tauten.model.schema import ElementName, RobotConfig
 from tauten.model.signals import Quantity
 from tauten.model.tetra import TetBody
 
 AnyElement = ElementName | Literal["beam"]
 
+LEAST_SLACK = 0.05  # of the largest pull; cables that are slack for less count as taut at rest
 TOLERANCE = 1e-6  # m; movement of the last step of an equilibrium
 
 
@@ -67,6 +69,7 @@ class Load:
         share: of its farthest position, or of its largest tension.
         position: its position, in the unit of its kind.
         quantity: what its position is.
+        slack: pull from which on the cable is taut, where the body sags towards it.
     """
 
     cable: int
@@ -74,6 +77,7 @@ class Load:
     share: float
     position: float
     quantity: Quantity
+    slack: float = 0.0
 
     @property
     def label(self) -> str:
@@ -118,6 +122,8 @@ class VariantStates:
 def make_loads(robot: Robot, shares: tuple[float, ...], antagonists: bool) -> tuple[Load, ...]:
     """Every actuator alone at shares of its farthest position, in ascending order.
 
+    Where the body sags towards a cable, shares are of the way from where it is taut.
+
     Args:
         robot: the robot.
         shares: of the farthest position, or of the largest tension.
@@ -133,11 +139,33 @@ def make_loads(robot: Robot, shares: tuple[float, ...], antagonists: bool) -> tu
             for share, position in tensioned(robot, cable, sorted(shares))
         )
     farthest = robot.limits.farthest_position
+    begin = slack_until(robot)
     return tuple(
-        Load(cable, name, share, share * float(farthest[cable]), kind.position)
+        Load(
+            cable, name, share,
+            float(begin[cable] + share * (farthest[cable] - begin[cable])), kind.position,
+            float(begin[cable]),
+        )
         for cable, (name, kind) in enumerate(kinds)
         for share in sorted(shares)
-    )
+    )  # fmt: skip
+
+
+def slack_until(robot: Robot) -> Array:
+    """The pull from which on each cable is taut where the body sags towards it: (n_a,) [m]; otherwise zero.
+
+    Args:
+        robot: the robot.
+    """
+    none, cables = np.zeros(robot.n_a), ~robot.actuators.laws.bilateral
+    if not cables.any() or not robot.gravity.any():
+        return none
+    simulator = Simulator(robot, contact="none")
+    if not simulator.settle_start().converged:
+        return none
+    farthest = robot.limits.farthest_position
+    slack = cables & (simulator.position > LEAST_SLACK * farthest)
+    return np.where(slack, np.minimum(simulator.position, farthest), 0.0)
 
 
 def tensioned(robot: Robot, cable: int, shares: list[float]) -> Iterator[tuple[float, float]]:
@@ -189,7 +217,7 @@ def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> Robot[Te
 
 
 def equilibria(robot: Robot, loads: tuple[Load, ...], antagonists: bool) -> Iterator[LoadedState]:
-    """The robot at rest under each load.
+    """The robot at rest under each load; pulls of a cable that is slack at first count from where it is taut.
 
     Args:
         robot: the robot.
@@ -197,6 +225,8 @@ def equilibria(robot: Robot, loads: tuple[Load, ...], antagonists: bool) -> Iter
         antagonists: as of `make_loads`; the other cables are slack then.
     """
     simulator, cable = Simulator(robot, contact="full"), -1
+    sags = any(load.slack > 0.0 for load in loads)
+    begin = slack_until(robot) if sags else np.zeros(robot.n_a)
     one_unit = bool((robot.actuators.groups == 0).all())
     unit = np.ones(robot.n_a) if one_unit else robot.limits.largest_effort
     for load in loads:
@@ -204,7 +234,7 @@ def equilibria(robot: Robot, loads: tuple[Load, ...], antagonists: bool) -> Iter
             simulator.reset()
             cable = load.cable
         position = robot.limits.position_min.copy() if antagonists else np.zeros(robot.n_a)
-        position[cable] = load.position
+        position[cable] = load.position + (begin[cable] - load.slack if load.slack > 0.0 else 0.0)
         converged = simulator.settle(position=position, tolerance=TOLERANCE).converged
         yield LoadedState(
             converged,

@@ -203,7 +203,7 @@ def still(
     )
     with stop_on_signals() as stop, progress_bar("still") as report:
         result = bench_still(chosen, stop, report)
-    show_result(result, still_page(result), json_file, markdown, width=150)
+    show_result(result, still_page(result), json_file, markdown)
     if figure is not None:
         draw_still(result, figure)
 

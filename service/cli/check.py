@@ -65,7 +65,7 @@ def check(
     with stop_on_signals() as stop, progress_bar("check") as report:
         result = check_robot(settings, stop, report)
     numbers = {**asdict(result), "level": result.level}
-    show_result(numbers, check_page(result), json_file, markdown, 200)
+    show_result(numbers, check_page(result), json_file, markdown)
     if result.refused:
         raise RobotFileError(result.refused)
     if save:

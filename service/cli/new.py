@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 
-from tauten.service.cli.terminal import progress_bar, writable
+from tauten.service.cli.terminal import progress_bar, show_result, writable
 
 
 def new(
@@ -31,7 +31,7 @@ def new(
     accuracy: Annotated[
         float,
         typer.Option(
-            min=0.01, max=1.0, help="Error of tension and tip that the mesh may have, relative."
+            min=0.01, max=1.0, help="Difference of effort and tip to the finest mesh, relative."
         ),
     ] = 0.1,
     young: Annotated[
@@ -44,6 +44,12 @@ def new(
             help="Close holes and crossings of the surface, or mesh what tetrahedra enclose anew (fTetWild).",
         ),
     ] = False,
+    chambers: Annotated[
+        bool,
+        typer.Option(
+            help="Make closed cavities chambers under pressure; without, a cable moves the part."
+        ),
+    ] = True,
     yes: Annotated[
         bool, typer.Option("--yes", help="Make large meshes without a question.")
     ] = False,
@@ -52,10 +58,13 @@ def new(
         typer.Option(callback=writable, help="Folder to make; default: NAME in this folder."),
     ] = None,
 ) -> None:
-    """Make a robot file from a part of CAD, to edit. Ctrl-C chooses among the meshes compared so far."""
+    """Make a robot file from a part of CAD, to edit, and check it.
+
+    The exit code is 1 where its first decisions cannot be used. Ctrl-C chooses among the meshes so far.
+    """
     from tauten.service.new import LARGE, Made, NewRobot, make_new_robot, read_part
     from tauten.service.process import Interrupted, one_blas_thread, stop_on_signals
-    from tauten.service.tables import trial_table
+    from tauten.service.tables import new_page
 
     writable(folder or Path())  # before minutes of meshing
     made: Made | None = None
@@ -63,7 +72,8 @@ def new(
         with stop.interruptible():
             with progress_bar("surface") as report:
                 part = read_part(mesh, unit, repair, report)
-            wanted = NewRobot(name, part, None if size is None else 1e-3 * size, accuracy, young)
+            length = None if size is None else 1e-3 * size
+            wanted = NewRobot(name, part, length, accuracy, young, chambers)
             if wanted.elements > LARGE and not yes:
                 text = f"--size {size:g}: makes about {wanted.elements} tetrahedra"
                 if not sys.stdin.isatty():
@@ -75,17 +85,13 @@ def new(
     if made is None:
         console.print("stopped: nothing is written", highlight=False)
         raise typer.Exit(130)
-    Console(width=120, markup=False).print(trial_table(made.trials, made.chosen).rich())
-    if made.note:
-        console.print(f"{mesh}: the surface {made.note}", highlight=False)
-    worst = made.trials[made.chosen].error
-    if worst > accuracy:
-        console.print(
-            f"The finest mesh still has an error of about {100.0 * worst:.0f} %: give a smaller --size.",
-            highlight=False,
-        )
+    show_result({}, new_page(made), None)
+    for note in made.notes:
+        console.print(note, highlight=False)
     console.print(
-        f"Written: {made.file}. Look at the lines with GUESS, then: tauten check {made.file}",
+        f"Written: {made.file}. Look at the lines with GUESS, then: tauten demo {made.file}",
         highlight=False,
         soft_wrap=True,
     )
+    if not made.usable:
+        raise typer.Exit(1)

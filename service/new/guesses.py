@@ -1,4 +1,4 @@
-"""Guesses of what a mesh does not say: where it is held, where its cable runs, what is to reach targets.
+"""Guesses of what a mesh does not say: where it is held, what moves it, what is to reach targets.
 
 They make a robot file that loads and moves; its comments ask the user to correct them.
 """
@@ -9,18 +9,31 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tauten.model.actuators import cavities, enclosed_volume, winding
 from tauten.model.mesh import TetMesh, boundary_triangles, triangle_areas
-from tauten.model.numerics import Array
-from tauten.model.points import attach
+from tauten.model.numerics import Array, Ints
+from tauten.service.new.side_cable import Axes, side_cable
 
 END = 0.02  # of the length; triangles so near an end belong to it
 SLAB = (
     0.5  # of the smallest node spacing at the held end; half the thickness of the box that holds it
 )
 HANGS = 0.9  # the upper end is held unless the lower one is larger by more than this
-STATIONS = 24  # points of the cable at most, evenly along the body
-OFFSETS = (0.8, 0.65, 0.5, 0.35, 0.2)  # of the half width; the farther from the axis the better
 PULL = 0.1  # of the length
+LEAST_CAVITY = 0.01  # of the body's volume; a smaller one is a bubble, not a chamber
+
+
+@dataclass(frozen=True, slots=True)
+class Cavity:
+    """A closed cavity of the body.
+
+    Attributes:
+        inside: (3,) a point in it [m].
+        volume: [m³].
+    """
+
+    inside: Array
+    volume: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,26 +42,33 @@ class Guess:
 
     Attributes:
         held: (2, 3) corners of the box whose nodes are held [m].
-        cable: (p, 3) points of one cable [m].
+        cable: (p, 3) points of one cable [m]; used where there are no cavities.
         pull_point: (3,) where it leaves the body [m].
+        span: share of the body's length that the cable reaches over, from where it leaves the body.
         effector: (3,) [m].
         outside: how far outside of a mesh of the part the points may lie [m].
         max_pull: [m].
+        length: of the body [m].
+        cavities: closed cavities that become chambers, the largest first.
     """
 
     held: Array
     cable: Array
     pull_point: Array
+    span: float
     effector: Array
     outside: float
     max_pull: float
+    length: float
+    cavities: tuple[Cavity, ...] = ()
 
 
-def guess_fields(mesh: TetMesh) -> Guess:
-    """Hold the larger end of the longest axis, pull along one side, move the other end.
+def guess_fields(mesh: TetMesh, chambers: bool = True) -> Guess:
+    """Hold the larger end of the longest axis, pull along one side or inflate cavities, move the other end.
 
     Args:
         mesh: the body.
+        chambers: whether closed cavities become chambers.
     """
     low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
     axis = int(np.argmax(high - low))
@@ -66,47 +86,53 @@ def guess_fields(mesh: TetMesh) -> Guess:
     corners[:, axis] = (held_at - thickness, held_at + thickness)
     weights = areas[free] / areas[free].sum()
     effector = weights @ mesh.nodes[triangles[free]].mean(axis=1)
-    cable = _cable(mesh, axis, low, high, hold_high)
+    cable = side_cable(mesh, Axes(axis, low, high, hold_high))
     leaves = cable[0].copy()
     leaves[axis] = held_at + (END if hold_high else -END) * length
-    return Guess(corners, cable, leaves, effector, 0.01 * length, PULL * length)
+    return Guess(
+        corners, cable, leaves,
+        span=abs(float(cable[-1, axis] - held_at)) / length,
+        effector=effector,
+        outside=0.01 * length,
+        max_pull=PULL * length,
+        length=length,
+        cavities=found_cavities(mesh, triangles) if chambers else (),
+    )  # fmt: skip
 
 
-def _cable(mesh: TetMesh, axis: int, low: Array, high: Array, from_high: bool) -> Array:
-    """Points of a cable from the held end to the free one, far from the weakest section: (p, 3) [m]."""
-    along = low[axis] + (np.arange(STATIONS) + 0.5) / STATIONS * (high[axis] - low[axis])
-    weak = _weakest_section(mesh, axis, low[axis], high[axis])
-    middle, half = (low + high) / 2.0, (high - low) / 2.0
-    best, score = np.zeros((0, 3)), 0.0
-    for across in (i for i in range(3) if i != axis):
-        for offset in (side * share for side in (1.0, -1.0) for share in OFFSETS):
-            points = np.tile(middle, (STATIONS, 1))
-            points[:, axis] = along[::-1] if from_high else along
-            points[:, across] += offset * half[across]
-            inside = points[_inside(mesh, points)]
-            lever = abs(middle[across] + offset * half[across] - weak[across])
-            if len(inside) >= STATIONS // 3 and lever > (1.0 + 1e-6) * score:
-                best, score = inside, lever
-    if len(best):
-        return best
-    ends = [int(np.argmin(mesh.nodes[:, axis])), int(np.argmax(mesh.nodes[:, axis]))]
-    return mesh.nodes[ends[::-1] if from_high else ends]  # a curved body, to be drawn by the user
+def found_cavities(mesh: TetMesh, triangles: Ints) -> tuple[Cavity, ...]:
+    """The closed cavities of a body that are large enough for a chamber, the largest first.
+
+    Args:
+        mesh: the body.
+        triangles: (t, 3) its boundary, normals out of the material.
+    """
+    least, found = LEAST_CAVITY * float(mesh.volumes.sum()), []
+    for part in cavities(mesh.nodes, triangles):
+        volume = -enclosed_volume(mesh.nodes, part)
+        if volume > least:
+            found.append(Cavity(point_inside(mesh.nodes, part), volume))
+    return tuple(sorted(found, key=lambda one: -one.volume))
 
 
-def _weakest_section(mesh: TetMesh, axis: int, low: float, high: float) -> Array:
-    """Centre of the slice across the axis with the least material, the ends left out: (3,) [m]."""
-    centres, volumes = mesh.nodes[mesh.tets].mean(axis=1), mesh.volumes
-    place = np.clip(
-        ((centres[:, axis] - low) / (high - low) * STATIONS).astype(int), 0, STATIONS - 1
-    )
-    filled = np.bincount(place, volumes, minlength=STATIONS)[1:-1]
-    chosen = place == 1 + int(np.argmin(np.where(filled > 0.0, filled, np.inf)))
-    centre: Array = volumes[chosen] @ centres[chosen] / volumes[chosen].sum()
-    return centre
+def point_inside(x: Array, part: Ints) -> Array:
+    """A point (3,) in a cavity, far from its wall where its middle is within [m].
 
-
-def _inside(mesh: TetMesh, points: Array) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Which points (p, 3) lie in a tetrahedron: (p,)."""
-    held = attach(mesh, points, "cable", np.inf)
-    inside: np.ndarray[tuple[int], np.dtype[np.bool_]] = held.weights.min(axis=1) > 1e-6
-    return inside
+    Args:
+        x: (n_nodes, 3) node positions [m].
+        part: (t, 3) triangles of its wall, normals out of the material.
+    """
+    areas, centres = triangle_areas(x, part), x[part].mean(axis=1)
+    middle: Array = areas @ centres / areas.sum()
+    if abs(winding(x, part, middle)) > 0.5:
+        return middle
+    largest = int(np.argmax(areas))
+    a, b, c = x[part[largest]]
+    normal = np.cross(b - a, c - a) / (2.0 * areas[largest])
+    depth = np.sqrt(areas[largest])
+    while depth > 0.0:
+        point: Array = centres[largest] + depth * normal
+        if abs(winding(x, part, point)) > 0.5:
+            return point
+        depth *= 0.5
+    return middle

@@ -1,36 +1,48 @@
-"""`tauten new`: mesh a part at several sizes, choose one by its error, write robot file and mesh.
+"""`tauten new`: mesh a part at several sizes, choose one, try its robot, write robot file and mesh.
 
 Where the robot is held and where its cable runs is guessed once, on the finest mesh: guesses that follow
-each mesh would compare different robots.
+each mesh would compare different robots. Each mesh is moved and timed; what is written has been checked as
+`tauten check` does it, so that both say the same of it.
 """
 
 from __future__ import annotations
 
 import re
 import tempfile
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import meshio
 import numpy as np
 
-from tauten.model import Robot, Simulator, load_robot
+from tauten.model import Robot, load_robot
 from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, FactorisationError
 from tauten.model.schema import NAME, RobotFileError
+from tauten.service.check import (
+    DECISION,
+    CheckSettings,
+    RobotCheck,
+    certified,
+    check_robot,
+    faster,
+    fits,
+    rate_for,
+)
 from tauten.service.new.guesses import Guess, guess_fields
 from tauten.service.new.meshing import LARGE, CadPart, mesh_part
 from tauten.service.new.part import PartError
-from tauten.service.new.template import Values, robot_text
+from tauten.service.new.template import Values, cable_table, chamber_tables, robot_text
+from tauten.service.new.trial import PRESSURE, Reached, inflated, pulled, step_time
 from tauten.service.process import Interrupted, Progress, StopFlag
 
 NODES = (300, 700, 1500, 3000)  # of the meshes that are compared
-PULL_SHARE = 0.5  # of the largest pull, where meshes are compared
-LEAST_SHARE = (
-    1.0 / 16.0
-)  # of the guessed pull; a robot that cannot be pulled so far needs a look first
-RATE = 50.0  # Hz
-MOST = 0.8  # of the progress: the equilibria; the rest is meshing
+SPARE = 1.2  # how much longer a control step may take than in the trial
+RATE, LEAST_RATE = 50.0, 20.0  # Hz; a mesh whose steps do not fit the least one is not taken
+MESHING, MOVING, CHECKING = 0.2, 0.5, 0.3  # shares of the progress
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +52,10 @@ class NewRobot:
     Attributes:
         name: of the robot, its files and its folder.
         part: that becomes its body, from `read_part`.
-        size: of the elements [m]; None: chosen by the error of the mesh.
-        accuracy: largest difference of tension and tip to the finest mesh that is accepted.
+        size: of the elements [m]; None: chosen by the differences of meshes.
+        accuracy: largest difference of effort and tip to the finest mesh that is accepted.
         young: Young's modulus [Pa].
+        chambers: whether closed cavities become chambers.
     """
 
     name: str
@@ -50,6 +63,7 @@ class NewRobot:
     size: float | None = None
     accuracy: float = 0.1
     young: float = 0.3e6
+    chambers: bool = True
 
     @property
     def elements(self) -> int:
@@ -59,24 +73,33 @@ class NewRobot:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One mesh of the part, pulled half way.
+    """One mesh of the part, half way of the guessed command.
 
     Attributes:
         size: of its elements [m].
         nodes: of the mesh.
-        effort: [N].
-        tip: (3,) [m].
-        share: of the guessed pull that has an equilibrium.
-        error: difference of tension or tip to the finest mesh, the larger of both, relative to the tension
-            and to the movement of the tip.
+        effort: [N, Pa].
+        tip: (3,) where the tip is [m].
+        moved: distance from where it is at the start [m].
+        share: of the guessed command that has an equilibrium.
+        step: processor time of a control step [s].
+        difference: of effort or tip to the finest mesh, the larger of both, relative to its effort and to the
+            movement of its tip; NaN where it was moved by another share.
     """
 
     size: float
     nodes: int
     effort: float
     tip: Array
+    moved: float
     share: float
-    error: float = np.nan
+    step: float
+    difference: float = np.nan
+
+    @property
+    def in_time(self) -> bool:
+        """Whether a control step fits the period of the least rate."""
+        return fits(LEAST_RATE, self.step)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,15 +108,28 @@ class Made:
 
     Attributes:
         file: the robot file.
+        guess: what was guessed.
         trials: the meshes that were compared, coarse to fine.
         chosen: index of the one that was taken.
-        note: what was changed in the surface; "" for nothing.
+        rate: of control [Hz].
+        check: of the robot file, as `tauten check` finds it.
+        notes: sentences on what was changed or what to do next.
     """
 
     file: Path
+    guess: Guess
     trials: tuple[Trial, ...]
     chosen: int
-    note: str
+    rate: float
+    check: RobotCheck
+    notes: tuple[str, ...]
+
+    @property
+    def usable(self) -> bool:
+        """Whether a controller can decide from where the robot starts."""
+        return all(
+            item.level != "wrong" for item in self.check.findings if item.subject == DECISION
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +137,7 @@ class _Draft:
     mesh: TetMesh
     text: str
     trial: Trial
+    rate: float
 
 
 def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progress) -> Made:
@@ -129,7 +166,7 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
     if part.kind == "tetrahedra":
         sizes = [part.size_for(len(mesh_part(part, 1.0).nodes))]
     meshes = _meshes(part, sizes, stop, progress)
-    guess = guess_fields(meshes[-1][1])
+    guess = guess_fields(meshes[-1][1], new.chambers)
     drafts: list[_Draft] = []
     for number, (size, mesh) in enumerate(meshes, 1):
         progress(0.0, f"equilibria with elements of {1e3 * size:.3g} mm")
@@ -140,41 +177,100 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
             if not drafts:
                 raise
             break
-        except (PartError, RobotFileError):
+        except (PartError, RobotFileError, FactorisationError):
             if not drafts and number == len(meshes):
                 raise
-        progress(MOST / len(meshes), "")
+        progress(MOVING / len(meshes), "")
     trials = compared([draft.trial for draft in drafts])
-    good = [i for i, trial in enumerate(trials) if trial.error <= new.accuracy]
-    chosen = good[0] if good else len(trials) - 1
-    file = write(folder, new.name, drafts[chosen])
-    return Made(file, trials, chosen, part.surface.note if part.surface else "")
+    chosen = chosen_trial(trials, new.accuracy)
+    draft = drafts[chosen]
+    checking = partial(_of_check, progress)
+    file, check = write(folder, new.name, draft, stop, checking)
+    notes = _notes(new, guess, trials, chosen, file)
+    return Made(file, guess, trials, chosen, draft.rate, check, tuple(notes))
+
+
+def _of_check(progress: Progress, share: float, what: str = "") -> None:
+    """Progress of the check of the robot that is written."""
+    progress(CHECKING * share, what)
 
 
 def compared(trials: list[Trial]) -> tuple[Trial, ...]:
-    """The trials with their errors against the last, which has an error of its own only as an estimate.
-
-    A trial that was pulled less far than the finest has no error.
-
-    Halving the elements reduces the error of smoothed elements to about a third, so that the finest has
-    about half of the last difference.
+    """The trials with their differences to the last; none where one was moved by another share.
 
     Args:
         trials: coarse to fine.
     """
     finest = trials[-1]
-    moved = max(float(np.linalg.norm(finest.tip)), 1e-9)
-    errors = [
+    moved = max(finest.moved, 1e-9)
+    differences = [
         max(
             abs(trial.effort / finest.effort - 1.0),
             float(np.linalg.norm(trial.tip - finest.tip)) / moved,
         )
-        if trial.share == finest.share
+        if trial.share == finest.share and trial is not finest
         else np.nan
         for trial in trials
     ]
-    errors[-1] = 0.5 * errors[-2] if len(trials) > 1 else np.nan
-    return tuple(replace(one, error=error) for one, error in zip(trials, errors, strict=True))
+    return tuple(
+        replace(one, difference=value) for one, value in zip(trials, differences, strict=True)
+    )
+
+
+def chosen_trial(trials: tuple[Trial, ...], accuracy: float) -> int:
+    """Index of the mesh to take.
+
+    The coarsest that is accurate, where its control steps are in time; otherwise the finest whose steps are;
+    the coarsest where there is none.
+
+    Args:
+        trials: coarse to fine, with differences.
+        accuracy: largest difference that is accepted.
+    """
+    good = accurate_trial(trials, accuracy)
+    if trials[good].in_time:
+        return good
+    return max((i for i, trial in enumerate(trials) if trial.in_time), default=0)
+
+
+def accurate_trial(trials: tuple[Trial, ...], accuracy: float) -> int:
+    """Index of the coarsest mesh that is accurate, else of the finest.
+
+    Args:
+        trials: coarse to fine, with differences.
+        accuracy: largest difference that is accepted.
+    """
+    good = (i for i, trial in enumerate(trials) if trial.difference <= accuracy)
+    return next(good, len(trials) - 1)
+
+
+def _notes(
+    new: NewRobot, guess: Guess, trials: tuple[Trial, ...], chosen: int, file: Path
+) -> Iterator[str]:
+    """What was changed, and what to do next."""
+    taken = trials[chosen]
+    if new.part.surface is not None and new.part.surface.note:
+        yield f"{new.part.path}: the surface {new.part.surface.note}."
+    if guess.cavities:
+        volumes = ", ".join(f"{1e6 * one.volume:.3g} ml" for one in guess.cavities)
+        yield (
+            f"Closed cavities ({volumes}) became chambers; with --no-chambers they stay empty and a cable "
+            "moves the part."
+        )
+    else:
+        yield f"The cable spans {100.0 * guess.span:.0f} % of the {1e3 * guess.length:.3g} mm of the part."
+    if not taken.in_time:
+        yield (
+            f"No mesh has control steps in time: one of {taken.nodes:,} nodes takes "
+            f"{1e3 * taken.step:.0f} ms; {faster(str(file), taken.step, reduced=False)}."
+        )
+    good = accurate_trial(trials, new.accuracy)
+    if good > chosen:
+        yield (
+            f"A mesh of {trials[good].nodes:,} nodes is nearer to the part, but its control step takes "
+            f"{1e3 * trials[good].step:.0f} ms: for it, tauten new with --size "
+            f"{1e3 * trials[good].size:.3g}, then tauten reduce with --states."
+        )
 
 
 def _meshes(
@@ -195,25 +291,41 @@ def _meshes(
         except PartError:
             if not meshes and size == sizes[-1]:
                 raise
-        progress((1.0 - MOST) / len(sizes), "")
+        progress(MESHING / len(sizes), "")
     return meshes
 
 
 def _draft(new: NewRobot, size: float, mesh: TetMesh, guess: Guess) -> _Draft:
     """Try and describe the robot of one mesh."""
     part = new.part
-    first = Values(new.name, part.path.name, len(mesh.nodes), size, new.young, 1e3, RATE)
-    robot = _robot(robot_text(first, guess, guess.max_pull), mesh, new.name)
-    share, effort, tip = _pulled(robot, guess)
-    if share < LEAST_SHARE:
-        raise PartError(
-            f"{part.path}: the guessed cable finds no equilibrium at "
-            f"{1e3 * LEAST_SHARE * guess.max_pull:.2g} mm of pull; turn the part so that its longest side "
-            "runs from where it is held to its tip"
+    values = Values(new.name, part.path.name, len(mesh.nodes), size, new.young, RATE)
+    robot = _robot(robot_text(values, guess, _free_actuators(new, guess)), mesh, new.name)
+    if guess.cavities:
+        found = inflated(robot, guess, new.young, str(part.path))
+    else:
+        found = pulled(robot, guess, str(part.path))
+    limited = robot_text(values, guess, _actuators(guess, found))
+    step = step_time(_robot(limited, mesh, new.name))
+    rate = min(RATE, max(LEAST_RATE, rate_for(SPARE * step))) if fits(LEAST_RATE, step) else RATE
+    text = robot_text(replace(values, rate=rate), guess, _actuators(guess, found))
+    trial = Trial(size, len(mesh.nodes), found.effort, found.tip, found.moved, found.share, step)
+    return _Draft(mesh, text, trial, rate)
+
+
+def _free_actuators(new: NewRobot, guess: Guess) -> str:
+    """Tables of the guessed actuators whose limits no trial meets."""
+    if guess.cavities:
+        return chamber_tables(
+            guess, PRESSURE * new.young, sum(one.volume for one in guess.cavities)
         )
-    values = Values(new.name, part.path.name, len(mesh.nodes), size, new.young, 4.0 * effort, RATE)
-    text = robot_text(values, guess, share * guess.max_pull)
-    return _Draft(mesh, text, Trial(size, len(mesh.nodes), effort, tip, share))
+    return cable_table(guess, 2.0 * guess.max_pull, 1e3)
+
+
+def _actuators(guess: Guess, found: Reached) -> str:
+    """Tables of the guessed actuators with the limits that were found."""
+    if guess.cavities:
+        return chamber_tables(guess, found.command, found.volume)
+    return cable_table(guess, found.command, 4.0 * found.effort)
 
 
 def _robot(text: str, mesh: TetMesh, name: str) -> Robot:
@@ -222,41 +334,38 @@ def _robot(text: str, mesh: TetMesh, name: str) -> Robot:
         return load_robot(write_files(Path(folder), name, text, mesh))
 
 
-def _pulled(robot: Robot, guess: Guess) -> tuple[float, float, Array]:
-    """Share of the guessed pull that has an equilibrium, tension and movement of the tip half way there."""
-    share = 1.0
-    while share >= LEAST_SHARE:
-        sim = Simulator(robot, contact="none")
-        rest = sim.settle(position=[0.0])
-        start = sim.effector[0]
-        half = sim.settle(position=[PULL_SHARE * share * guess.max_pull])
-        effort, tip = float(sim.effort[0]), sim.effector[0] - start
-        whole = sim.settle(position=[share * guess.max_pull])
-        if rest.converged and half.converged and whole.converged:
-            return share, effort, tip
-        share *= 0.5
-    return 0.0, np.nan, np.full(3, np.nan)
-
-
-def write(folder: Path, name: str, draft: _Draft) -> Path:
-    """Write robot file and mesh; both or none.
+def write(
+    folder: Path, name: str, draft: _Draft, stop: StopFlag, progress: Progress
+) -> tuple[Path, RobotCheck]:
+    """Write robot file, mesh and the error of the mesh; all or none. Returns the file and its check.
 
     Args:
         folder: to make.
         name: of the files.
         draft: their contents.
+        stop: ends the check early.
+        progress: of the check.
     """
-    partial = folder.with_name(f".{folder.name}.partial")
-    partial.mkdir(parents=True)
+    beside = folder.with_name(f".{folder.name}.partial")
+    beside.mkdir(parents=True)
     try:
-        write_files(partial, name, draft.text, draft.mesh)
-        partial.rename(folder)
+        written = write_files(beside, name, draft.text, draft.mesh)
+        check = check_robot(CheckSettings(str(written)), stop, progress)
+        if check.estimate is not None:
+            with suppress(ValueError):  # nothing to compare
+                certified(check.estimate, check.digest).save(written)
+        beside.rename(folder)
     finally:
-        if partial.exists():
-            for left in partial.iterdir():
+        if beside.exists():
+            for left in beside.iterdir():
                 left.unlink()
-            partial.rmdir()
-    return folder / f"{name}.toml"
+            beside.rmdir()
+    file = folder / f"{name}.toml"
+    found = tuple(
+        replace(item, advice=item.advice.replace(str(written), str(file)))
+        for item in check.findings
+    )
+    return file, replace(check, findings=found)
 
 
 def write_files(folder: Path, name: str, text: str, mesh: TetMesh) -> Path:

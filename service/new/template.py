@@ -30,16 +30,7 @@ density = {density:g}                  # [kg/m³]
 lower = {lower}
 upper = {upper}
 
-[[cables]]                        # GUESS: one cable along the side that is farthest from the axis
-name = "cable"
-pull_point = {pull_point}    # where it leaves the robot, fixed in space
-points = [                        # holes that it passes, fixed in the body; the last is where it ends
-{points}]
-max_pull = {max_pull:.4g}                  # GUESS: a tenth of the length, or what has an equilibrium [m]
-max_tension = {max_tension:.3g}               # GUESS: twice what it took to pull so far [N]
-max_rate = {max_rate:.4g}                  # GUESS: how fast the winch turns [m/s]
-max_outside = {outside:.2g}             # how far outside of the mesh its points may lie [m]
-
+{actuators}
 [[effectors]]                     # GUESS: the middle of the free end is to reach targets
 name = "tip"
 point = {effector}
@@ -52,6 +43,27 @@ rayleigh_stiffness = 0.02         # GUESS: damping of the material [s]
 rate = {rate:g}                       # decisions per second [Hz]
 
 {contact}"""
+
+CABLE = """\
+[[cables]]                        # GUESS: one cable along the side that is farthest from the axis
+name = "cable"
+pull_point = {pull_point}    # where it leaves the robot, fixed in space
+points = [                        # holes that it passes, fixed in the body; the last is where it ends
+{points}]
+max_pull = {max_pull:.4g}                  # GUESS: a tenth of the length, or what has an equilibrium [m]
+max_tension = {max_tension:.3g}               # GUESS: twice what it took to pull so far [N]
+max_rate = {max_rate:.4g}                  # GUESS: how fast the winch turns [m/s]
+max_outside = {outside:.2g}             # how far outside of the mesh its points may lie [m]
+"""
+
+CHAMBER = """\
+[[chambers]]                      # a closed cavity of {millilitres:.3g} ml
+name = "{name}"
+inside = {inside}        # a point in it
+max_pressure = {pressure:.4g}             # GUESS: what has an equilibrium and moves the tip [Pa]
+max_volume_change = {volume:.4g}          # GUESS: a fifth more than that takes [m³]
+max_rate = {rate:.4g}                  # GUESS: how fast it is filled [m³/s]
+"""
 
 CONTACT = """\
 # Where two faces of the body may touch, name both and uncomment; docs/contact.md explains contact.
@@ -80,7 +92,6 @@ class Values:
         nodes: of its mesh.
         size: of its elements [m].
         young: Young's modulus [Pa].
-        max_tension: [N].
         rate: control rate [Hz].
     """
 
@@ -89,21 +100,21 @@ class Values:
     nodes: int
     size: float
     young: float
-    max_tension: float
     rate: float
 
 
 POISSON, DENSITY = 0.45, 1070.0  # of a usual silicone; density [kg/m³]
-MOVE_TIME = 2.0  # s, from rest to the largest pull
+MOVE_TIME = 2.0  # s, from rest to the largest pull or pressure
+SPARE = 1.2  # how much more than what was needed a chamber's volume may change
 
 
-def robot_text(values: Values, guess: Guess, max_pull: float) -> str:
+def robot_text(values: Values, guess: Guess, actuators: str) -> str:
     """The text of a robot file.
 
     Args:
         values: of the mesh and the material.
         guess: the guessed fields.
-        max_pull: largest pulled length [m].
+        actuators: their tables.
     """
     lower, upper = guess.held
     middle = (guess.cable[0] + guess.cable[-1]) / 2.0
@@ -117,16 +128,52 @@ def robot_text(values: Values, guess: Guess, max_pull: float) -> str:
         density=DENSITY,
         lower=numbers(lower),
         upper=numbers(upper),
-        pull_point=numbers(guess.pull_point),
-        points="".join(f"  {numbers(point)},\n" for point in guess.cable),
-        max_pull=max_pull,
-        max_tension=values.max_tension,
-        max_rate=max_pull / MOVE_TIME,
+        actuators=actuators,
         outside=guess.outside,
         effector=numbers(guess.effector),
         rate=values.rate,
         contact=CONTACT.format(lower=numbers(middle - guess.outside), upper=numbers(middle)),
     )
+
+
+def cable_table(guess: Guess, max_pull: float, max_tension: float) -> str:
+    """The guessed cable.
+
+    Args:
+        guess: the guessed fields.
+        max_pull: largest pulled length [m].
+        max_tension: [N].
+    """
+    return CABLE.format(
+        pull_point=numbers(guess.pull_point),
+        points="".join(f"  {numbers(point)},\n" for point in guess.cable),
+        max_pull=max_pull,
+        max_tension=max_tension,
+        max_rate=max_pull / MOVE_TIME,
+        outside=guess.outside,
+    )
+
+
+def chamber_tables(guess: Guess, pressure: float, volume: float) -> str:
+    """The guessed chambers, one table each.
+
+    Args:
+        guess: the guessed fields.
+        pressure: largest one [Pa].
+        volume: largest change of the volume of one at that [m³].
+    """
+    tables = [
+        CHAMBER.format(
+            name="air" if len(guess.cavities) == 1 else f"air{number}",
+            millilitres=1e6 * cavity.volume,
+            inside=numbers(cavity.inside),
+            pressure=pressure,
+            volume=SPARE * volume,
+            rate=SPARE * volume / MOVE_TIME,
+        )
+        for number, cavity in enumerate(guess.cavities, 1)
+    ]
+    return "\n".join(tables)
 
 
 def numbers(values: Array) -> str:

@@ -9,7 +9,7 @@ from tauten.service.tables.benches import (
     still_page,
     tip_distance,
 )
-from tauten.service.tables.meshes import check_page, trial_table
+from tauten.service.tables.meshes import check_page, new_page
 from tauten.service.tables.numbers import (
     Numbers,
     Page,
@@ -32,11 +32,11 @@ __all__ = [
     "measured_on",
     "millimetres",
     "milliseconds",
+    "new_page",
     "node_page",
     "percent",
     "reduced_page",
     "steps_page",
     "still_page",
     "tip_distance",
-    "trial_table",
 ]

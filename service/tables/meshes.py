@@ -7,17 +7,33 @@ from collections.abc import Sequence
 import numpy as np
 
 from tauten.service.check import MeshErrorEstimate, RobotCheck, VariantErrors
-from tauten.service.new import Trial
+from tauten.service.new import Made, Trial
 from tauten.service.tables.numbers import Numbers, Page, millimetres, percent
 
 
 def check_page(result: RobotCheck) -> Page:
     """The findings, and the errors of every mesh that was compared."""
-    rows = tuple((item.subject, item.level, item.found, item.advice) for item in result.findings)
-    findings = Numbers(result.robot, ("", "is", "found", "what to change"), rows, text_columns=4)
+    findings = findings_table(result)
     errors = () if result.estimate is None else (error_table(result.estimate),)
     about = f"Result: {result.level}." + ("" if result.complete else " Stopped early.")
     return Page("tauten check", about, (findings, *errors))
+
+
+def new_page(made: Made) -> Page:
+    """The meshes of a new robot that were compared, and what was found about the one that is written."""
+    unit = "Pa" if made.guess.cavities else "N"
+    trials = trial_table(made.trials, made.chosen, unit)
+    about = f"Result: {made.check.level}."
+    return Page("tauten new", about, (trials, findings_table(made.check)))
+
+
+def findings_table(result: RobotCheck) -> Numbers:
+    """Every finding, with what to change after an arrow."""
+    rows = tuple(
+        (item.subject, item.level, f"{item.found} → {item.advice}" if item.advice else item.found)
+        for item in result.findings
+    )
+    return Numbers(result.robot, ("", "is", "found → what to change"), rows, text_columns=3)
 
 
 def error_table(estimate: MeshErrorEstimate) -> Numbers:
@@ -43,12 +59,13 @@ def error_row(item: VariantErrors, count: int) -> tuple[str, ...]:
     return (item.variant.name, f"{item.nodes:,}", *largest, *by_load)
 
 
-def trial_table(trials: Sequence[Trial], chosen: int) -> Numbers:
-    """Sizes, tensions and tips of the meshes of a part, half way of the guessed pull.
+def trial_table(trials: Sequence[Trial], chosen: int, unit: str) -> Numbers:
+    """Sizes, efforts, tips and control steps of the meshes of a part, half way of the guessed command.
 
     Args:
         trials: coarse to fine.
         chosen: index of the mesh that was taken.
+        unit: of efforts.
     """
     rows = tuple(
         (
@@ -56,8 +73,9 @@ def trial_table(trials: Sequence[Trial], chosen: int) -> Numbers:
             f"{1e3 * trial.size:.3g}",
             f"{trial.nodes:,}",
             f"{trial.effort:.3g}",
-            f"{1e3 * float(np.linalg.norm(trial.tip)):.2f}",
-            "unknown" if np.isnan(trial.error) else f"{100.0 * trial.error:.1f}",
+            f"{1e3 * trial.moved:.2f}",
+            "-" if np.isnan(trial.difference) else f"{100.0 * trial.difference:.1f}",
+            f"{1e3 * trial.step:.0f}",
         )
         for index, trial in enumerate(trials)
     )
@@ -65,8 +83,9 @@ def trial_table(trials: Sequence[Trial], chosen: int) -> Numbers:
         "",
         "size [mm]",
         "nodes",
-        "tension [N]",
+        f"effort [{unit}]",
         "tip moves [mm]",
-        "error, estimated [%]",
+        "differs from the finest [%]",
+        "control step [ms]",
     )
-    return Numbers("meshes, half way of the guessed pull", columns, rows)
+    return Numbers("meshes, half way of the guess", columns, rows)

@@ -12,6 +12,8 @@ from rich.text import Text
 from tauten.service.process import HostInfo, write_text
 from tauten.service.replay import Spread
 
+LONGEST = 24  # characters of a word; longer ones, as paths, are wrapped
+
 
 class PageError(ValueError):
     """A page that tables cannot be put into; the message names what is missing."""
@@ -33,15 +35,46 @@ class Numbers:
     rows: tuple[tuple[str, ...], ...]
     text_columns: int = 1
 
-    def rich(self) -> Table:
-        """For the terminal."""
-        table = Table(title=Text(self.title, "table.title"))
+    def rich(self, width: int) -> Table:
+        """For a terminal; where the columns do not fit, a column of names and one of values.
+
+        Numbers are never cut.
+
+        Args:
+            width: of the terminal, in characters.
+        """
+        title = Text(self.title, "table.title")
+        if self.least_width > width:
+            table = Table("", "", title=title, show_header=False)
+            for row in self.rows:
+                for name, value in zip(self.columns, row, strict=True):
+                    table.add_row(Text(name), Text(value))
+                table.add_section()
+            return table
+        table = Table(title=title)
         for index, name in enumerate(self.columns):
             justify: JustifyMethod = "right" if index >= self.text_columns else "left"
-            table.add_column(Text(name), justify=justify)
+            table.add_column(Text(name), justify=justify, min_width=self.widths[index])
         for row in self.rows:
             table.add_row(*map(Text, row))
         return table
+
+    @property
+    def widths(self) -> tuple[int, ...]:
+        """Least width of each column: no word of a text is cut, no number is wrapped."""
+        found = []
+        for index, name in enumerate(self.columns):
+            cells = [row[index] for row in self.rows]
+            if index < self.text_columns:
+                cells = [word for cell in cells for word in cell.split()]
+                cells = [cell[:LONGEST] for cell in cells]
+            found.append(max((len(one) for one in (*cells, *name.split())), default=0))
+        return tuple(found)
+
+    @property
+    def least_width(self) -> int:
+        """Of the table with its lines."""
+        return sum(self.widths) + 3 * len(self.columns) + 1
 
     def markdown(self) -> str:
         """For the docs."""

@@ -70,7 +70,6 @@ def show_result(
     page: Page,
     json_file: Path | None,
     markdown: Path | None = None,
-    width: int | None = None,
 ) -> None:
     """Print a result to stdout, and write it into the files that were asked for.
 
@@ -79,15 +78,14 @@ def show_result(
         page: its tables and sentences.
         json_file: where the numbers go; None: nowhere.
         markdown: page that tables and sentences go into; None: none.
-        width: of the output in characters; None: that of the terminal.
     """
     from rich.console import Console
 
     from tauten.service.tables import Numbers
 
-    console = Console(width=width, markup=False)
+    console = Console(markup=False)
     for part in page.parts:
-        console.print(part.rich() if isinstance(part, Numbers) else part)
+        console.print(part.rich(console.width) if isinstance(part, Numbers) else part)
     console.print(page.about)
     write_json(result, json_file)
     if markdown is not None:

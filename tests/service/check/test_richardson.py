@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.service.check.mesh_error import richardson
+from tauten.service.check.references import richardson
 
 
 @pytest.mark.parametrize("order", [1.1, 1.2, 2.0, 3.0])

@@ -31,7 +31,7 @@ def test_ctrl_c_in_the_equilibria_keeps_the_meshes_that_are_compared(
 ) -> None:
     """The request comes during the equilibria of the mesh after `done` ones, as from a signal."""
     stop, part = StopFlag(), read_part(solid, "m", False)
-    pulled, calls = make._pulled, [0]
+    pulled, calls = make.pulled, [0]
     monkeypatch.setattr(make, "_meshes", lambda part, *_: [(s, part_mesh(part)) for s in SIZES])
 
     def part_mesh(part: CadPart) -> TetMesh:
@@ -44,7 +44,7 @@ def test_ctrl_c_in_the_equilibria_keeps_the_meshes_that_are_compared(
             raise AssertionError("the request has ended this")
         return pulled(*arguments)
 
-    monkeypatch.setattr(make, "_pulled", interrupted)
+    monkeypatch.setattr(make, "pulled", interrupted)
     new = NewRobot("bar", part)
     if not done:
         with pytest.raises(Interrupted):

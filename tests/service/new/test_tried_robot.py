@@ -1,0 +1,139 @@
+"""`tauten new` tries what it writes: parts that sag, with small holes, tapered, hollow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tauten.controller import Controller
+from tauten.model import ActuatorKind, Simulator, load_robot
+from tauten.service.check import CheckSettings, check_robot
+from tauten.service.new import Made, NewRobot, Trial, make_new_robot, read_part
+from tauten.service.new.guesses import guess_fields
+from tauten.service.new.make import chosen_trial, compared
+from tauten.service.new.meshing import mesh_part
+from tauten.service.process import StopFlag
+from tauten.service.setup import load_setup
+
+occ = pytest.importorskip("netgen.occ", reason="tauten[mesh] is not installed")
+LENGTH = 90.0  # mm
+
+
+def notched() -> Any:
+    """A horizontal finger with notches below: its cable belongs there, and its weight bends it so."""
+    solid = occ.Box((0, 0, 0), (LENGTH, 16, 18))
+    for number in range(5):
+        x = 14 + 15 * number
+        solid = solid - occ.Box((x, -1, -1), (x + 4, 17, 11))
+    return solid
+
+
+def made_of(solid: Any, folder: Path, **options: Any) -> Made:
+    """The robot of a solid."""
+    solid.WriteStep(str(folder / "part.step"))
+    new = NewRobot("part", read_part(folder / "part.step", "mm", False), **options)
+    return make_new_robot(new, folder / "part", StopFlag(), lambda _share, _what="": None)
+
+
+@pytest.fixture(scope="module")
+def sagging(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """The notched finger, of one mesh."""
+    return made_of(notched(), tmp_path_factory.mktemp("sagging"), size=5.4e-3)
+
+
+def test_a_part_that_sags_towards_its_cable_decides_from_its_start(sagging: Made) -> None:
+    """Half of the guessed pull left the cable slack, and the comparison of meshes divided by no tension."""
+    setup = load_setup(sagging.file)
+    robot = setup.robot
+    simulator = Simulator(robot, "none")
+    assert simulator.settle_start().converged
+    slack = float(simulator.position[0])
+    assert slack > 1.1e-3
+    assert robot.limits.position_max[0] == pytest.approx(slack + 9e-3, rel=1e-3)
+    assert sagging.usable
+    controller = Controller(robot, setup.contact, settings=setup.controller)
+    assert controller.settle_start().converged
+    start = controller.effector
+    assert simulator.settle(position=[slack + 4e-3]).converged
+    goal = simulator.effector
+    assert np.linalg.norm(goal - start) > 5e-3
+    for _ in range(150):
+        assert controller.step(goal).status.ok
+    assert np.linalg.norm(controller.effector - goal) < 1e-4
+
+
+def test_new_and_check_say_the_same_of_a_mesh(sagging: Made) -> None:
+    again = check_robot(CheckSettings(str(sagging.file)), StopFlag(), lambda _share, _what="": None)
+    same = [
+        [item for item in check.findings if item.subject != "control step against period"]
+        for check in (sagging.check, again)
+    ]
+    assert same[0] == same[1]
+    assert sagging.check.estimate is not None
+    own, *others = sagging.check.estimate.variants
+    # loads at which the cable is slack compare nothing; the mesh to compare with is the one farther away
+    assert all(
+        state.effort[0] > 0.0 for found in sagging.check.estimate.states for state in found.states
+    )
+    assert own.tip is not None
+    assert all(other.tip is not None and other.tip <= own.tip + 1e-3 for other in others)
+
+
+def test_the_mesh_that_is_taken_has_control_steps_in_time() -> None:
+    def trial(nodes: int, tip: float, step: float) -> Trial:
+        return Trial(1e-3, nodes, 1.0, np.array([tip, 0.0, 0.0]), 0.1, 1.0, step)
+
+    def chosen(*steps: float) -> int:
+        tips = (0.03, 0.02, 0.005, 0.0)
+        trials = [trial(300 * i, *both) for i, both in enumerate(zip(tips, steps, strict=True), 1)]
+        return chosen_trial(compared(trials), 0.1)
+
+    assert chosen(0.01, 0.01, 0.01, 0.01) == 2
+    assert chosen(0.01, 0.03, 0.05, 0.2) == 1
+    assert chosen(0.05, 0.1, 0.2, 0.3) == 0
+
+
+def test_small_holes_do_not_make_the_mesh_large(tmp_path: Path) -> None:
+    """A channel of 1.6 mm took a mesh of 300 nodes to 10,000."""
+    channel = occ.Cylinder((-1, 8, 3), occ.X, 0.8, LENGTH + 2)
+    (notched() - channel).WriteStep(str(tmp_path / "holed.step"))
+    part = read_part(tmp_path / "holed.step", "mm", False)
+    mesh = mesh_part(part, part.size_for(300))
+    assert len(mesh.nodes) < 1500
+    assert float(mesh.volumes.sum()) == pytest.approx(part.volume, rel=0.01)
+
+
+def test_the_cable_follows_the_side_of_a_tapered_part_to_its_tip(tmp_path: Path) -> None:
+    """It ended where the body becomes thinner than its distance from the axis."""
+    wires = []
+    for share in np.linspace(0.0, 1.0, 7):
+        width = 24.0 * (1.0 - 0.6 * share)
+        plane = occ.Axes((LENGTH * share, 0, 14.0 * share**2), occ.X, occ.Y)
+        wires.append(occ.WorkPlane(plane).RectangleC(width, width).Wire())
+    occ.ThruSections(wires).WriteStep(str(tmp_path / "tapered.step"))
+    part = read_part(tmp_path / "tapered.step", "mm", False)
+    mesh = mesh_part(part, part.size_for(700))
+    guess = guess_fields(mesh)
+    assert guess.span > 0.85
+    assert float(np.ptp(guess.cable[:, 0])) > 0.8 * 0.09
+    steps = np.linalg.norm(np.diff(guess.cable, axis=0), axis=1)
+    assert steps.max() < 2.5 * np.median(steps)
+
+
+def test_a_closed_cavity_becomes_a_chamber(tmp_path: Path) -> None:
+    hollow = occ.Box((0, 0, 0), (20, 20, 80)) - occ.Box((9, 4, 8), (16, 16, 72))
+    made = made_of(hollow, tmp_path, size=6e-3)
+    robot = load_robot(made.file)
+    assert robot.actuators.kinds == (ActuatorKind.CHAMBER,)
+    assert made.guess.cavities[0].volume == pytest.approx(7e-3 * 12e-3 * 64e-3, rel=0.02)
+    assert made.usable
+    assert "--no-chambers" in made.notes[0]
+    simulator = Simulator(robot, contact="none")
+    simulator.settle_start()
+    start = simulator.effector[0]
+    assert simulator.settle([np.nan], [float(robot.limits.effort_max[0])]).converged
+    assert np.linalg.norm(simulator.effector[0] - start) > 1e-3
+    assert guess_fields(robot.body.mesh, chambers=False).cavities == ()
