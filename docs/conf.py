@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 DOCS = Path(__file__).resolve().parent
-sys.path.insert(0, str(DOCS))
+sys.path.insert(0, str(DOCS / "scripts"))
 
-from reference_pages import write_pages  # noqa: E402  beside this file
+from reference_pages import write_pages  # noqa: E402  in that folder
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -30,7 +30,7 @@ extensions = [
     "sphinx_copybutton",
 ]
 templates_path = ["_templates"]
-exclude_patterns = ["_build", "_templates", "results", "figures"]
+exclude_patterns = ["_build", "_templates", "scripts", "results", "figures"]
 html_theme = "furo"
 html_title = "tauten"
 html_show_sphinx = False

@@ -2,7 +2,7 @@
 
     python examples/make_bender.py
 
-It needs netgen (`pip install 'tauten[mesh]'`), whose geometry kernel cuts the notches.
+It needs netgen (`pip install -e '.[mesh]'`), whose geometry kernel cuts the notches.
 """
 
 from __future__ import annotations

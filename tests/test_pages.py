@@ -77,7 +77,7 @@ def test_the_reference_of_the_robot_file_is_that_of_the_schema() -> None:
     page = ROOT / "docs" / "reference" / "robot-file.md"
     assert page in in_clone()
     text = page.read_text(encoding="utf-8")
-    assert text == robot_file_page.robot_file_page(), "run python docs/reference_pages.py"
+    assert text == robot_file_page.robot_file_page(), "run python docs/scripts/reference_pages.py"
     assert callable(reference_pages.write_pages)
 
 

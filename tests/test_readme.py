@@ -1,13 +1,13 @@
-"""README: its tables are those of the results, its Python runs, the targets of its links exist."""
+"""README: its tables are those of the results, its Python runs, its links lead somewhere, it is short."""
 
 from __future__ import annotations
 
-import importlib.util
 import re
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+import tables
 
 from tauten.reduction import source_version
 
@@ -17,12 +17,28 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").g
 
 
 def test_tables_come_from_the_results() -> None:
-    spec = importlib.util.spec_from_file_location("tables", ROOT / "docs" / "tables.py")
-    assert spec is not None and spec.loader is not None
-    tables = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tables)
-    assert README.count("<!-- end -->") == len(tables.TABLES)
-    assert tables.filled(README) == README, "run python -m docs.tables"
+    texts = [page.read_text(encoding="utf-8") for page in tables.PAGES]
+    assert sum(text.count("<!-- end -->") for text in texts) == len(tables.TABLES)
+    for text in texts:
+        assert tables.filled(text) == text, "run python -m docs.scripts.tables"
+
+
+def test_it_is_read_in_two_minutes() -> None:
+    """At 250 words a minute, without its tables, commands and addresses of links."""
+    text = re.sub(r"```.*?```|<[^>]*>", "", README, flags=re.DOTALL)
+    text = re.sub(r"\]\([^)]*\)", "", text)
+    prose = [line for line in text.splitlines() if not line.startswith("|")]
+    assert 200 < len(" ".join(prose).split()) <= 500
+
+
+def test_nothing_advises_to_install_what_is_not_published() -> None:
+    folders = ("model", "reduction", "controller", "service", "docs", "examples", "benchmarks")
+    files = [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+    files += [path for name in folders for path in (ROOT / name).rglob("*.[pm][yd]")]
+    advice = re.compile(r"pip install (?:-\S+ )*['\"]?tauten")
+    files = [path for path in files if "_build" not in path.parts]
+    assert len(files) > 300
+    assert [path for path in files if advice.search(path.read_text(encoding="utf-8"))] == []
 
 
 SNIPPETS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)

@@ -33,8 +33,8 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_what_the_build_imports_comes_with_the_extra() -> None:
     """So that it runs where `tauten[docs]` alone is installed."""
     imported: set[str] = set()
-    for page in ("conf", "reference_pages", "robot_file_page"):
-        tree = ast.parse((ROOT / "docs" / f"{page}.py").read_text(encoding="utf-8"))
+    for script in ("conf", "scripts/reference_pages", "scripts/robot_file_page"):
+        tree = ast.parse((ROOT / "docs" / f"{script}.py").read_text(encoding="utf-8"))
         for node in ast.walk(tree):
             if isinstance(node, ast.Import):
                 imported |= {alias.name.partition(".")[0] for alias in node.names}

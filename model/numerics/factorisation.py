@@ -1,6 +1,6 @@
 """Sparse factorisation of symmetric matrices that share one pattern: analyse once, refactor often.
 
-Back ends, fastest first: MKL PARDISO (`pip install tauten[pardiso]`), CHOLMOD from cvxopt
+Back ends, fastest first: MKL PARDISO (`pip install -e '.[pardiso]'` in a clone), CHOLMOD from cvxopt
 (`tauten[cholmod]`), SuperLU from scipy (always installed).
 """
 
@@ -125,7 +125,7 @@ def make_factorisation(
     if name not in available:
         raise ValueError(
             f"factorisation {name!r} is not installed, available are {', '.join(available)}; "
-            f"try pip install 'tauten[{name}]'"
+            f"try pip install -e '.[{name}]' in the clone of tauten"
         )
     makers: dict[str, Callable[[Ints, Ints, int], Factorisation]] = {
         "pardiso": Pardiso,

@@ -56,7 +56,7 @@ def dask_cluster(address: str, timeout: float = 10.0) -> Iterator[Executor]:
         distributed = import_module("distributed")
     except ImportError as error:
         raise ClusterError(
-            "a Dask cluster needs the package distributed: pip install 'tauten[cluster]'"
+            "a Dask cluster needs the package distributed: pip install -e '.[cluster]' in the clone of tauten"
         ) from error
     try:
         client = distributed.Client(address, timeout=timeout)

@@ -80,7 +80,7 @@ def check_rate(rate: float, seconds: float, requested: bool, advice: str = "") -
     """
     if seconds * rate <= 1.0:
         return
-    other = advice or "a smaller basis, or pip install 'tauten[fast]'"
+    other = advice or "a smaller basis, or pip install -e '.[fast]' in the clone of tauten"
     text = (
         f"{rate:g} Hz cannot be held: a control step takes {1e3 * seconds:.1f} ms here; use --rate "
         f"{rate_for(seconds):g} or less, or: {other}"

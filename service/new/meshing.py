@@ -114,7 +114,9 @@ def _length(points: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> float:
 
 def _require(module: str, extra: str) -> None:
     if importlib.util.find_spec(module) is None:
-        raise PartError(f"{module} is not installed; run pip install 'tauten[{extra}]'")
+        raise PartError(
+            f"{module} is not installed; run pip install -e '.[{extra}]' in the clone of tauten"
+        )
 
 
 def mesh_part(part: CadPart, size: float) -> TetMesh:

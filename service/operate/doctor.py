@@ -65,7 +65,7 @@ def _busy(load: float, cores: int) -> str:
 def _factorisation(setup: Setup, installed: tuple[str, ...]) -> HostFinding:
     name = setup.robot.body.linear_solver
     slow = name == "superlu" and not _FAST & set(installed)
-    advice = "pip install 'tauten[fast]' for a faster one" if slow else ""
+    advice = "pip install -e '.[fast]' in the clone of tauten for a faster one" if slow else ""
     return HostFinding("factorisation", f"{name} in use, installed: {', '.join(installed)}", advice)
 
 

@@ -43,8 +43,7 @@ FILMED = {"docs/start.md", "docs/tutorials/own_robot.md"}
 # The first command of each block that no test runs, and why.
 NOT_RUN = {
     "python3 -m venv .venv && .venv/bin/pip install -e '.[fast,test]'": "installs; .ci/run does it",
-    "python3 -m venv .venv && .venv/bin/pip install -e '.[fast]' && .venv/bin/tauten demo": "installs; "
-    "test_site runs both commands as docs/start.md has them",
+    "python3 -m venv .venv && . .venv/bin/activate": "installs; test_site does it as docs/start.md has it",
     ".ci/run": "runs these tests",
     "tauten reduce finger": "minutes; the tutorial's block, which runs, does the same with the thumb",
     "tauten reduce finger --states": "as above; tests/e2e/reduction reduces the thumb's states",
@@ -120,10 +119,10 @@ def running(folder: Path, *arguments: object) -> Iterator[Process]:
 def test_a_robot_is_served_followed_locked_and_replayed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """README's three terminals, and the lock of docs/actuators.md, at ports of their own."""
+    """The three terminals of docs/start.md, and the lock of docs/actuators.md, at ports of their own."""
     monkeypatch.chdir(tmp_path)
     serve, plant, stream = lines_of(
-        "README.md", "tauten serve finger", "tauten plant finger", "tauten stream reach"
+        "docs/start.md", "tauten serve finger", "tauten plant finger", "tauten stream reach"
     )
     lock, unlock = lines_of("docs/actuators.md", "tauten lock", "tauten unlock")
     replay = lines_of("docs/start.md", "tauten replay")[0]

@@ -15,5 +15,5 @@ def missing_extra(error: ModuleNotFoundError) -> ImportError:
     if (error.name or "").partition(".")[0] not in _VIEWER:
         return error
     return ExtraError(
-        f"the viewer needs {error.name}, which is not installed: pip install 'tauten[viewer]'"
+        f"the viewer needs {error.name}, which is not installed: pip install -e '.[viewer]'"
     )

@@ -18,7 +18,9 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 @pytest.fixture(scope="module")
 def figure() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("qpcc_figure", DOCS / "qpcc_figure.py")
+    spec = importlib.util.spec_from_file_location(
+        "qpcc_figure", DOCS / "scripts" / "qpcc_figure.py"
+    )
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look themselves up there

@@ -36,7 +36,7 @@ def test_a_missing_extra_is_named(tmp_path: Path) -> None:
     process = start_script(tmp_path / "output.txt", script)
     assert process.process.wait(START) == 2
     assert process.output.read_text().strip().splitlines() == [
-        "tauten: the viewer needs viser, which is not installed: pip install 'tauten[viewer]'"
+        "tauten: the viewer needs viser, which is not installed: pip install -e '.[viewer]'"
     ]
 
 

@@ -1,8 +1,8 @@
-"""Writes the tables of README.md from the JSON files in docs/results.
+"""Writes the tables of README.md and docs/performance.md from the JSON files in docs/results.
 
-    python -m docs.tables
+    python -m docs.scripts.tables
 
-README.md names beside each table the command that writes its JSON file.
+docs/performance.md names beside each table the command that writes its JSON file.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ from benchmarks.tables import control_page, gallery_page
 from tauten.service.bench import Comparison, StepBench
 from tauten.service.tables import Numbers, steps_page
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "docs" / "results"
+PAGES = (ROOT / "README.md", ROOT / "docs" / "performance.md")
 
 R = TypeVar("R")
 
@@ -103,11 +104,34 @@ def gallery() -> str:
     return gallery_page(read("gallery", GalleryBench)).markdown()
 
 
+def numbers() -> str:
+    """The numbers that README begins with."""
+    demo, spread = json.loads(text_of("demo")), "{p50:.1f} / {p99:.1f} ms".format
+    rows = (
+        ("a control step of the finger with self-contact, median / p99", spread(**demo["step_ms"])),
+        ("of which the decision", spread(**demo["decide_ms"])),
+        (
+            "from a target to its actuation, most of it waiting for the tick",
+            spread(**demo["latency_ms"]),
+        ),
+        (
+            f"deadlines missed in {demo['ticks']} ticks at {demo['rate_hz']:.0f} Hz",
+            f"{demo['missed']}",
+        ),
+        (
+            "from target to tip of the simulated robot, RMS / max",
+            "{rms_mm:.2f} / {max_mm:.2f} mm".format(**demo["plant_error"]),
+        ),
+    )
+    return f"{machine_line(demo)}\n\n{Numbers('', ('', ''), rows).markdown()}"
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "finger": finger,
     "steps": steps,
     "demo": demo,
     "contact": contact,
+    "numbers": numbers,
     "gallery": gallery,
 }
 
@@ -122,9 +146,9 @@ def filled(text: str) -> str:
 
 
 def main() -> None:
-    """Rewrite README.md."""
-    readme = ROOT / "README.md"
-    readme.write_text(filled(readme.read_text(encoding="utf-8")), encoding="utf-8")
+    """Rewrite the pages."""
+    for page in PAGES:
+        page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 if __name__ == "__main__":

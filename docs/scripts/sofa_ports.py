@@ -1,6 +1,6 @@
 """Draws the curves of the robot files in `coming_from/sofa` over those that SOFA computed.
 
-    python docs/sofa_ports.py [DATA] [--figure FILE] [--page FILE] [--results FILE]
+    python docs/scripts/sofa_ports.py [DATA] [--figure FILE] [--page FILE] [--results FILE]
 
 DATA is a folder with the meshes and the curves of SOFA, by default `../shared/data/sofa_robots`. Curves are
 those of trunk, gripper finger, diamond, tripod, and of the finger on a plate. Elements are ours; those of the
@@ -27,7 +27,7 @@ from tauten.model.numerics import Array
 from tauten.service.process import one_blas_thread
 from tauten.service.tables import Page
 
-DOCS = Path(__file__).resolve().parent
+DOCS = Path(__file__).resolve().parents[1]
 SETTLED = 2e-6  # mm; rows of SOFA that moved more in their last step are no equilibria
 
 
@@ -196,7 +196,7 @@ def main() -> None:
         results[curve.robot] = {
             "tip_error_mm": curve.tip_error, "effort_error": curve.effort_error, **numbers,
         }  # fmt: skip
-    about = "Written by `python docs/sofa_ports.py`."
+    about = "Written by `python docs/scripts/sofa_ports.py`."
     Page("sofa differences", about, (difference_table(changes, curves),)).put_into(given.page)
     results["differences"] = [asdict(one) for one in changes]
     given.results.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")

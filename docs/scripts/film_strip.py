@@ -1,7 +1,7 @@
 """Runs the commands of a page as they are written, and draws what each one shows.
 
-    python docs/film_strip.py docs/start.md docs/figures/five-minutes.png
-    python docs/film_strip.py docs/tutorials/own_robot.md docs/figures/own-robot.png
+    python docs/scripts/film_strip.py docs/start.md docs/figures/five-minutes.png
+    python docs/scripts/film_strip.py docs/tutorials/own_robot.md docs/figures/own-robot.png
 
 A comment before a block of a page says how it is run, and which picture it makes:
 
@@ -38,7 +38,7 @@ import chromium
 import matplotlib.image
 import matplotlib.pyplot as plt
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 BLOCK = re.compile(
     r"<!-- run(?P<how> beside| in a browser| for \d+ s|)"

@@ -1,6 +1,6 @@
 """Draws docs/figures/qpcc.svg, the pieces of two small QPCCs and what the solver does on them.
 
-python docs/qpcc_figure.py
+python docs/scripts/qpcc_figure.py
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from tauten.controller.qpcc import (
 )
 from tauten.model.numerics import Array, solve_lcp
 
-FILE = Path(__file__).resolve().parent / "figures" / "qpcc.svg"
+FILE = Path(__file__).resolve().parents[1] / "figures" / "qpcc.svg"
 COLOURS = ListedColormap(["#ffffff", "#dbe9f6", "#fde6cf", "#e3dcee"])
 NAMES = ("both open", "1 pushes", "2 pushes", "both push")
 TARGET = np.array([1.25, 0.85])

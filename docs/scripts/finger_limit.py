@@ -1,6 +1,6 @@
 """Writes the errors of the shipped finger's mesh against its limit, extrapolated in each direction.
 
-    python -m docs.finger_limit [--results FILE] [--page FILE] [--save]
+    python -m docs.scripts.finger_limit [--results FILE] [--page FILE] [--save]
 
 Refining the whole mesh twice is beyond a small computer: 150,000 nodes. The finger is a mapped grid, so the
 cells of one direction at a time can be halved. With an error of order two in each of them, and small errors
@@ -29,7 +29,7 @@ from tauten.service.check import Load, LoadedState, MeshCertificate, equilibria,
 from tauten.service.process import one_blas_thread
 from tauten.service.tables import Numbers, Page
 
-DOCS = Path(__file__).resolve().parent
+DOCS = Path(__file__).resolve().parents[1]
 SHARES = (0.4, 0.6, 0.8, 0.85, 0.9, 1.0)
 
 

@@ -1,6 +1,6 @@
 """Writes the generated pages of the reference: robot file, commands, Python names, pages of the repository.
 
-    python docs/reference_pages.py
+    python docs/scripts/reference_pages.py
 
 `docs/conf.py` calls it in each build of the site.
 """
@@ -18,7 +18,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from tauten.service.cli.app import app
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 # Folders whose names users import, in the order in which a reader needs them.
 PYTHON = (
@@ -147,4 +147,4 @@ def python_page() -> str:
 
 
 if __name__ == "__main__":
-    write_pages(Path(__file__).resolve().parent / "reference")
+    write_pages(ROOT / "docs" / "reference")

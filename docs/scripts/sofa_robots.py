@@ -13,7 +13,7 @@ import numpy as np
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.numerics import Array
 
-FILES = Path(__file__).resolve().parent / "coming_from" / "sofa"
+FILES = Path(__file__).resolve().parents[1] / "coming_from" / "sofa"
 MM = 1e-3
 
 

@@ -1,6 +1,6 @@
 """Takes the pictures of docs/viewer.md from a real browser.
 
-    python docs/viewer_pictures.py
+    python docs/scripts/viewer_pictures.py
 
 It runs the commands that the page shows, opens them in Chromium (`apt-get install chromium`) through
 playwright, and writes `docs/figures/viewer-*.png`.
@@ -22,7 +22,7 @@ from pathlib import Path
 import chromium
 from playwright.sync_api import Browser
 
-FIGURES = Path(__file__).resolve().parent / "figures"
+FIGURES = Path(__file__).resolve().parents[1] / "figures"
 START = 180.0  # s
 PICTURES = ("simulate", "manipulator", "export")
 MORE = 12.0  # s after the text is there
