@@ -10,13 +10,18 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from docutils import nodes
+from latex2mathml.converter import convert
+
 DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS / "scripts"))
 
 from reference_pages import write_pages  # noqa: E402  in that folder
 
 if TYPE_CHECKING:
+    from docutils.nodes import math, math_block
     from sphinx.application import Sphinx
+    from sphinx.writers.html5 import HTML5Translator
 
 project = "tauten"
 author = "The tauten developers"
@@ -39,6 +44,10 @@ default_role = "py:obj"
 autosummary_ignore_module_all = False
 autosummary_imported_members = True
 myst_heading_anchors = 3
+myst_enable_extensions = ["dollarmath", "amsmath"]
+html_math_renderer = "mathml"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 autodoc_class_signature = "separated"
@@ -47,6 +56,8 @@ napoleon_use_ivar = True
 napoleon_google_docstring = True
 python_use_unqualified_type_names = True
 
+# Pictures that are not drawn on white, or have a version for the dark.
+PHOTOGRAPHS = ("viewer-", "film-", "five-minutes", "own-robot")
 SECTION = re.compile(r"(Args|Attributes|Returns|Raises|Yields|Note):")
 OUTSIDE = re.compile(r"\[([^\]]+)\]\((\.\./[^)#]+)(?:#[^)]*)?\)")
 
@@ -98,8 +109,35 @@ def literal_equations(
     lines[:] = result
 
 
+def mathml(writer: HTML5Translator, node: math) -> None:
+    """Write an equation within a line as MathML, which browsers draw themselves."""
+    writer.body.append(convert(node.astext()))
+    raise nodes.SkipNode
+
+
+def mathml_block(writer: HTML5Translator, node: math_block) -> None:
+    """Write a displayed equation as MathML."""
+    equation = convert(node.astext(), display="block")
+    writer.body.append(f'<div class="equation">{equation}</div>')
+    raise nodes.SkipNode
+
+
+def mark_plots(app: Sphinx, tree: nodes.document) -> None:
+    """Mark plots, whose lightness is inverted in the dark (`_static/site.css`).
+
+    Args:
+        app: not used.
+        tree: of a page, whose images get a class.
+    """
+    for image in tree.findall(nodes.image):
+        if not Path(image["uri"]).name.startswith(PHOTOGRAPHS):
+            image["classes"].append("plot")
+
+
 def setup(app: Sphinx) -> None:
-    """Write the generated pages before the others are read."""
+    """Write equations as MathML, and the generated pages before the others are read."""
+    app.add_html_math_renderer("mathml", (mathml, None), (mathml_block, None))
     app.connect("config-inited", lambda app, config: write_pages(DOCS / "reference"))
+    app.connect("doctree-read", mark_plots)
     app.connect("source-read", offline_links)
     app.connect("autodoc-process-docstring", literal_equations, priority=100)

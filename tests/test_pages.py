@@ -175,7 +175,9 @@ LONG = {"README.md", "start.md", "mujoco.md"}  # run by slow tests
 def test_python_runs(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Of long blocks, which a slow test runs, the imports."""
+    """Of long blocks, which a slow test runs, the imports; `test_lessons` runs lessons."""
+    if page.parent.name == "lessons":
+        return
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("builtins.input", lambda text="": "")
     names: dict[str, Any] = {"nan": nan}
