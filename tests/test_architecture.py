@@ -55,6 +55,7 @@ ORDER = (
     "service.drive",
     "service.replay",
     "service.plant",
+    "service.kernels",
     "service.operate",
     "service.frames",
     "service.view.web",

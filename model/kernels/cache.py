@@ -204,10 +204,12 @@ class KernelCache(FunctionCache):
     def _open(self) -> None:
         """Find the files, when all that the function uses is defined."""
         if not self._opened:
-            self._cache_file = KernelCacheFile(  # type: ignore[no-untyped-call]
-                cache_path=self._cache_path, filename_base=self.file_name, source_stamp=self.digest
-            )
+            self._cache_file = self.file_in(Path(self._cache_path))
             self._opened = True
+
+    def file_in(self, folder: Path) -> KernelCacheFile:
+        """The entries of this function in a folder."""
+        return KernelCacheFile(str(folder), self.file_name, self.digest)  # type: ignore[no-untyped-call]
 
     def _load_shipped(self, signature: Any, target_context: Any) -> Any:
         """The machine code of a signature from the seed; None where that does not have it."""

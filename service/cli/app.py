@@ -14,6 +14,7 @@ from tauten.service.cli.bench import bench
 from tauten.service.cli.check import check, schema
 from tauten.service.cli.compare import compare
 from tauten.service.cli.drive import drive, plant
+from tauten.service.cli.kernels import kernels
 from tauten.service.cli.new import new
 from tauten.service.cli.operate import alive, command, doctor, lock, metrics, record, unlock
 from tauten.service.cli.reduction import inspect, reduce
@@ -161,6 +162,7 @@ _COMMANDS = (
 for _command in _COMMANDS:
     app.command()(_command)
 app.add_typer(bench, name="bench")
+app.add_typer(kernels, name="kernels")
 
 
 def _network(port: int | None, config: Path | None) -> Network:
@@ -179,6 +181,7 @@ def setup_errors() -> tuple[type[Exception], ...]:
     from tauten.service.bench import CompareError
     from tauten.service.check import RateError
     from tauten.service.drive import DriverError
+    from tauten.service.kernels import PackError
     from tauten.service.log import LogError
     from tauten.service.new import PartError
     from tauten.service.plant import DemoError, PathError
@@ -195,6 +198,7 @@ def setup_errors() -> tuple[type[Exception], ...]:
         DriverError,
         ExtraError,
         LogError,
+        PackError,
         PageError,
         PartError,
         PathError,

@@ -1,9 +1,16 @@
 """The simulated robot, streams of targets, and the demo."""
 
-from tauten.service.plant.demo import FIGURE, DemoResult, DemoSettings, run_demo
+from tauten.service.plant.demo import FIGURE, LOG, DemoResult, DemoSettings, run_demo
 from tauten.service.plant.drives import DrivenRobot, own_steps
 from tauten.service.plant.paths import PathSettings, bending_command, make_path
-from tauten.service.plant.plant import Drive, PlantSettings, plant_robot, simulate, warm_plant
+from tauten.service.plant.plant import (
+    Drive,
+    PlantSettings,
+    plant_robot,
+    quick_enough,
+    simulate,
+    warm_plant,
+)
 from tauten.service.plant.processes import Child, DemoError, child, free_ports
 from tauten.service.plant.reach import reach_plan, reached
 from tauten.service.plant.receiver import find_receiver, receiver_path
@@ -26,6 +33,7 @@ __all__ = [
     "Drive",
     "DrivenRobot",
     "FIGURE",
+    "LOG",
     "PathError",
     "PathSettings",
     "PlantSettings",
@@ -40,6 +48,7 @@ __all__ = [
     "own_steps",
     "reach_plan",
     "reached",
+    "quick_enough",
     "receiver_path",
     "run_demo",
     "path_text",

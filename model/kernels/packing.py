@@ -1,0 +1,67 @@
+"""Making a seed: the entries that programs used, out of the caches that have them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from tauten.model.kernels.cache import KernelCache, KernelCacheFile, SeedFile
+from tauten.model.kernels.seed import Seed, pack
+from tauten.model.kernels.target import portable_machine
+
+
+def gather(caches: Iterable[KernelCache], folder: Path, seed: Seed | None, target: Path) -> None:
+    """Copy the portable entries of these functions into a new folder, as entries that nothing has used yet.
+
+    Args:
+        caches: of the functions.
+        folder: that may have entries.
+        seed: that may have them too.
+        target: the new folder.
+    """
+    target.mkdir(parents=True)
+    for cache in caches:
+        sources: list[KernelCacheFile] = [cache.file_in(folder)]
+        if seed is not None:
+            sources.append(SeedFile(seed, cache.file_name, cache.digest))
+        for source in sources:
+            for key in source.entries():
+                _copy(key, source, cache.file_in(target))
+    for path in target.iterdir():
+        os.utime(path, (0.0, 0.0))
+
+
+def used_archive(caches: Iterable[KernelCache], folder: Path, target: Path) -> tuple[bytes, int]:
+    """Pack the entries that programs used or made in a folder of `gather`.
+
+    Args:
+        caches: of the functions.
+        folder: with the entries.
+        target: a new folder for what is packed.
+
+    Returns:
+        The archive, and how many entries it has.
+    """
+    target.mkdir()
+    count = 0
+    for cache in caches:
+        source = cache.file_in(folder)
+        used = [key for key, name in source.entries().items() if _used(folder / name)]
+        for key in sorted(used, key=str):
+            count += _copy(key, source, cache.file_in(target))
+    return pack((path.name, path.read_bytes()) for path in target.iterdir()), count
+
+
+def _used(file: Path) -> bool:
+    return file.is_file() and file.stat().st_mtime > 1.0
+
+
+def _copy(key: tuple[Any, ...], source: KernelCacheFile, target: KernelCacheFile) -> bool:
+    """Copy an entry for portable machines; whether there is one that can be read."""
+    data = source.load(key) if key[1] == portable_machine() else None  # type: ignore[no-untyped-call]
+    if data is None:
+        return False
+    target.save(key, data)  # type: ignore[no-untyped-call]
+    return True

@@ -1,0 +1,85 @@
+"""README's first command after pip: how long the demo takes, and how many kernels it compiles."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from tauten.model.kernels import OFF, SEED
+from tauten.service.kernels.pack import run
+from tauten.service.process import Progress
+
+COLD, SEEDED, WARM = "cold", "seeded", "warm"
+SECONDS = 5.0  # of targets
+
+
+@dataclass(frozen=True, slots=True)
+class FirstHour:
+    """One demo of 5 s of targets.
+
+    Attributes:
+        start: "cold", nothing is compiled; "seeded", shipped kernels are; "warm", it ran before.
+        seconds: from the command to its end.
+        first_tick: from the command to the first target that the node followed [s].
+        compiled: entries of kernels that were compiled.
+        load: mean number of processes that wanted a processor in the minute before its end.
+    """
+
+    start: str
+    seconds: float
+    first_tick: float
+    compiled: int
+    load: float
+
+
+def first_demos(
+    report: Progress, starts: tuple[str, ...] = (COLD, SEEDED, WARM)
+) -> list[FirstHour]:
+    """Run the demo from each of these starts; a warm one uses what the one before has left.
+
+    Args:
+        report: called with the share that is done.
+        starts: in this order.
+
+    Raises:
+        PackError: the demo failed.
+    """
+    found = []
+    with tempfile.TemporaryDirectory(prefix="tauten-first-hour-") as name:
+        work = Path(name)
+        cache = work / "none"
+        for number, start in enumerate(starts):
+            report(0.0, f"demo, {start}")
+            cache = cache if start == WARM else work / f"{number}"
+            found.append(_demo(start, cache, work / f"demo-{number}"))
+            report(1.0 / len(starts), f"demo, {start}")
+    return found
+
+
+def _demo(start: str, cache: Path, out: Path) -> FirstHour:
+    variables = {"NUMBA_CACHE_DIR": str(cache)}
+    if start == COLD:
+        variables[SEED] = OFF
+    before, begin = set(_compiled(cache)), time.time()
+    run(["-m", "tauten.service", "demo", "--seconds", f"{SECONDS:g}", "--out", str(out)], variables)
+    end = time.time()
+    compiled = len(set(_compiled(cache)) - before)
+    return FirstHour(start, end - begin, _first_tick(out) - begin, compiled, os.getloadavg()[0])
+
+
+def _compiled(cache: Path) -> Iterator[Path]:
+    return (cache / "tauten" / "kernels").glob("*.nbc")
+
+
+def _first_tick(out: Path) -> float:
+    """When the node of a demo first followed a target [s since 1970]; NaN where it never did."""
+    from tauten.service.plant import LOG
+    from tauten.service.replay import read_run
+
+    run_ = read_run(out / LOG)
+    following = [tick.stamp for tick in run_.ticks if tick.mode == "RUN"]
+    return 1e-9 * following[0] if following else float("nan")

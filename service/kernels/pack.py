@@ -1,0 +1,96 @@
+"""`tauten kernels pack`: run what users run first, and pack the kernels that it needed into one file."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from tauten.model.kernels import (
+    OFF,
+    SEED,
+    gather,
+    kernel_folder,
+    open_seed,
+    portable_machine,
+    used_archive,
+)
+from tauten.service.kernels.inventory import PackError, kernel_caches
+from tauten.service.process import Progress
+
+LARGEST = 5_000_000  # bytes; a file of this size is committed
+START = "from tauten.service.kernels.workload import run_robot; run_robot({!r})"
+ROBOTS = (
+    "finger", "trunk", "diamond", "tripod", "pneumatic_finger", "accordion", "gripper", "manipulator",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Packed:
+    """What was packed: the file, its size [bytes], how many entries of how many kernels it has."""
+
+    file: Path
+    size: int
+    entries: int
+
+
+def pack_kernels(file: Path, report: Progress) -> Packed:
+    """Run the programs whose kernels are shipped, and pack those.
+
+    What is compiled already, here or in the file that is shipped now, is not compiled again.
+
+    Args:
+        file: to write.
+        report: called with the share that is done.
+
+    Raises:
+        PackError: a program failed, or this processor compiles for itself alone.
+    """
+    if portable_machine() is None:
+        raise PackError(
+            "kernels that are packed here would run on few processors: unset NUMBA_CPU_NAME, or take a "
+            "computer whose processor has the instructions of x86-64-v3"
+        )
+    caches = kernel_caches()
+    with tempfile.TemporaryDirectory(prefix="tauten-kernels-") as name:
+        work = Path(name)
+        folder = work / "cache" / "tauten" / "kernels"
+        gather(caches, kernel_folder(), open_seed(), folder)
+        variables = {"NUMBA_CACHE_DIR": str(work / "cache"), SEED: OFF}
+        commands = workload(work)
+        for what, command in commands.items():
+            report(0.0, what)
+            run(command, variables)
+            report(1.0 / len(commands), what)
+        archive, entries = used_archive(caches, folder, work / "packed")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    temporary = file.with_name(f"{file.name}.tmp")
+    temporary.write_bytes(archive)
+    temporary.replace(file)
+    return Packed(file, len(archive), entries)
+
+
+def workload(work: Path) -> dict[str, list[str]]:
+    """What is run, by what is said meanwhile: README's first command, and every shipped robot."""
+    demo = ["-m", "tauten.service", "demo", "--seconds", "2", "--out", str(work / "demo")]
+    robots = {f"{name}: control steps and a plant": ["-c", START.format(name)] for name in ROBOTS}
+    return {"tauten demo": demo, **robots}
+
+
+def run(command: list[str], variables: Mapping[str, str]) -> str:
+    """Run Python with these arguments and further variables; returns what it printed.
+
+    Raises:
+        PackError: it failed.
+    """
+    done = subprocess.run(
+        [sys.executable, *command], env={**os.environ, **variables}, capture_output=True, text=True
+    )
+    if done.returncode != 0:
+        lines = (done.stderr or done.stdout).strip().splitlines() or ["no output"]
+        raise PackError(f"python {' '.join(command)} ended with {done.returncode}: {lines[-1]}")
+    return done.stdout
