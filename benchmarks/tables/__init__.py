@@ -7,6 +7,7 @@ from benchmarks.tables.elements import element_page
 from benchmarks.tables.gallery import gallery_page, load_errors_page
 from benchmarks.tables.physics import energy_page, equilibria_page
 from benchmarks.tables.qpcc import qpcc_page
+from benchmarks.tables.start import first_hour_page
 from benchmarks.tables.steps import control_page, reduced_meshes_page, sofa_meshes_page
 from benchmarks.tables.view import view_page
 
@@ -19,6 +20,7 @@ __all__ = [
     "element_page",
     "energy_page",
     "equilibria_page",
+    "first_hour_page",
     "gallery_page",
     "load_errors_page",
     "pairs_of",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 import time
 from collections.abc import Iterator
@@ -11,7 +10,10 @@ from pathlib import Path
 
 from tauten.model.kernels import OFF, SEED
 from tauten.service.kernels.pack import run
-from tauten.service.process import Progress
+from tauten.service.plant import LOG
+from tauten.service.process import HostInfo, Progress, host_info
+from tauten.service.replay import read_run
+from tauten.service.wire import Mode
 
 COLD, SEEDED, WARM = "cold", "seeded", "warm"
 SECONDS = 5.0  # of targets
@@ -26,14 +28,14 @@ class FirstHour:
         seconds: from the command to its end.
         first_tick: from the command to the first target that the node followed [s].
         compiled: entries of kernels that were compiled.
-        load: mean number of processes that wanted a processor in the minute before its end.
+        machine: facts of the computer, with the load at the end.
     """
 
     start: str
     seconds: float
     first_tick: float
     compiled: int
-    load: float
+    machine: HostInfo
 
 
 def first_demos(
@@ -68,7 +70,7 @@ def _demo(start: str, cache: Path, out: Path) -> FirstHour:
     run(["-m", "tauten.service", "demo", "--seconds", f"{SECONDS:g}", "--out", str(out)], variables)
     end = time.time()
     compiled = len(set(_compiled(cache)) - before)
-    return FirstHour(start, end - begin, _first_tick(out) - begin, compiled, os.getloadavg()[0])
+    return FirstHour(start, end - begin, _first_tick(out) - begin, compiled, host_info())
 
 
 def _compiled(cache: Path) -> Iterator[Path]:
@@ -77,9 +79,5 @@ def _compiled(cache: Path) -> Iterator[Path]:
 
 def _first_tick(out: Path) -> float:
     """When the node of a demo first followed a target [s since 1970]; NaN where it never did."""
-    from tauten.service.plant import LOG
-    from tauten.service.replay import read_run
-
-    run_ = read_run(out / LOG)
-    following = [tick.stamp for tick in run_.ticks if tick.mode == "RUN"]
-    return 1e-9 * following[0] if following else float("nan")
+    stamps = [tick.stamp for tick in read_run(out / LOG).ticks if tick.mode is Mode.RUN]
+    return 1e-9 * stamps[0] if stamps else float("nan")

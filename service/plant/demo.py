@@ -1,4 +1,4 @@
-"""The demo: node, plant and stream as processes of their own, then a report of what they did."""
+"""The demo: node and plant as processes of their own, targets for them, then a report of what they did."""
 
 from __future__ import annotations
 
@@ -6,20 +6,31 @@ import contextlib
 import signal
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from tauten.controller import Order
 from tauten.model import Actuators
+from tauten.service.describing import describe
 from tauten.service.plant.paths import PathSettings, make_path
 from tauten.service.plant.plant import Drive, Steps
 from tauten.service.plant.processes import STOP_TIME, Child, DemoError, child, free_ports
-from tauten.service.plant.waypoints import save_path
+from tauten.service.plant.streaming import StreamSettings, stream
+from tauten.service.plant.waypoints import TargetPath, save_path
 from tauten.service.process import StopFlag
 from tauten.service.replay import RecordedRun, RunReport, make_report, read_run
 from tauten.service.setup import load_setup
-from tauten.service.wire import Keys, Network, Role, close_session, is_alive, open_session
+from tauten.service.wire import (
+    Keys,
+    Network,
+    RobotDescription,
+    Role,
+    close_session,
+    is_alive,
+    open_session,
+)
 
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"
 
@@ -81,16 +92,13 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
         RobotFileError, MeshError, BasisError, PathError: what cannot be used, and why.
         LogError: nothing was recorded.
     """
-    robot = load_setup(settings.robot, basis=settings.basis, model=settings.model).robot
+    setup = load_setup(settings.robot, basis=settings.basis, model=settings.model)
+    robot = setup.robot
     folder = settings.folder
     folder.mkdir(parents=True, exist_ok=True)
     port = free_ports()
-    common = ["--port", str(port)]
+    common, network = ["--port", str(port)], Network(port)
     targets, log = folder / TARGETS, folder / LOG
-    notify("finding targets that can be reached, kernels are compiled the first time")
-    path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
-    save_path(make_path(settings.path, robot, path_settings), targets)
-    notify("starting node, plant and stream")
     with contextlib.ExitStack() as stack:
         serving = [settings.robot, "--record", str(log), *common]
         if settings.basis is not None:
@@ -104,15 +112,16 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
         if settings.closed_loop:
             serving.append("--closed-loop")
             behaving.append("--measure")
-        sending = [str(targets), "--robot", settings.robot, "--repeat", "--await-plant", *common]
-        sending += ["--rate", repr(robot.integration.rate)]
-        sending += ["--duration", repr(settings.seconds)]
         node = stack.enter_context(child("serve", serving, folder))
         plant = stack.enter_context(child("plant", [settings.robot, *behaving, *common], folder))
-        sender = stack.enter_context(child("stream", sending, folder))
-        _wait_alive(Keys(robot.name), Network(port), (node, plant, sender), stop)
+        notify("node and plant get ready, targets that can be reached are found")
+        path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
+        save_path(make_path(settings.path, robot, path_settings), targets)
+        path = make_path(str(targets), robot, PathSettings(repeats=True))
+        sending = StreamSettings(robot.integration.rate, settings.seconds, False, 0, True)
+        sender = stack.enter_context(_sending(describe(setup), path, sending, network))
+        _wait_alive(Keys(robot.name), network, (node, plant), stop)
         plant.give_way()
-        sender.give_way()
         notify(f"following targets for {settings.seconds:g} s")
         _wait_end(sender, (node, plant), stop)
         notify("releasing the actuators")
@@ -145,13 +154,26 @@ def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop:
         close_session(session)
 
 
-def _wait_end(sender: Child, others: tuple[Child, ...], stop: StopFlag) -> None:
-    while sender.process.poll() is None and not stop.requested:
+@contextlib.contextmanager
+def _sending(
+    robot: RobotDescription, path: TargetPath, settings: StreamSettings, network: Network
+) -> Iterator[Future[int]]:
+    """Stream targets in a thread, which ends with the block."""
+    end = StopFlag()
+    with ThreadPoolExecutor(1, "stream") as pool:
+        try:
+            yield pool.submit(stream, robot, path, settings, network, end)
+        finally:
+            end.request()
+
+
+def _wait_end(sender: Future[int], others: tuple[Child, ...], stop: StopFlag) -> None:
+    while not sender.done() and not stop.requested:
         for one in others:
             one.check()
         time.sleep(0.05)
     if not stop.requested:
-        sender.check()
+        sender.result()
 
 
 def _end(one: Child) -> None:

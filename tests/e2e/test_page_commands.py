@@ -37,11 +37,13 @@ HERE = {
     "tauten inspect ROBOT.basis --figure modes.png": "test_the_tutorial_of_the_contact_basis",
     "openssl req -x509": "test_certificates_are_made",
     "tauten schema": "test_the_schema_is_json",
+    "tauten kernels": "test_kernels_are_counted",
 }
 # Blocks whose page `test_site` runs as a whole, each command as it is written (slow).
 FILMED = {"docs/start.md", "docs/tutorials/own_robot.md"}
 # The first command of each block that no test runs, and why.
 NOT_RUN = {
+    "tauten kernels pack": "minutes; tests/service/test_kernels packs and uses one kernel",
     "python3 -m venv .venv && .venv/bin/pip install -e '.[fast,test]'": "installs; .ci/run does it",
     "python3 -m venv .venv && . .venv/bin/activate": "installs; test_site does it as docs/start.md has it",
     ".ci/run": "runs these tests",
@@ -176,6 +178,11 @@ def test_certificates_are_made(tmp_path: Path) -> None:
             ["openssl", "verify", "-CAfile", "ca.pem", f"{role}.pem"], cwd=tmp_path, check=False
         )
         assert done.returncode == 0
+
+
+def test_kernels_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_main(*lines_of("docs/operations.md", "tauten kernels")[0]) == 0
+    assert "kernels of tauten" in capsys.readouterr().out
 
 
 def test_the_schema_is_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,130 @@
+"""Shipped kernels: packed from what a program used, served elsewhere, counted; why none is, in a sentence."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tauten.model.kernels import OFF, SEED, SHIPPED, portable_machine, seed_name
+from tauten.model.kernels.seed import unpack
+from tauten.service.cli import main
+from tauten.service.kernels import (
+    LARGEST,
+    PackError,
+    first_demos,
+    inventory,
+    pack,
+    pack_kernels,
+    take_inventory,
+)
+
+ONE = (
+    "from tauten.model.numerics import dot; print(dot((1.0, 2.0, 3.0), (1.0, 2.0, 3.0)), dot.stats)"
+)
+portable = pytest.mark.skipif(portable_machine() is None, reason="needs x86-64-v3")
+
+
+def silent(share: float, what: str = "") -> None:
+    """Show nothing."""
+
+
+@pytest.fixture(scope="module")
+def packed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What a program needs that calls one kernel."""
+    file = tmp_path_factory.mktemp("packed") / "new" / "kernels.tar.xz"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pack, "workload", lambda work: {"one kernel": ["-c", ONE]})
+        found = pack_kernels(file, silent)
+    assert (found.file, found.entries, found.size) == (file, 1, file.stat().st_size)
+    return file
+
+
+def run(code: str, **variables: str) -> str:
+    """What a new process prints."""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@portable
+def test_what_was_packed_serves_an_empty_cache(tmp_path: Path, packed: Path) -> None:
+    said = run(ONE, NUMBA_CACHE_DIR=str(tmp_path), **{SEED: str(packed)})
+    assert said.startswith("14.0") and "cache_misses={}" in said.replace("Counter()", "{}")
+    assert not (tmp_path / "tauten" / "kernels").exists()
+
+
+@portable
+def test_packing_again_needs_no_compilation(
+    tmp_path: Path, packed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the file that is there, though the user's own folder is empty."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv(SEED, str(packed))
+    done = "assert not dot.stats.cache_misses, dot.stats"
+    monkeypatch.setattr(pack, "workload", lambda work: {"one": ["-c", f"{ONE}; {done}"]})
+    again = pack_kernels(tmp_path / "again.tar.xz", silent)
+    assert set(unpack(again.file.read_bytes())) == set(unpack(packed.read_bytes()))
+
+
+@portable
+def test_a_program_that_fails_leaves_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pack, "workload", lambda work: {"one": ["-c", "raise SystemExit('no')"]})
+    with pytest.raises(PackError, match=r"ended with 1: no"):
+        pack_kernels(tmp_path / "kernels.tar.xz", silent)
+    assert not list(tmp_path.iterdir())
+
+
+def test_nothing_is_packed_for_one_processor_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pack, "portable_machine", lambda: None)
+    with pytest.raises(PackError, match="NUMBA_CPU_NAME"):
+        pack_kernels(tmp_path / "kernels.tar.xz", silent)
+
+
+@portable
+def test_the_inventory_counts_what_is_served(packed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(SEED, str(packed))
+    found = take_inventory()
+    assert (found.served, found.changed, found.entries, found.why_not) == (1, 0, 1, "")
+    assert found.kernels > 200
+
+
+def test_why_none_is_used(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(SEED, OFF)
+    monkeypatch.setattr(sys, "argv", ["tauten", "kernels"])
+    with pytest.raises(SystemExit, match="0"):
+        main()
+    assert f"{SEED} is off" in capsys.readouterr().out
+    monkeypatch.setenv(SEED, str(tmp_path / "missing"))
+    if portable_machine() is not None:
+        assert inventory.why_none().startswith(f"here is {seed_name()[:4]}")
+    monkeypatch.setattr(inventory, "portable_machine", lambda: None)
+    assert "this processor lacks" in inventory.why_none()
+
+
+def test_shipped_files_are_small() -> None:
+    """Git keeps every one of them for ever."""
+    assert all(file.stat().st_size <= LARGEST for file in SHIPPED.glob("*"))
+
+
+@pytest.mark.slow
+@portable
+def test_the_demo_compiles_few_kernels() -> None:
+    if not (SHIPPED / seed_name()).is_file():
+        pytest.skip("nothing is shipped for this Python, numba and system")
+    (found,) = first_demos(silent, ("seeded",))
+    assert found.compiled <= 5
