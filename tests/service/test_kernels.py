@@ -14,6 +14,7 @@ from tauten.model.kernels.seed import unpack
 from tauten.service.cli import main
 from tauten.service.kernels import (
     LARGEST,
+    SEEDED,
     PackError,
     first_demos,
     inventory,
@@ -126,5 +127,5 @@ def test_shipped_files_are_small() -> None:
 def test_the_demo_compiles_few_kernels() -> None:
     if not (SHIPPED / seed_name()).is_file():
         pytest.skip("nothing is shipped for this Python, numba and system")
-    (found,) = first_demos(silent, ("seeded",))
+    (found,) = first_demos(silent, (SEEDED,))
     assert found.compiled <= 5
