@@ -29,7 +29,7 @@ from tauten.service.wire import (
     Joints,
     Keys,
     Mode,
-    OperatorCommand,
+    OperatorOrder,
     Rejection,
     RejectionReason,
     Tick,
@@ -107,6 +107,7 @@ class ServedRobot:
         self._contacts: Cloud | None = None
         self._values = description.rest
         self._health: tuple[str, ...] = ()
+        self._locked: frozenset[str] = frozenset()
         self._refused = 0
 
     @property
@@ -122,8 +123,13 @@ class ServedRobot:
             found.append(f"{self._refused} messages were not correct")
         return tuple(found)
 
-    def command(self, command: OperatorCommand) -> None:
-        """Send an operator's command."""
+    @property
+    def locked(self) -> frozenset[str]:
+        """Names of the actuators that are locked, by the node's health."""
+        return self._locked
+
+    def command(self, command: OperatorOrder) -> None:
+        """Send an operator's order."""
         put_command(self._session, self._robot, command)
 
     def advance(self, goal: Array | None, drawn: bool) -> ViewFrame | None:
@@ -175,6 +181,8 @@ class ServedRobot:
         if health is not None:
             bad = [one for one in health.values() if one.level]
             self._health = tuple(f"{one.name}: {one.message}" for one in bad)
+            if "locks" in health:
+                self._locked = frozenset(health["locks"].values) & frozenset(self._names)
         for effector, place in zip(self.look.robot.effectors, self._places, strict=True):
             decode = partial(_decoded_effector, effector)
             found: EffectorMessage | None = self._newest(f"effector {effector.name}", decode)

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
 from tauten.controller import warm_controller
-from tauten.model import skin_of
+from tauten.model import row_compliance, skin_of
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.describing import describe
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.node import ControlLoop, Signals
 from tauten.service.plant import PlantSettings, warm_plant
 from tauten.service.setup import Setup
-from tauten.service.wire import OperatorCommand
+from tauten.service.wire import OperatorOrder
 
+_SPRING = 0.5  # longest spring that pulls the robot, as a share of its size
+_REMEMBERED = 3.0  # s for which the panel says why an order was refused
 _PACE = 0.1  # share of a new duration in the mean
 
 
@@ -49,6 +52,8 @@ class SimulatedRobot:
         self._steps = 0
         self._seconds = 0.0  # of model and plant together, in the mean
         self._resets = 0
+        self._pulled, self._stiff = False, dict[int, float]()
+        self._refused = ("", 0)  # why an order was refused, and the step then
         start = self._simulator.state
         self.look = RobotLook(
             describe(simulated, plant.effector_values(start)),
@@ -64,11 +69,61 @@ class SimulatedRobot:
             found.append(f"simulated at {self._h / self._seconds:.2f} times real time")
         if self._resets:
             found.append(f"the simulation has blown up {self._resets} times and started again")
+        refused, then = self._refused
+        if refused and (self._steps - then) * self._h < _REMEMBERED:
+            found.append(refused)
         return tuple(found)
 
-    def command(self, command: OperatorCommand) -> None:
-        """Obey an operator's command where it is possible."""
-        self._loop.command(command)
+    @property
+    def locked(self) -> frozenset[str]:
+        """Names of the actuators that are locked."""
+        locks = self._loop.controller.locks
+        names = np.array(self._loop.controller.robot.actuators.names)
+        return frozenset(names[locks.by_position | locks.by_force].tolist())
+
+    def command(self, command: OperatorOrder) -> None:
+        """Obey an operator's order where it is possible."""
+        refused = self._loop.obey(command)
+        if refused is not None:
+            self._refused = refused.detail, self._steps
+
+    def pull(self, effector: int, end: Array | None) -> Array | None:
+        """Pull the simulated robot at an effector by a spring; what decides does not know of it.
+
+        The spring is as stiff as the robot is there at rest, in its softest direction.
+
+        Args:
+            effector: its number.
+            end: (3,) where the spring ends [m]; None: there is none.
+
+        Returns:
+            The force (3,) on the effector [N]; None without a spring.
+        """
+        simulator = self._simulator
+        forces = np.zeros((len(self.look.robot.effectors), 3))
+        if end is not None:
+            away = end - simulator.effector[effector]
+            longest = _SPRING * self.look.robot.size
+            away *= min(1.0, longest / max(float(np.linalg.norm(away)), 1e-12))
+            forces[effector] = self._stiffness(effector) * away
+        elif not self._pulled:
+            return None
+        self._pulled = end is not None
+        simulator.load(simulator.robot.gravity, forces.ravel())
+        return forces[effector] if self._pulled else None
+
+    def _stiffness(self, effector: int) -> float:
+        """Of the robot at rest in its softest direction at an effector [N/m]."""
+        if effector not in self._stiff:
+            robot = self._simulator.robot.fork()
+            static = replace(robot.integration, static=True)
+            own = robot.effector_layout.rows_of(effector)
+            rows = robot.rows(robot.rest(), contacts=False).effectors
+            place = slice(own.start, min(own.stop, own.start + 3))
+            system = robot.linearise(robot.rest(), None, static)
+            W = row_compliance(system, rows.dense()[place], rows.delta[place]).W
+            self._stiff[effector] = 1.0 / float(np.linalg.eigvalsh(W).max())
+        return self._stiff[effector]
 
     def advance(self, goal: Array | None, drawn: bool) -> ViewFrame | None:
         """One period of model and plant.

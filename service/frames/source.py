@@ -6,7 +6,7 @@ from typing import Protocol
 
 from tauten.model.numerics import Array
 from tauten.service.frames.frame import RobotLook, ViewFrame
-from tauten.service.wire import OperatorCommand
+from tauten.service.wire import OperatorOrder
 
 
 class FrameSource(Protocol):
@@ -35,5 +35,9 @@ class FrameSource(Protocol):
             The frame; None where there is none, or none is wanted.
         """
 
-    def command(self, command: OperatorCommand) -> None:
-        """Send an operator's command."""
+    @property
+    def locked(self) -> frozenset[str]:
+        """Names of the actuators that are locked."""
+
+    def command(self, command: OperatorOrder) -> None:
+        """Send an operator's order."""

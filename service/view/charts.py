@@ -11,11 +11,13 @@ from viser import uplot
 from tauten.model import ActuatorKind
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, ViewFrame
+from tauten.service.view.ranges import padded_range
 from tauten.service.wire import DescribedActuator
 
 SPAN = 10.0  # s
 _POINTS = 150  # of a line at most
 _HEIGHT = 130  # pixels
+_NOISE = 0.02  # of the distance between limits, or of the robot's size: plots are no narrower
 _COLOURS = (
     "#2a5ca0", "#d0402b", "#1f9a5c", "#8a3fa0", "#c78a1a", "#3aa3b8", "#7a5230", "#e07ab0", "#5a6570",
     "#9ab83a",
@@ -30,28 +32,46 @@ class _Group:
     numbers: tuple[int, ...]
 
 
+class _Chart:
+    """One plot, whose range changes by leaps and does not show noise as large as the plot is high."""
+
+    def __init__(
+        self, server: viser.ViserServer, title: str, names: list[str], least: float
+    ) -> None:
+        self._handle, self._least = _plot(server, title, names), least
+        self._range: tuple[float, float] | None = None
+
+    def draw(self, time: Array, *lines: Array) -> None:
+        found = padded_range(np.concatenate(lines), self._least, self._range)
+        if found != self._range:
+            self._range = found
+            self._handle.scales = _scales(found)
+        self._handle.data = (time, *(_gaps_filled(line) for line in lines))
+
+
 class Charts:
-    """The plots of a robot."""
+    """The plots of a robot, which share the time and its cursor."""
 
     def __init__(self, server: viser.ViserServer, look: RobotLook) -> None:
-        """Add them to the panel.
-
-        Args:
-            server: whose panel is used.
-            look: of the robot.
-        """
+        """Add them to the panel."""
         self._look = look
         self._groups = groups(look.robot.actuators)
         names = [actuator.name for actuator in look.robot.actuators]
         self._travel, self._force = [], []
         for group in self._groups:
             shown = [names[i] for i in group.numbers]
-            self._travel.append(_plot(server, group.kind.position.label, shown))
+            position, effort = group.kind.position, group.kind.effort
+            own = [look.robot.actuators[i] for i in group.numbers]
+            least = position.scale * _least([one.position for one in own])
+            self._travel.append(_Chart(server, position.label, shown, least))
             limit = _common_limit(look, group)
             lines = shown if limit is None else [*shown, "limit"]
-            self._force.append(_plot(server, group.kind.effort.label, lines))
-        self._error = _plot(server, "distance to target [mm]", ["error"])
-        self._step = _plot(server, "step [ms]", ["step", "period"])
+            least = effort.scale * _least([one.effort for one in own])
+            self._force.append(_Chart(server, effort.label, lines, least))
+        self._error = _Chart(
+            server, "distance to target [mm]", ["error"], 1e3 * _NOISE * look.robot.size
+        )
+        self._step = _Chart(server, "step [ms]", ["step", "period"], 1e3 / look.robot.rate)
 
     def draw(self, frames: list[ViewFrame]) -> None:
         """Show frames of the last `SPAN` seconds."""
@@ -62,21 +82,28 @@ class Charts:
         position = np.array([frame.position for frame in frames])  # (m, n_a)
         effort = np.array([frame.effort for frame in frames])  # (m, n_a)
         for group, travel, force in zip(self._groups, self._travel, self._force, strict=True):
-            travel.data = (
-                time,
-                *(group.kind.position.scale * position[:, i] for i in group.numbers),
-            )
+            travel.draw(time, *(group.kind.position.scale * position[:, i] for i in group.numbers))
             lines = [group.kind.effort.scale * effort[:, i] for i in group.numbers]
             limit = _common_limit(self._look, group)
             if limit is not None:
                 lines.append(np.full(len(time), limit))
-            force.data = (time, *lines)
-        self._error.data = (
-            time,
-            _gaps_filled(1e3 * np.array([self._look.error(frame) for frame in frames])),
-        )
+            force.draw(time, *lines)
+        self._error.draw(time, 1e3 * np.array([self._look.error(frame) for frame in frames]))
         step = 1e3 * np.array([frame.step for frame in frames])
-        self._step.data = (time, step, np.full(len(time), 1e3 / self._look.robot.rate))
+        self._step.draw(time, step, np.full(len(time), 1e3 / self._look.robot.rate))
+
+
+def _least(limits: list[tuple[float, float]]) -> float:
+    """Least width of a plot of quantities with these limits, of which some may be infinite [SI]."""
+    widths = [high - low for low, high in limits if np.isfinite([low, high]).all()]
+    return _NOISE * max(widths, default=0.0) or 1e-9
+
+
+def _scales(shown: tuple[float, float]) -> dict[str, uplot.Scale]:
+    return {
+        "x": uplot.Scale(time=False, auto=True),
+        "y": uplot.Scale(auto=False, range=shown),
+    }
 
 
 def groups(actuators: tuple[DescribedActuator, ...]) -> tuple[_Group, ...]:
@@ -120,7 +147,8 @@ def _plot(server: viser.ViserServer, title: str, names: list[str]) -> viser.GuiU
         (empty, *(np.zeros(2) for _ in names)),
         (uplot.Series(label="time [s]"), *lines),
         title=title,
-        scales={"x": uplot.Scale(time=False, auto=True)},
+        scales=_scales((0.0, 1.0)),
+        cursor=uplot.Cursor(sync={"key": "time"}),
         legend=uplot.Legend(show=len(names) <= 3),
         height=_HEIGHT,
     )

@@ -13,6 +13,7 @@ import viser
 from tauten.model.numerics import Array
 from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, RobotLook, TargetStore
 from tauten.service.view.charts import Charts
+from tauten.service.view.locks import LockPanel
 from tauten.service.view.picture import legend_html
 from tauten.service.view.program import WaypointProgram
 from tauten.service.view.viewing import Viewing
@@ -44,6 +45,7 @@ class ViewPanel:
         for_all: inputs with the values that browsers that look on may give them, too: to stop, to hold, and
             how they look at the robot.
         viewing: how one looks at the robot.
+        locks: of its actuators.
         program: waypoints of a robot that can be operated.
     """
 
@@ -95,6 +97,7 @@ class ViewPanel:
             self._slider = gui.add_slider("time [s]", 0.0, 1.0, 0.02, 0.0)
             self._buttons(server, (Request.NOW,), "Show the newest moment.")
         self.program = None if targets is None else WaypointProgram(server, look, targets)
+        self.locks = None if targets is None else LockPanel(gui, look)
         self.viewing = Viewing(gui, look, reaches)
         self.for_all |= self.viewing.for_all
         self._drawing: viser.GuiCheckboxHandle | None = None

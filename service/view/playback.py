@@ -9,9 +9,10 @@ from tauten.service.frames import FrameHistory, RecordedRobot, ViewFrame
 from tauten.service.node import Clock
 from tauten.service.process import StopFlag
 from tauten.service.view.charts import SPAN
+from tauten.service.view.keeping import FILM, SaveButtons
 from tauten.service.view.panel import Request, ViewPanel
 from tauten.service.view.picture import TRAIL, RobotScene
-from tauten.service.view.web import LoopbackServer
+from tauten.service.view.web import Guard, LoopbackServer
 from tauten.service.view.words import frame_in_words
 
 _RATE = 30.0  # pictures a second
@@ -20,18 +21,17 @@ _PLOTS = 6  # pictures between two updates of the plots
 
 
 class PlaybackSession:
-    """One log in one server.
+    """One log in one server."""
 
-    Attributes:
-        for_all: as of `ViewPanel`.
-    """
-
-    def __init__(self, recorded: RecordedRobot, server: LoopbackServer) -> None:
+    def __init__(
+        self, recorded: RecordedRobot, server: LoopbackServer, guard: Guard | None = None
+    ) -> None:
         """Fill scene and panel.
 
         Args:
             recorded: the log.
             server: that shows it.
+            guard: of its browsers; None: nothing can be saved, and onlookers only look.
 
         Raises:
             LogError: the log has no tick, or a damaged one at its start.
@@ -43,7 +43,9 @@ class PlaybackSession:
         while not len(self._history):
             self._compute()
         self._panel = ViewPanel(server, recorded.look, targets=None)
-        self.for_all = self._panel.for_all
+        if guard is not None:
+            guard.let_all(self._panel.for_all)
+            SaveButtons(server.gui, recorded.look, guard, self._film)
         self._scene = RobotScene(server, recorded.look, draggable=False)
         self._shown = 0.0  # s
         self._drawn: ViewFrame | None = None
@@ -68,6 +70,10 @@ class PlaybackSession:
             self._move()
             self._draw()
         return self._pictures
+
+    def _film(self) -> list[ViewFrame]:
+        """The last seconds up to the frame that is shown."""
+        return self._history.between(self._shown - FILM, self._shown)
 
     def _compute(self) -> None:
         """Compute one tick."""

@@ -19,6 +19,7 @@ from tauten.service.frames import (
     Miss,
     ReachSearch,
     ReachSet,
+    SimulatedRobot,
     TargetStore,
     ViewFrame,
     missed,
@@ -28,9 +29,18 @@ from tauten.service.plant import TargetPath
 from tauten.service.process import StopFlag
 from tauten.service.view.cable_drawing import CableDrawing
 from tauten.service.view.charts import SPAN
+from tauten.service.view.keeping import FILM, SaveButtons
 from tauten.service.view.panel import Request, ViewPanel
-from tauten.service.view.picture import TRAIL, ReachDrawing, RobotScene, nearest_of
+from tauten.service.view.picture import (
+    TRAIL,
+    ForceNumbers,
+    ReachDrawing,
+    RobotScene,
+    StrainSkin,
+    nearest_of,
+)
 from tauten.service.view.program import WaypointProgram
+from tauten.service.view.pushing import Pushing
 from tauten.service.view.web import Guard, LoopbackServer
 from tauten.service.view.words import frame_in_words, in_the_past
 from tauten.service.wire import OperatorCommand
@@ -100,7 +110,7 @@ class ViewSession:
         self._shown: float | None = None  # time of the frame that is shown; None: the newest
         self._elapsed = 0.0  # s of the robot
         self._frames = 0
-        self._looks: tuple[ViewFrame, bool, int] | None = (
+        self._looks: tuple[ViewFrame, bool, int, tuple[bool, bool]] | None = (
             None  # frame, ghost, points of a new cable
         )
         self._plotted: ViewFrame | None = None
@@ -114,6 +124,11 @@ class ViewSession:
         self._panel.on_scalar(self._slid)
         guard.on_operator_left(self._disarm)
         guard.let_all(self._panel.for_all)
+        self._strain = StrainSkin(server.scene, look)
+        self._numbers = ForceNumbers(server.scene, look)
+        self._simulated = source if isinstance(source, SimulatedRobot) else None
+        self._pushing = Pushing(server.scene, look, self._scene.skin) if self._simulated else None
+        SaveButtons(server.gui, look, guard, self._film)
         guard.let_upload(self.program.uploads)
 
     @property
@@ -162,6 +177,8 @@ class ViewSession:
         """Requests of the operator, then one period of the robot."""
         for request in self._panel.requests():
             self._do(request)
+        for order in self._panel.locks.orders() if self._panel.locks is not None else ():
+            self.source.command(order)
         if (scrubbed := self._panel.take_scrubbed()) is not None:
             self._panel.pause(True)
             self._shown = scrubbed
@@ -173,11 +190,27 @@ class ViewSession:
         self.program.advance(self._elapsed, self._scene.show_waypoints)
         if paused and self.source.pausable:
             return
+        self._push()
         self._elapsed += 1.0 / self.source.look.robot.rate
         frame = self.source.advance(self.targets.goal(), due)
         if frame is not None:
             self._history.add(frame)
             self.targets.rest_at(frame.values)
+
+    def _film(self) -> list[ViewFrame]:
+        """The last seconds up to the frame that is shown."""
+        end = self._history.last if self._shown is None else self._shown
+        return self._history.between(end - FILM, end)
+
+    def _push(self) -> None:
+        """Pull the simulated robot where the mouse does."""
+        if self._simulated is None or self._pushing is None or self.newest is None:
+            return
+        look, values = self.source.look, self.newest.values
+        pull = self._pushing.taken(look.positions(values))
+        force = self._simulated.pull(*((0, None) if pull is None else (pull.effector, pull.end)))
+        held = None if pull is None else look.positions(values)[pull.effector]
+        self._pushing.show(held, force)
 
     def _draw(self) -> None:
         history, panel = self._history, self._panel
@@ -193,13 +226,20 @@ class ViewSession:
         self._frames += 1
         self._take_clicks(frame)
         self._scene.show_ghost(panel.shows_ghost)
-        looks = frame, panel.shows_ghost, len(self.cable or ())
+        viewing = panel.viewing
+        shown_with = viewing.shows_forces, viewing.shows_strain
+        looks = frame, panel.shows_ghost, len(self.cable or ()), shown_with
         with self._server.atomic():
             if looks != self._looks:  # nothing is sent while nothing moves
                 self._looks = looks
                 self._scene.draw(frame, history.between(frame.time - TRAIL, frame.time))
                 if self.cable is not None:
                     self.cable.draw(frame.geometry.vertices)
+                strained = panel.viewing.shows_strain
+                self._scene.show_skin(not strained)
+                self._strain.draw(frame.geometry.vertices if strained else None)
+                panel.viewing.show_bar(self._strain.end)
+                self._numbers.draw(frame if panel.viewing.shows_forces else None)
             self._scene.show_gizmos(self._shown is None)
             self._scene.place_gizmos(self.targets.values)
         panel.show_follow(self.targets.armed)
@@ -213,6 +253,8 @@ class ViewSession:
         if frame is not self._plotted:
             self._plotted = frame
             panel.charts.draw(history.between(frame.time - SPAN, frame.time))
+        if panel.locks is not None:
+            panel.locks.show(frame.position, self.source.locked)
         panel.show_time(history.first, history.last, frame.time)
         miss = self._show_reach(missed(look, history.between(frame.time - RESTED, frame.time)))
         words = frame_in_words(look, frame, self.source.notes, miss=miss)
@@ -275,3 +317,5 @@ class ViewSession:
     def _disarm(self) -> None:
         """The dead man's switch: the browser that operated has left."""
         self.targets.arm(False)
+        if self._pushing is not None:
+            self._pushing.release()

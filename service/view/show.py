@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import webbrowser
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,53 +14,19 @@ from tauten.service.frames import (
     ReachModel,
     ReachSearch,
     RecordedRobot,
-    RobotLook,
     ServedRobot,
     SimulatedRobot,
     ViewFrame,
 )
 from tauten.service.link import node_of
 from tauten.service.plant import PathError, PathSettings, TargetPath, make_path, plant_robot
-from tauten.service.process import StopFlag, one_blas_thread, write_text
+from tauten.service.process import StopFlag, one_blas_thread
 from tauten.service.setup import load_setup
-from tauten.service.view.picture import TRAIL, RobotScene
+from tauten.service.view.export import write_html
 from tauten.service.view.playback import PlaybackSession
 from tauten.service.view.session import FRAMES, ViewSession, ViewUsage
 from tauten.service.view.web import FIRST_PORT, HOST, open_server
 from tauten.service.wire import Network, places_of
-
-_LAST = 1.0  # s for which the last frame remains
-
-
-def write_html(look: RobotLook, frames: Iterable[ViewFrame], file: Path) -> int:
-    """Write frames to an HTML file; returns how many.
-
-    Args:
-        look: of the robot.
-        frames: in the order of their time.
-        file: to write.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    count, trail = 0, list[ViewFrame]()
-    with open_server(0, look.robot.name) as (server, _):
-        scene = RobotScene(server, look, draggable=False)
-        recorder = None
-        for frame in frames:
-            if trail and recorder is not None:
-                recorder.insert_sleep(max(frame.time - trail[-1].time, 0.0))
-            trail = [one for one in trail if one.time > frame.time - TRAIL] + [frame]
-            scene.draw(frame, trail)
-            if recorder is None:  # starts with the scene as it is: the first frame
-                recorder = server.get_scene_serializer()
-            count += 1
-        if recorder is None:
-            return 0
-        recorder.insert_sleep(_LAST)
-        write_text(file, recorder.as_html())
-    return count
-
 
 log = logging.getLogger(__name__)
 
@@ -222,8 +188,7 @@ def view_log(
             server,
             guard,
         ):
-            session = PlaybackSession(recorded, server)
-            guard.let_all(session.for_all)
+            session = PlaybackSession(recorded, server, guard)
             announce(server.get_port(), settings.browser)
             return session.run(stop, settings.seconds)
 

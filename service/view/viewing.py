@@ -8,7 +8,7 @@ from __future__ import annotations
 import viser
 
 from tauten.service.frames import ReachSet, RobotLook
-from tauten.service.view.picture import PRESETS, SHEET, Preset, show_preset
+from tauten.service.view.picture import PRESETS, SHEET, Preset, show_preset, strain_bar
 from tauten.service.view.web import set_theme
 
 _LIGHT, _DARK = "light", "dark"
@@ -51,6 +51,13 @@ class Viewing:
         with gui.add_folder("View"):
             camera = gui.add_button_group("from", PRESETS, hint="Where one looks from.")
             theme = gui.add_button_group("colours", (_LIGHT, _DARK), hint="Of this browser.")
+            self._forces = gui.add_checkbox(
+                "forces", False, hint="Numbers of forces, and arrows of those along cables."
+            )
+            self._strain = gui.add_checkbox(
+                "strain", False, hint="Largest principal strain of the skin, from its form at rest."
+            )
+            self._bar = gui.add_html("")
             if reaches:
                 self._reach = gui.add_checkbox(
                     "reach", False, hint="Where the effector gets, by the model that decides."
@@ -66,6 +73,26 @@ class Viewing:
     def shows_reach(self) -> bool:
         """Whether the reach of the effector is shown."""
         return self._reach is not None and bool(self._reach.value)
+
+    @property
+    def shows_forces(self) -> bool:
+        """Whether forces have numbers."""
+        return bool(self._forces.value)
+
+    @property
+    def shows_strain(self) -> bool:
+        """Whether the skin has the colour of its strain."""
+        return bool(self._strain.value)
+
+    def show_bar(self, end: float) -> None:
+        """Show the bar of the colours while they are shown.
+
+        Args:
+            end: strain at its end.
+        """
+        content = strain_bar(end) if self.shows_strain else ""
+        if self._bar.content != content:
+            self._bar.content = content
 
     def show_progress(self, found: ReachSet) -> None:
         """Show how much of the reach is known.

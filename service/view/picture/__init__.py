@@ -8,20 +8,29 @@ from tauten.service.view.picture.cameras import (
     camera_of,
     show_preset,
 )
-from tauten.service.view.picture.legend import legend_html
+from tauten.service.view.picture.forces import ForceNumbers
+from tauten.service.view.picture.legend import legend_html, legend_rows
 from tauten.service.view.picture.reach import ReachDrawing, nearest_of
 from tauten.service.view.picture.scene import TRAIL, RobotScene
+from tauten.service.view.picture.strain import StrainSkin, strain_bar
+from tauten.service.view.picture.surroundings import above, scale_text
 
 __all__ = [
     "FIELD_OF_VIEW",
+    "ForceNumbers",
     "PRESETS",
     "ReachDrawing",
     "RobotScene",
+    "StrainSkin",
     "Preset",
     "SHEET",
     "TRAIL",
+    "above",
     "camera_of",
     "legend_html",
+    "legend_rows",
     "nearest_of",
+    "scale_text",
     "show_preset",
+    "strain_bar",
 ]

@@ -27,36 +27,36 @@ _ROW = (
 _PATCH = '<span style="width:38px;height:10px;border-radius:3px;flex:none;background:{}"></span>{}'
 
 
-def legend_html(look: RobotLook, reaches: bool = False) -> str:
-    """The legend of a robot, with what it has.
+def legend_rows(look: RobotLook, reaches: bool = False) -> list[tuple[tuple[Colour, ...], str]]:
+    """The colours of what a robot has, one or those of a range, and what they mean.
 
     Args:
         look: of the robot.
         reaches: whether the reach of effectors can be shown.
     """
     kinds = {one.kind for one in look.robot.actuators}
-    rows = [(_plain(TARGET), "target"), (_plain(EFFECTOR), "effector")]
+    rows: list[tuple[tuple[Colour, ...], str]] = [((TARGET,), "target"), ((EFFECTOR,), "effector")]
     if ActuatorKind.CABLE in kinds:
-        rows.append((_gradient(SLACK, MIDDLE, TIGHT), "cable: slack to its largest tension"))
+        rows.append(((SLACK, MIDDLE, TIGHT), "cable: slack to its largest tension"))
     if kinds & set(LINES[1:]):
-        rows.append((_gradient(SLACK, MIDDLE, TIGHT), "transmission: no effort to its largest"))
+        rows.append(((SLACK, MIDDLE, TIGHT), "transmission: no effort to its largest"))
     if any(one.flexibility for one in look.robot.actuators):
-        rows.append((_plain(SPRING), "spring between winch and cable"))
+        rows.append(((SPRING,), "spring between winch and cable"))
     if ActuatorKind.CHAMBER in kinds:
         lowest = min(
             one.effort[0] for one in look.robot.actuators if one.kind is ActuatorKind.CHAMBER
         )
         if lowest < 0.0:
-            rows.append((_gradient(VACUUM, NO_PRESSURE, PRESSURE), "chamber: vacuum to pressure"))
+            rows.append(((VACUUM, NO_PRESSURE, PRESSURE), "chamber: vacuum to pressure"))
         else:
-            rows.append((_gradient(NO_PRESSURE, PRESSURE), "chamber: none to largest pressure"))
+            rows.append(((NO_PRESSURE, PRESSURE), "chamber: none to largest pressure"))
     if ActuatorKind.FORCE in kinds:
-        rows.append((_plain(FORCE), "force of an actuator"))
+        rows.append(((FORCE,), "force of an actuator"))
     if kinds & {ActuatorKind.DRIVE, ActuatorKind.SLIDE}:
-        rows.append((_plain(AXIS), "axis of a drive, its angle or travel"))
+        rows.append(((AXIS,), "axis of a drive, its angle or travel"))
     surface = look.robot.surface
     rows += [
-        (_plain(colour), text)
+        ((colour,), text)
         for colour, text, shown in (
             (CONTACT, "contact force", True),
             (WAYPOINT, "waypoint", True),
@@ -68,12 +68,20 @@ def legend_html(look: RobotLook, reaches: bool = False) -> str:
         )
         if shown
     ]
-    return "".join(_ROW.format(_PATCH.format(colour, text)) for colour, text in rows)
+    return rows
 
 
-def _plain(colour: Colour) -> str:
-    return "rgb({},{},{})".format(*colour)
+def legend_html(look: RobotLook, reaches: bool = False) -> str:
+    """The legend of a robot, with what it has.
+
+    Args:
+        look: of the robot.
+        reaches: whether the reach of effectors can be shown.
+    """
+    rows = legend_rows(look, reaches)
+    return "".join(_ROW.format(_PATCH.format(_css(colours), text)) for colours, text in rows)
 
 
-def _gradient(*colours: Colour) -> str:
-    return f"linear-gradient(90deg,{','.join(_plain(one) for one in colours)})"
+def _css(colours: tuple[Colour, ...]) -> str:
+    shown = ",".join("rgb({},{},{})".format(*one) for one in colours)
+    return f"linear-gradient(90deg,{shown})" if len(colours) > 1 else shown

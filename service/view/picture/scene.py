@@ -32,7 +32,12 @@ _NUMBERED = 20  # waypoints at most that have their number beside them
 
 
 class RobotScene:
-    """Draws frames of one robot into a server's scene."""
+    """Draws frames of one robot into a server's scene.
+
+    Attributes:
+        skin: of the robot.
+        gizmos: of the targets that can be dragged, by the number of the effector.
+    """
 
     def __init__(self, server: viser.ViserServer, look: RobotLook, draggable: bool) -> None:
         """Add all objects at rest.
@@ -50,7 +55,7 @@ class RobotScene:
         scene.set_up_direction(upwards(robot.gravity))
         draw_surroundings(server, look)
         place_first(server, look)
-        self._skin = scene.add_mesh_simple(
+        self.skin = scene.add_mesh_simple(
             "/skin", look.vertices, skin.triangles[skin.chambers < 0].astype(np.uint32),
             color=_SILICONE, opacity=0.5, side="double", flat_shading=True, cast_shadow=False,
             receive_shadow=False,
@@ -95,7 +100,7 @@ class RobotScene:
             trail: frames before it, for the trails.
         """
         geometry = frame.geometry
-        self._skin.vertices = geometry.vertices
+        self.skin.vertices = geometry.vertices
         for i, drawing in self._drawings:
             own = geometry.segments[self._look.robot.surface.segments == i]
             drawing.draw(geometry.vertices, own, float(frame.position[i]), float(frame.effort[i]))
@@ -117,6 +122,11 @@ class RobotScene:
         for i in range(count):
             self._trails[i].draw(targets.reshape(-1, count, 3)[:, i])
             self._trails[count + i].draw(effectors.reshape(-1, count, 3)[:, i])
+
+    def show_skin(self, shown: bool) -> None:
+        """Show or hide the skin in one colour."""
+        if self.skin.visible != shown:
+            self.skin.visible = shown
 
     def show_ghost(self, shown: bool) -> None:
         """Show or hide the model beside the robot."""

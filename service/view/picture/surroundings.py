@@ -14,6 +14,7 @@ GRAVITY, BASE, OBSTACLE = (128, 128, 128), (70, 76, 84), (170, 140, 100)
 _GRID = (150, 150, 150)
 _ARROW = 0.15  # length of the arrow of gravity, as a share of the robot's size
 _BESIDE = 0.55  # where it is, from the middle
+_ABOVE = 0.62  # where a text is above the middle, as a share of that size
 _GROUND = 1.5  # side of the ground, as a multiple of the robot's size
 _SCALE = 0.4  # where the scale is, to the left and in front of the middle, as a share of that size
 _BELOW = 0.1  # of the robot's size, below one that hangs
@@ -47,6 +48,19 @@ def cell_size(size: float) -> float:
     wanted = size / _CELLS
     power = 10.0 ** np.floor(np.log10(wanted))
     return float(power * max(one for one in (1.0, 2.0, 5.0) if one * power <= wanted * (1 + 1e-9)))
+
+
+def above(look: RobotLook) -> Array:
+    """A point (3,) above the robot, for a text [m]."""
+    low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
+    up = np.array(upwards(look.robot.gravity))
+    found: Array = 0.5 * (low + high) + _ABOVE * look.robot.size * up
+    return found
+
+
+def scale_text(look: RobotLook) -> str:
+    """What a cell of the ground is long, in words."""
+    return f"cells of the ground: {length_text(cell_size(look.robot.size))}"
 
 
 def length_text(length: float) -> str:

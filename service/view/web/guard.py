@@ -10,6 +10,7 @@ viser only what it has checked.
 | messages of other types | tunnels (`ShareUrlRequest`), commands: the viewer uses none of them |
 | other fields than viser's, or of other types | viser would end the connection |
 | more than 16 kB, nested values, numbers that are not finite or beyond 1e6 | no correct message is so |
+| a picture that was not asked for | only *PNG* needs one |
 | a file of more than 48 kB, or for an input that takes none | lists of waypoints are no larger |
 | input of a further browser, except to stop and to hold | it looks on: the one connected longest operates |
 """
@@ -35,9 +36,11 @@ log = logging.getLogger(__name__)
 ORIGINS = re.compile(r"http://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
 LARGEST_MESSAGE = 16_384  # bytes; the largest correct one has a few hundred
 LARGEST_FILE = 49_152  # bytes
-LARGEST_FRAME = LARGEST_FILE + LARGEST_MESSAGE  # bytes; a connection with a larger one is closed
 LARGEST_NUMBER = 1e6
 _MOST_FILES = 1000  # of one viewer
+LARGEST_PICTURE = 2**23  # bytes
+LARGEST_FRAME = LARGEST_PICTURE + LARGEST_MESSAGE  # bytes; a larger one ends its connection
+_PICTURE = "GetRenderResponseMessage"
 # A browser that does not answer a ping for 1.5 s has left: the robot no longer follows it. Its connection
 # lasts longer, because a slow link delays answers, too, while the scene is loaded. The time is counted in
 # slices, so that a pause of this process is none of the browser.
@@ -68,6 +71,7 @@ class Guard:
         self._takes: Callable[[str, object], bool] = lambda identifier, value: True
         self._uploads: frozenset[str] = frozenset()
         self._files = 0
+        self._pictures = 0  # that were asked for
 
     def let_all(self, values: Mapping[str, frozenset[bool | str]]) -> None:
         """Let browsers that look on give inputs of the panel these values.
@@ -80,6 +84,10 @@ class Guard:
     def let_upload(self, identifiers: frozenset[str]) -> None:
         """Let the browser that operates send files to these inputs of the panel."""
         self._uploads = identifiers
+
+    def expect_picture(self) -> None:
+        """Let one more picture of the browser that operates through: it was asked for."""
+        self._pictures += 1
 
     def check_inputs(self, takes: Callable[[str, object], bool]) -> None:
         """Let through only what inputs of the panel may get.
@@ -172,6 +180,9 @@ class Guard:
 
     def _fits(self, raw: object) -> bool:
         """Whether a correct message gives an input of the panel what it may get; other messages do."""
+        if message_type(raw) == _PICTURE:
+            self._pictures, expected = max(self._pictures - 1, 0), self._pictures > 0
+            return expected
         if message_type(raw) in _FILES and isinstance(raw, bytes):
             content = msgspec.msgpack.decode(raw)
             self._files += message_type(raw) == "FileTransferStartUpload"
@@ -239,15 +250,16 @@ def problem(raw: object) -> str | None:
     if not isinstance(raw, bytes):
         return "text instead of bytes"
     kind = message_type(raw)
-    if len(raw) > LARGEST_MESSAGE and kind != "FileTransferPart":
+    if len(raw) > LARGEST_MESSAGE and kind not in _CONTENTS:
         return "too large"
     if not kind:
         return "not a message of viser"
     if kind not in _SHAPES:
         return f"type {kind[:40]}"
     content = msgspec.msgpack.decode(raw)
-    part = content.pop("content", b"") if kind == "FileTransferPart" else b""
-    if not isinstance(part, bytes) or len(part) > LARGEST_FILE or not is_bounded(content, _DEPTH):
+    name, largest = _CONTENTS.get(kind, ("", 0))
+    part = content.pop(name, b"")
+    if not isinstance(part, bytes) or len(part) > largest or not is_bounded(content, _DEPTH):
         return "values out of bounds"
     return None if _SHAPES[kind](content) and _is_read(raw) else "wrong fields"
 
@@ -345,11 +357,29 @@ def _is_click(content: dict[str, Any]) -> bool:
     )
 
 
+def _is_picture(content: dict[str, Any]) -> bool:
+    return isinstance(content.get("render_uuid"), str)
+
+
+def _is_push(content: dict[str, Any]) -> bool:
+    """A drag of the skin with Ctrl."""
+    return (
+        isinstance(content.get("name"), str)
+        and content.get("phase") in ("start", "update", "end")
+        and content.get("button") == "left"
+        and content.get("modifier") == "cmd/ctrl"
+        and all(_is_numbers(content.get(one), 3) for one in ("start_position", "end_position"))
+        and all(_is_numbers(content.get(one), 2) for one in ("start_screen_pos", "end_screen_pos"))
+    )
+
+
 def _is_camera(content: dict[str, Any]) -> bool:
     vectors = (content.get(name) for name in ("position", "look_at", "up_direction"))
     return _is_numbers(content.get("wxyz"), 4) and all(_is_numbers(one, 3) for one in vectors)
 
 
+# Of messages with content: its name, and its largest size in bytes.
+_CONTENTS = {"FileTransferPart": ("content", LARGEST_FILE), _PICTURE: ("payload", LARGEST_PICTURE)}
 _FILES = frozenset({"FileTransferPart", "FileTransferStartUpload"})
 _SHAPES: dict[str, Callable[[dict[str, Any]], bool]] = {
     "TransformControlsUpdateMessage": _is_transform,
@@ -357,8 +387,10 @@ _SHAPES: dict[str, Callable[[dict[str, Any]], bool]] = {
     "TransformControlsDragEndMessage": _is_drag,
     "FileTransferPartAck": _is_receipt,
     "FileTransferPart": _is_part,
+    _PICTURE: _is_picture,
     "FileTransferStartUpload": _is_file,
     "GuiUpdateMessage": _is_update,
+    "SceneNodeDragMessage": _is_push,
     "ScenePointerMessage": _is_click,
     _CAMERA: _is_camera,
 }

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import matplotlib.image
 import numpy as np
 import pytest
 from support.browsers import HEIGHT, WIDTH, on_page, page_of, pixels
@@ -98,6 +99,26 @@ def test_the_stop_button_stops(page: Page, shown: Shown) -> None:
     assert wait_until(ready)
 
 
+def test_a_slider_locks_an_actuator_within_its_limits(page: Page, shown: Shown) -> None:
+    page.get_by_text("Actuators", exact=True).first.click()
+    first = shown.session.source.look.robot.actuators[0]
+    slider = page.get_by_role("slider", name="").nth(1)
+    slider.focus()
+    slider.press("End")
+    assert wait_until(lambda: shown.session.source.locked == {first.name})
+    assert wait_until(lambda: mode_of(shown) is Mode.RUN)
+
+    def at_limit() -> bool:
+        frame = shown.session.newest
+        return frame is not None and frame.position[0] <= first.position[1]
+
+    assert wait_until(at_limit)
+    box = page.get_by_label("locked").first
+    assert wait_until(box.is_checked)
+    box.press("Space")
+    assert wait_until(lambda: not shown.session.source.locked)
+
+
 def test_waypoints_are_a_program(page: Page, shown: Shown) -> None:
     assert wait_until(lambda: mode_of(shown) is Mode.RUN)
     page.get_by_text("Waypoints").first.click()
@@ -126,6 +147,35 @@ def test_waypoints_are_a_program(page: Page, shown: Shown) -> None:
     page.get_by_text("bad.csv: line 1: found").wait_for()
     page.get_by_role("button", name="clear", exact=True).click()
     assert wait_until(lambda: len(waypoints) == 0)
+
+
+def test_the_mouse_pulls_the_simulated_robot_with_ctrl(
+    page: Page, shown: Shown, beam: Robot
+) -> None:
+    (client,) = shown.server.get_clients().values()
+    rest = beam.effector(beam.rest())[0]
+    x, y = on_page(np.array([0.08, 0.0, 0.01]), client.camera.position, client.camera.look_at)
+
+    def pulled() -> bool:
+        """Pull the skin upwards; a page takes drags of it once it has drawn it."""
+        page.mouse.move(x, y)
+        page.keyboard.down("Control")
+        page.mouse.down()
+        for step in range(10):
+            page.mouse.move(x, y - 8.0 * (step + 1))
+            time.sleep(0.05)
+        found = wait_until(lambda: height() > rest[2] + 1e-3, 10.0)
+        page.mouse.up()
+        page.keyboard.up("Control")
+        return found
+
+    def height() -> float:
+        frame = shown.session.newest
+        return rest[2] if frame is None else float(frame.values[2])
+
+    shown.session.targets.put(0, rest)
+    assert wait_until(pulled, 120.0)
+    assert wait_until(lambda: abs(height() - rest[2]) < 1e-3), "it springs back"
 
 
 def test_the_past_is_one_time_and_nothing_is_dragged_there(page: Page, shown: Shown) -> None:
@@ -171,6 +221,22 @@ def test_a_target_out_of_reach_is_said_and_the_nearest_point_shown(
     shown.session.targets.put(0, beam.effector(beam.rest())[0])
     page.get_by_text("follows the target").wait_for()
     assert wait_until(lambda: "/nearest" not in shown.server.scene._handle_from_node_name)
+
+
+def test_a_picture_and_a_film_are_saved(page: Page, shown: Shown) -> None:
+    with page.expect_download() as download:
+        page.get_by_role("button", name="PNG", exact=True).click()
+    picture = matplotlib.image.imread(download.value.path())
+    assert download.value.suggested_filename == "beam.png"
+    assert picture.shape[1] == WIDTH
+    assert picture.shape[0] > HEIGHT, "the legend is below the picture"
+    assert np.ptp(picture[: HEIGHT // 2, :, :3], axis=2).max() > 0.05, "the robot is in it"
+    with page.expect_download() as download:
+        page.get_by_role("button", name="film", exact=True).click()
+    text = Path(download.value.path()).read_text(encoding="utf-8")
+    assert download.value.suggested_filename == "beam.html"
+    assert "cells of the ground: 10 mm" in text
+    assert "contact force" in text
 
 
 def test_the_robot_holds_when_the_page_is_closed(page: Page, shown: Shown) -> None:

@@ -126,6 +126,65 @@ def test_files_are_small_and_for_the_waypoints_only(refusing: Shown) -> None:
     waypoints.clear()
 
 
+def test_only_a_picture_that_was_asked_for_is_taken(refusing: Shown) -> None:
+    picture = {"payload": b"\x89PNG" + bytes(10**6), "render_uuid": "0"}
+    with browser(refusing) as page:
+        send(page, "GetRenderResponseMessage", **picture)
+        assert wait_until(lambda: refusing.guard.refused["wrong value"] == 1)
+        refusing.guard.expect_picture()
+        send(page, "GetRenderResponseMessage", **picture)
+        send(page, "GetRenderResponseMessage", **picture)
+        assert wait_until(lambda: refusing.guard.refused["wrong value"] == 2)
+
+
+PUSH: dict[str, object] = {
+    "name": "/skin",
+    "phase": "update",
+    "instance_index": None,
+    "start_position": (0.1, 0.01, 0.01),
+    "start_screen_pos": (0.5, 0.5),
+    "end_position": (0.1, 0.01, 0.05),
+    "end_screen_pos": (0.5, 0.4),
+    "button": "left",
+    "modifier": "cmd/ctrl",
+    "owner": "",
+}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"phase": "for ever"},
+        {"end_position": (0.1, 0.01, math.inf)},
+        {"end_position": (0.1, 0.01)},
+        {"end_position": None},
+        {"button": "right"},
+        {"modifier": None},
+    ],
+)
+def test_only_drags_with_ctrl_push(refusing: Shown, change: dict[str, object]) -> None:
+    with browser(refusing) as page:
+        send(page, "SceneNodeDragMessage", **(PUSH | change))
+        assert wait_until(lambda: refusing.guard.refused.total() == 1)
+
+
+def test_a_push_ends_with_its_browser_and_limits_hold(shown: Shown, beam: Robot) -> None:
+    def height() -> float:
+        frame = shown.session.newest
+        return 0.0 if frame is None else float(frame.values[2])
+
+    limits = beam.limits
+    with browser(shown) as page:
+        send(page, "SceneNodeDragMessage", **(PUSH | {"end_position": (0.1, 0.01, 1e6)}))
+        assert wait_until(lambda: height() > 0.011)
+        frame = shown.session.newest
+        assert frame is not None
+        assert height() < 0.01 + beam.size, "the spring is no longer than half the robot"
+        assert (frame.position <= limits.position_max + 1e-9).all()
+        assert (frame.effort <= limits.effort_max * (1 + 1e-6)).all()
+    assert wait_until(lambda: abs(height() - 0.01) < 2e-4)
+
+
 def test_a_target_beyond_reach_is_clamped(shown: Shown, beam: Robot) -> None:
     shown.session.arm()
     with browser(shown) as page:
@@ -151,7 +210,7 @@ def test_inputs_keep_their_limits_and_the_rest_of_the_panel_cannot_be_changed(
         page.send("text")
         page.send(b"\xc1 no msgpack")
         assert wait_until(lambda: refusing.guard.refused.total() == 2 * len(sliders) + 5)
-        page.send(b"\x00" * 100_000)  # beyond the largest message: the connection is closed
+        page.send(b"\x00" * 2**24)  # beyond the largest message: the connection is closed
         assert wait_until(lambda: refusing.guard.browsers == 0)
 
 

@@ -1,0 +1,75 @@
+"""Buttons that save what is shown: a PNG of the picture, and the last seconds as a film."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+
+import viser
+
+from tauten.service.frames import RobotLook, ViewFrame
+from tauten.service.view.export import film, picture
+from tauten.service.view.web import Guard
+
+log = logging.getLogger(__name__)
+
+FILM = 30.0  # s of a film at most
+_PNG, _FILM = "PNG", "film"
+_PATIENCE = 30.0  # s for the picture of a browser
+_LARGEST = 2000  # pixels of its larger side
+
+
+class SaveButtons:
+    """The buttons of the operator. They work in a thread of their own: the robot goes on."""
+
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        look: RobotLook,
+        guard: Guard,
+        frames: Callable[[], list[ViewFrame]],
+    ) -> None:
+        """Add them.
+
+        Args:
+            gui: that gets them.
+            look: of the robot.
+            guard: lets a picture through that was asked for.
+            frames: the last `FILM` seconds before the frame that is shown, which is the last of them.
+        """
+        self._look, self._guard, self._frames = look, guard, frames
+        self._busy = threading.Lock()
+        buttons = gui.add_button_group(
+            "save",
+            (_PNG, _FILM),
+            hint=f"film: the last {FILM:.0f} s as a page that plays by itself.",
+        )
+        buttons.on_click(self._save)
+
+    def _save(self, event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        frames, client = self._frames(), event.client
+        if client is None or not frames or not self._busy.acquire(blocking=False):
+            return
+        try:
+            name = self._look.robot.name
+            if event.target.value == _FILM:
+                content = film(self._look, frames)[0].encode()
+                client.send_file_download(f"{name}.html", content, save_immediately=True)
+                return
+            content = self._photograph(client, frames[-1].time)
+            client.send_file_download(f"{name}.png", content, save_immediately=True)
+        except (TimeoutError, RuntimeError) as error:  # the browser has left, or has no time
+            log.warning("the browser gave no picture: %s", error)
+        finally:
+            self._busy.release()
+
+    def _photograph(self, client: viser.ClientHandle, time: float) -> bytes:
+        camera = client.camera
+        scale = min(1.0, _LARGEST / max(camera.image_height, camera.image_width, 1))
+        self._guard.expect_picture()
+        image = client.get_render(
+            round(scale * camera.image_height), round(scale * camera.image_width),
+            transport_format="png", timeout=_PATIENCE,
+        )  # fmt: skip
+        return picture(image, self._look, time)

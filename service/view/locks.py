@@ -1,0 +1,101 @@
+"""A slider with limits for each actuator: where it is, or where it is locked while others are decided."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine, Iterator
+from queue import Empty, SimpleQueue
+from typing import Any
+
+import numpy as np
+import viser
+
+from tauten.model.numerics import Array
+from tauten.service.frames import RobotLook
+from tauten.service.link import LockOrder
+
+_STEPS = 1000  # of a slider, from limit to limit
+
+
+class LockPanel:
+    """The folder *Actuators* of the panel; actuators without limits of their positions are left out."""
+
+    def __init__(self, gui: viser.GuiApi, look: RobotLook) -> None:
+        """Add the inputs. Callbacks of the browser only note what happened; `orders` gives it.
+
+        Args:
+            gui: that gets them.
+            look: of the robot.
+        """
+        self._actuators = look.robot.actuators
+        self._orders: SimpleQueue[LockOrder] = SimpleQueue()
+        self._sliders: dict[int, viser.GuiSliderHandle[float]] = {}
+        self._boxes: dict[int, viser.GuiCheckboxHandle] = {}
+        with gui.add_folder("Actuators", expand_by_default=False):
+            for i, one in enumerate(self._actuators):
+                low, high = (one.kind.position.scale * limit for limit in one.position)
+                if not (np.isfinite([low, high]).all() and low < high):
+                    continue
+                step = float(10.0 ** np.floor(np.log10((high - low) / _STEPS)))
+                low, high = np.ceil(low / step) * step, np.floor(high / step) * step
+                slider = gui.add_slider(
+                    f"{one.name} [{one.kind.position.shown_unit}]", low, high, step,
+                    min(max(0.0, low), high), hint="Moving it locks the actuator there.",
+                )  # fmt: skip
+                box = gui.add_checkbox("locked", False, hint="Off: it is decided again.")
+                slider.on_update(self._slid(i))
+                box.on_update(self._ticked(i))
+                self._sliders[i], self._boxes[i] = slider, box
+
+    def orders(self) -> Iterator[LockOrder]:
+        """What the operator has asked for since the last call."""
+        while True:
+            try:
+                yield self._orders.get_nowait()
+            except Empty:
+                return
+
+    def show(self, position: Array, locked: frozenset[str]) -> None:
+        """Show where the actuators are, and which are locked.
+
+        Args:
+            position: (n_a,) positions [SI].
+            locked: names.
+        """
+        for i, slider in self._sliders.items():
+            one, box = self._actuators[i], self._boxes[i]
+            is_locked = one.name in locked
+            if box.value != is_locked:
+                box.value = is_locked  # type: ignore[misc]  # viser types it so
+            if is_locked:
+                continue
+            shown = one.kind.position.scale * float(position[i])
+            shown = min(max(round(shown / slider.step) * slider.step, slider.min), slider.max)
+            if abs(slider.value - shown) > 0.5 * slider.step:
+                slider.value = shown  # type: ignore[misc]
+
+    def _order(self, number: int, locked: bool) -> None:
+        one = self._actuators[number]
+        if not locked:
+            self._orders.put(LockOrder(one.name))
+            return
+        low, high = one.position
+        wanted = float(self._sliders[number].value) / one.kind.position.scale
+        self._orders.put(LockOrder(one.name, position=min(max(wanted, low), high)))
+
+    def _slid(
+        self, number: int
+    ) -> Callable[[viser.GuiEvent[viser.GuiSliderHandle[float]]], Coroutine[Any, Any, None]]:
+        async def callback(event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
+            if event.client_id is not None:
+                self._order(number, locked=True)
+
+        return callback
+
+    def _ticked(
+        self, number: int
+    ) -> Callable[[viser.GuiEvent[viser.GuiCheckboxHandle]], Coroutine[Any, Any, None]]:
+        async def callback(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+            if event.client_id is not None:
+                self._order(number, bool(event.target.value))
+
+        return callback

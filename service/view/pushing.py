@@ -1,0 +1,96 @@
+"""Pushing a simulated robot by hand: a spring from an effector to the mouse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import viser
+
+from tauten.model.numerics import Array
+from tauten.service.frames import RobotLook
+
+COLOUR = (200, 30, 130)
+
+
+@dataclass(frozen=True, slots=True)
+class Pull:
+    """A spring from an effector.
+
+    Attributes:
+        effector: its number.
+        end: (3,) where the mouse holds it [m].
+    """
+
+    effector: int
+    end: Array
+
+
+class Pushing:
+    """What the mouse pulls, with the arrow of the force. Callbacks only note it; the loop reads it."""
+
+    def __init__(self, scene: viser.SceneApi, look: RobotLook, skin: viser.MeshHandle) -> None:
+        """Listen to drags of the skin with Ctrl.
+
+        Args:
+            scene: that shows the force.
+            look: of the robot.
+            skin: that is dragged.
+        """
+        self._scene, self._look = scene, look
+        self._pull: tuple[Array, Array] | None = None  # grip and mouse (3,) [m]
+        self._effector: int | None = None
+        self._arrow: viser.ArrowsHandle | None = None
+        self._number: viser.LabelHandle | None = None
+        skin.on_drag("left", modifier="cmd/ctrl")(self._dragged)
+
+    def release(self) -> None:
+        """Let go: the browser has left."""
+        self._pull = None
+
+    def taken(self, positions: Array) -> Pull | None:
+        """What is pulled now; None: nothing is.
+
+        Args:
+            positions: (p, 3) of the effectors [m], NaN for those without.
+        """
+        pull = self._pull
+        if pull is None or not np.isfinite(positions).any():
+            self._effector = None
+            return None
+        grip, end = pull
+        if self._effector is None:  # stays the same until the mouse lets go
+            self._effector = int(np.nanargmin(np.linalg.norm(positions - grip, axis=1)))
+        return Pull(self._effector, positions[self._effector] + (end - grip))
+
+    def show(self, position: Array | None, force: Array | None) -> None:
+        """Show a force with its number; None: there is none.
+
+        Args:
+            position: (3,) of the effector [m].
+            force: (3,) on it [N].
+        """
+        if position is None or force is None:
+            if self._arrow is not None and self._number is not None:
+                self._arrow.remove()
+                self._number.remove()
+            self._arrow = self._number = None
+            return
+        size, strength = self._look.robot.size, float(np.linalg.norm(force))
+        tip = position + 0.2 * size * force / max(strength, 1e-12)
+        ends, text = np.stack([position, tip])[None].astype(np.float32), f"{strength:.2g} N"
+        if self._arrow is not None and self._number is not None:
+            self._arrow.points = ends
+            self._number.position, self._number.text = tip, text
+            return
+        self._arrow = self._scene.add_arrows(
+            "/push", ends, COLOUR, shaft_radius=0.006 * size, head_radius=0.014 * size,
+            head_length=0.03 * size,
+        )  # fmt: skip
+        self._number = self._scene.add_label("/push_number", text, position=tip)
+
+    async def _dragged(self, event: viser.SceneNodeDragEvent[viser.MeshHandle]) -> None:
+        if event.phase == "end":
+            self._pull = None
+            return
+        self._pull = np.array(event.start_position), np.array(event.end_position)
