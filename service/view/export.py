@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.process import write_text
 from tauten.service.view.picture import (
+    STRAINS,
     TRAIL,
     RobotScene,
     above,
@@ -85,16 +86,21 @@ def film(look: RobotLook, frames: Iterable[ViewFrame]) -> tuple[str, int]:
     return f"{head}{box}{end}{tail}", count
 
 
-def picture(image: NDArray[np.uint8], look: RobotLook, time: float) -> bytes:
+def picture(
+    image: NDArray[np.uint8], look: RobotLook, time: float, strain: float | None = None
+) -> bytes:
     """A PNG of what a browser shows, with the legend below it.
 
     Args:
         image: (height, width, 3 or 4) of the browser, transparent where nothing is.
         look: of the robot.
         time: of the robot [s].
+        strain: at the end of its colours; None: the skin does not have them.
     """
     height, width = image.shape[:2]
     rows = legend_rows(look)
+    if strain is not None:
+        rows.insert(0, (STRAINS, f"strain of the skin: 0 to {100.0 * strain:g} %"))
     columns = max(int(width / _COLUMN), 1)
     below = _LINE * (np.ceil(len(rows) / columns) + 1.0)
     figure = Figure(figsize=(width / _INCH, (height + below) / _INCH), dpi=_INCH)

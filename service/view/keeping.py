@@ -29,6 +29,7 @@ class SaveButtons:
         look: RobotLook,
         guard: Guard,
         frames: Callable[[], list[ViewFrame]],
+        strain: Callable[[], float | None] = lambda: None,
     ) -> None:
         """Add them.
 
@@ -37,8 +38,10 @@ class SaveButtons:
             look: of the robot.
             guard: lets a picture through that was asked for.
             frames: the last `FILM` seconds before the frame that is shown, which is the last of them.
+            strain: at the end of its colours; None: they are not shown.
         """
         self._look, self._guard, self._frames = look, guard, frames
+        self._strain = strain
         self._busy = threading.Lock()
         buttons = gui.add_button_group(
             "save",
@@ -72,4 +75,4 @@ class SaveButtons:
             round(scale * camera.image_height), round(scale * camera.image_width),
             transport_format="png", timeout=_PATIENCE,
         )  # fmt: skip
-        return picture(image, self._look, time)
+        return picture(image, self._look, time, self._strain())

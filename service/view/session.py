@@ -29,6 +29,7 @@ from tauten.service.plant import TargetPath
 from tauten.service.process import StopFlag
 from tauten.service.view.cable_drawing import CableDrawing
 from tauten.service.view.charts import SPAN
+from tauten.service.view.hand_pull import HandPull
 from tauten.service.view.keeping import FILM, SaveButtons
 from tauten.service.view.panel import Request, ViewPanel
 from tauten.service.view.picture import (
@@ -40,7 +41,6 @@ from tauten.service.view.picture import (
     nearest_of,
 )
 from tauten.service.view.program import WaypointProgram
-from tauten.service.view.pushing import Pushing
 from tauten.service.view.web import Guard, LoopbackServer
 from tauten.service.view.words import frame_in_words, in_the_past
 from tauten.service.wire import OperatorCommand
@@ -127,8 +127,8 @@ class ViewSession:
         self._strain = StrainSkin(server.scene, look)
         self._numbers = ForceNumbers(server.scene, look)
         self._simulated = source if isinstance(source, SimulatedRobot) else None
-        self._pushing = Pushing(server.scene, look, self._scene.skin) if self._simulated else None
-        SaveButtons(server.gui, look, guard, self._film)
+        self._pushing = HandPull(server.scene, look, self._scene.skin) if self._simulated else None
+        SaveButtons(server.gui, look, guard, self._film, self._strain_shown)
         guard.let_upload(self.program.uploads)
 
     @property
@@ -196,6 +196,10 @@ class ViewSession:
         if frame is not None:
             self._history.add(frame)
             self.targets.rest_at(frame.values)
+
+    def _strain_shown(self) -> float | None:
+        """Strain at the end of the colours; None while they are not shown."""
+        return self._strain.end if self._panel.viewing.shows_strain else None
 
     def _film(self) -> list[ViewFrame]:
         """The last seconds up to the frame that is shown."""

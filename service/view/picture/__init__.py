@@ -12,6 +12,7 @@ from tauten.service.view.picture.forces import ForceNumbers
 from tauten.service.view.picture.legend import legend_html, legend_rows
 from tauten.service.view.picture.reach import ReachDrawing, nearest_of
 from tauten.service.view.picture.scene import TRAIL, RobotScene
+from tauten.service.view.picture.strain import COLOURS as STRAINS
 from tauten.service.view.picture.strain import StrainSkin, strain_bar
 from tauten.service.view.picture.surroundings import above, scale_text
 
@@ -24,6 +25,7 @@ __all__ = [
     "StrainSkin",
     "Preset",
     "SHEET",
+    "STRAINS",
     "TRAIL",
     "above",
     "camera_of",

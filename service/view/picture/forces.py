@@ -9,7 +9,8 @@ from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.view.picture.actuators import LINES, TIGHT, effort_share
 
-_MOST = 8  # contact forces with a number
+_MOST = 6  # contact forces with a number
+_APART = 0.12  # between them, as a share of the robot's size: numbers do not cover each other
 _LENGTH = 0.25  # of the arrow of an effort at its limit, as a share of the robot's size
 _LEAST = 0.02  # share of the limit below which no arrow is drawn
 
@@ -98,8 +99,13 @@ class ForceNumbers:
     def _of_contacts(self, frame: ViewFrame) -> dict[str, tuple[str, Array]]:
         contacts = frame.geometry.contacts
         lam = np.linalg.norm(contacts.forces, axis=1)
-        largest = np.argsort(-lam)[:_MOST]
-        return {
-            f"/contact_numbers/{k}": (f"{lam[i]:.2g} N", contacts.points[i].astype(float))
-            for k, i in enumerate(largest.tolist())
-        }
+        apart, chosen = _APART * self._look.robot.size, list[Array]()
+        texts: dict[str, tuple[str, Array]] = {}
+        for i in np.argsort(-lam).tolist():
+            point = contacts.points[i].astype(float)
+            if all(float(np.linalg.norm(point - one)) > apart for one in chosen):
+                texts[f"/contact_numbers/{len(chosen)}"] = f"{lam[i]:.2g} N", point
+                chosen.append(point)
+            if len(chosen) == _MOST:
+                break
+        return texts

@@ -9,10 +9,10 @@ from tauten.model import Floats
 from tauten.model.numerics import Array, Ints
 from tauten.service.frames import RobotLook
 
-# From blue over yellow to red, as far apart in light as in dark.
+# From the colour of silicone over yellow to dark red, darker step by step.
 COLOURS = (
-    (58, 76, 192), (98, 130, 234), (141, 176, 254), (184, 208, 249), (221, 221, 221),
-    (245, 196, 173), (244, 154, 123), (222, 96, 77), (180, 4, 38),
+    (206, 214, 224), (240, 232, 178), (254, 217, 118), (254, 178, 76), (253, 141, 60),
+    (252, 78, 42), (227, 26, 28), (177, 0, 38), (110, 0, 40),
 )  # fmt: skip
 _STEPS = (1.0, 2.0, 5.0)
 _LEAST = 0.01  # strain at the end of the bar, at least

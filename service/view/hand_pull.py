@@ -1,4 +1,4 @@
-"""Pushing a simulated robot by hand: a spring from an effector to the mouse."""
+"""Pulling a simulated robot by hand: a spring from an effector to the mouse."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Pull:
     end: Array
 
 
-class Pushing:
+class HandPull:
     """What the mouse pulls, with the arrow of the force. Callbacks only note it; the loop reads it."""
 
     def __init__(self, scene: viser.SceneApi, look: RobotLook, skin: viser.MeshHandle) -> None:
