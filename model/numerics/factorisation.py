@@ -242,10 +242,9 @@ def mkl() -> Any:
     """The MKL library as pypardiso opens it, found once for the process.
 
     Without the name of the library's file pypardiso starts a compiler and reads every folder of the
-    environment, for each solver. Pip knows the file; where it does not, pypardiso searches once.
+    environment, for each solver, and for one when it is imported. Pip knows the file; where it does not,
+    pypardiso searches.
     """
-    from pypardiso import PyPardisoSolver
-
     try:
         files = importlib.metadata.files("mkl") or []
     except importlib.metadata.PackageNotFoundError:
@@ -253,6 +252,8 @@ def mkl() -> Any:
     for file in files:
         if "mkl_rt" in file.name:
             os.environ.setdefault("PYPARDISO_MKL_RT", str(file.locate()))
+    from pypardiso import PyPardisoSolver
+
     library = PyPardisoSolver(mtype=2).libmkl
     library.MKL_Set_Num_Threads_Local.argtypes = [ctypes.c_int]
     library.MKL_Set_Num_Threads_Local.restype = ctypes.c_int

@@ -44,7 +44,6 @@ def demo(
 ) -> None:
     """Run node, plant and stream as processes; write a log, a report and a figure."""
     from tauten.service.plant import FIGURE, DemoSettings, run_demo
-    from tauten.service.plots import draw_run
     from tauten.service.process import stop_on_signals
     from tauten.service.replay import FOLLOWED, not_followed, table_rows
 
@@ -67,6 +66,8 @@ def demo(
     )
     with stop_on_signals() as stop, console.status("starting") as status:
         done = run_demo(settings, stop, status.update)
+    from tauten.service.plots import draw_run  # imports matplotlib, which nothing before waits for
+
     draw_run(done.run, done.actuators, folder / FIGURE)
     report = done.report
     table = Table("", f"{report.robot}, {report.duration_s:.1f} s", title="tauten demo")

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -78,3 +82,20 @@ def test_no_folder_is_searched_for_the_library(monkeypatch: pytest.MonkeyPatch) 
     make_factorisation(A.indptr, A.indices, "pardiso")
     make_factorisation(A.indptr, A.indices, "pardiso")
     assert searched == []
+
+
+@pytest.mark.skipif("pardiso" not in installed_backends(), reason="pardiso is not installed")
+def test_no_folder_is_searched_when_the_library_is_imported() -> None:
+    """pypardiso makes a solver when it is imported, and searches for it unless it knows the file."""
+    code = (
+        "import glob\n"
+        "def found(*arguments, **options): raise AssertionError(arguments)\n"
+        "glob.glob = found\n"
+        "from tauten.model.numerics.factorisation import mkl\n"
+        "mkl()\n"
+    )
+    environment = {k: v for k, v in os.environ.items() if k != "PYPARDISO_MKL_RT"}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
