@@ -1,7 +1,7 @@
 """How wrong a robot's mesh is, and what else about its file is not plausible."""
 
 from tauten.service.check.certificate import MeshCertificate, certified, mesh_error_text
-from tauten.service.check.control_findings import DECISION
+from tauten.service.check.control_findings import DECISION, first_decision
 from tauten.service.check.findings import Finding
 from tauten.service.check.mesh_error import MeshErrorEstimate, VariantErrors
 from tauten.service.check.mesh_variants import (
@@ -41,6 +41,7 @@ __all__ = [
     "check_robot",
     "equilibria",
     "faster",
+    "first_decision",
     "fits",
     "make_loads",
     "mesh_error_text",

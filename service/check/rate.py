@@ -63,7 +63,7 @@ def faster(robot_file: str, seconds: float, reduced: bool) -> str:
     rate = f"controller.rate = {rate_for(seconds):g}"
     if reduced:
         return f"set {rate}, or reduce with fewer modes"
-    return f"tauten reduce {robot_file} --states makes a model with faster steps; or set {rate}"
+    return f"tauten reduce {robot_file} --states --write makes a model with faster steps; or set {rate}"
 
 
 def check_rate(rate: float, seconds: float, requested: bool, advice: str = "") -> None:

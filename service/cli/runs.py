@@ -42,7 +42,12 @@ def demo(
     drive: DriveOption = "pull",
     steps: StepsOption = "own",
 ) -> None:
-    """Run node, plant and stream as processes; write a log, a report and a figure."""
+    """Run node, plant and stream as processes; write a log, a report and a figure.
+
+    The folder is complete: with the robot's files, `replay` and `view` open its log anywhere. The exit code
+    is 1 where no decision was OK.
+    """
+    from tauten.controller import Status
     from tauten.service.plant import FIGURE, DemoSettings, run_demo
     from tauten.service.process import stop_on_signals
     from tauten.service.replay import FOLLOWED, not_followed, table_rows
@@ -76,7 +81,11 @@ def demo(
     console.print(table)
     if report.following < FOLLOWED * report.ticks:
         console.print(f"note: {not_followed(report)}", style="bold yellow")
+    for note in done.notes:
+        console.print(f"note: {note}", style="bold yellow")
     console.print(f"log, report and figure are in {folder}")
+    if not report.statuses.get(Status.OK.name):
+        raise typer.Exit(1)
 
 
 def replay(

@@ -11,6 +11,7 @@ from tauten.service.link.commanding import (
     node_of,
     put_command,
     send_command,
+    step_at_start,
 )
 from tauten.service.link.keys import Keys
 from tauten.service.link.modes import Cause, LockOrder, Mode, OperatorCommand, OperatorOrder
@@ -21,6 +22,7 @@ from tauten.service.link.network import (
     Network,
     NetworkError,
     Role,
+    await_token,
     close_session,
     default_port,
     is_alive,
@@ -44,6 +46,7 @@ __all__ = [
     "OrderError",
     "Role",
     "ask_metrics",
+    "await_token",
     "default_port",
     "is_alive",
     "is_there",
@@ -53,4 +56,5 @@ __all__ = [
     "put_command",
     "read_config",
     "send_command",
+    "step_at_start",
 ]

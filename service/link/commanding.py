@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 import socket
 import time
 from collections.abc import Callable, Iterator
@@ -18,6 +20,7 @@ from tauten.service.link.network import (
     Network,
     NetworkError,
     Role,
+    await_token,
     close_session,
     is_alive,
     node_port,
@@ -26,6 +29,7 @@ from tauten.service.link.network import (
 
 _PATIENCE = 5.0  # s until a node must be alive
 _ANSWER = 20.0  # s until a node must have carried a command out, on a machine that is busy too
+_STEP = re.compile(r"^tauten_system_step_at_start_ms\{.*\} (\S+)$", re.M)
 _PAUSE = 0.01  # s between two questions
 _JSON = "application/json;std_msgs/msg/String"  # needs no code that writes CDR
 
@@ -59,16 +63,20 @@ def is_there(robot: str, network: Network, token: str, patience: float = 2.0) ->
 def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
     """A session, as soon as the robot's node is alive.
 
+    A node that is getting ready is waited for; where there is none within 5 s, the wait ends.
+
     Raises:
         NetworkError: no node is alive.
     """
-    session, token = open_session(network, Role.OTHER, robot, connected=False), Keys(robot).token
+    session, keys = open_session(network, Role.OTHER, robot, connected=False), Keys(robot)
+    begin = time.monotonic()
+
+    def in_vain() -> bool:
+        return time.monotonic() > begin + _PATIENCE and not is_alive(session, keys.starting)
+
     try:
-        end = time.monotonic() + _PATIENCE
-        while not is_alive(session, token):
-            if time.monotonic() > end:
-                raise NetworkError(_unanswered(robot, network))
-            time.sleep(_PAUSE)
+        if not await_token(session, keys.token, in_vain, _PAUSE):
+            raise NetworkError(_unanswered(robot, network))
         yield session
     finally:
         close_session(session)
@@ -181,6 +189,17 @@ def _answer_in(text: str) -> NodeAnswer:
         mode=Mode(now["mode"]),
         cause=Cause(now["cause"]),
     )
+
+
+def step_at_start(session: zenoh.Session, robot: str) -> float:
+    """Time of a control step that the node measured before its loop ran [s]; NaN where it does not say.
+
+    Args:
+        session: to the robot's node.
+        robot: name.
+    """
+    found = _STEP.search((ask_metrics(session, robot) or b"").decode())
+    return 1e-3 * float(found[1]) if found else math.nan
 
 
 def put_command(session: zenoh.Session, robot: str, command: OperatorOrder) -> None:

@@ -34,6 +34,11 @@ class Keys:
         """Liveliness token of the node."""
         return self._key()
 
+    @property
+    def starting(self) -> str:
+        """Liveliness token of a node from the moment in which it begins to get ready."""
+        return self._key("starting")
+
     def claim(self, session: str) -> str:
         """Liveliness token of a node that claims the robot, with the id of its session."""
         return self._key("claim", session)

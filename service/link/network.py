@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import json
 import logging
+import time
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -26,6 +28,9 @@ LOWEST_PORT, HIGHEST_PORT = (
 )  # that a user may give to a node; its plant has the next one
 ZENOH_CONFIG_VARIABLE = "TAUTEN_ZENOH_CONFIG"  # names a configuration file
 _FIRST_PORT = 17_447
+# Errors of Zenoh, but not "Received Data for unknown expr_id": a message of a process that has just ended.
+_LOG = "error,zenoh::net::routing::dispatcher::pubsub=off"
+_RETRY = 0.05  # s between two looks for a token
 _MAX_MESSAGE = 2**20  # bytes; the description of a robot is the largest
 _PORTS = 10_000  # two for each robot
 # Time for which a message that must not be lost, an answer for instance, waits for a peer that does not read;
@@ -95,7 +100,7 @@ def open_session(network: Network, role: Role, robot: str, connected: bool = Tru
         raise NetworkError(
             f"no robot has the name {robot[:40]!r}: it has letters, digits and _ only"
         )
-    zenoh.init_log_from_env_or("error")
+    zenoh.init_log_from_env_or(_LOG)
     first = node_port(network, robot)
     config = loopback_config(first, role) if network.config is None else read_config(network.config)
     if not connected:
@@ -197,3 +202,25 @@ def _not_parsed(path: Path) -> str:
 def is_alive(session: zenoh.Session, token: str) -> bool:
     """Whether a liveliness token is declared."""
     return any(reply.ok is not None for reply in session.liveliness().get(token, timeout=1.0))
+
+
+def await_token(
+    session: zenoh.Session, token: str, ended: Callable[[], bool], retry: float = _RETRY
+) -> bool:
+    """Wait until a liveliness token is declared; False where the wait has ended before.
+
+    Args:
+        session: open Zenoh session.
+        token: its key.
+        ended: whether to wait no longer.
+        retry: time between two looks [s].
+    """
+    waiting = False
+    while not is_alive(session, token):
+        if ended():
+            return False
+        if not waiting:
+            log.info("waiting for %s", token)
+        waiting = True
+        time.sleep(retry)
+    return True

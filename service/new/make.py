@@ -261,15 +261,15 @@ def _notes(
         yield f"The cable spans {100.0 * guess.span:.0f} % of the {1e3 * guess.length:.3g} mm of the part."
     if not taken.in_time:
         yield (
-            f"No mesh has control steps in time: one of {taken.nodes:,} nodes takes "
-            f"{1e3 * taken.step:.0f} ms; {faster(str(file), taken.step, reduced=False)}."
+            f"No mesh has control steps that fit {LEAST_RATE:g} Hz: one of {taken.nodes:,} nodes takes "
+            f"{1e3 * taken.step:.0f} ms. For a higher rate: tauten reduce {file} --states --write."
         )
     good = accurate_trial(trials, new.accuracy)
     if good > chosen:
         yield (
             f"A mesh of {trials[good].nodes:,} nodes is nearer to the part, but its control step takes "
             f"{1e3 * trials[good].step:.0f} ms: for it, tauten new with --size "
-            f"{1e3 * trials[good].size:.3g}, then tauten reduce with --states."
+            f"{1e3 * trials[good].size:.3g}, then tauten reduce with --states --write."
         )
 
 
@@ -306,7 +306,7 @@ def _draft(new: NewRobot, size: float, mesh: TetMesh, guess: Guess) -> _Draft:
         found = pulled(robot, guess, str(part.path))
     limited = robot_text(values, guess, _actuators(guess, found))
     step = step_time(_robot(limited, mesh, new.name))
-    rate = min(RATE, max(LEAST_RATE, rate_for(SPARE * step))) if fits(LEAST_RATE, step) else RATE
+    rate = min(RATE, rate_for(SPARE * step))
     text = robot_text(replace(values, rate=rate), guess, _actuators(guess, found))
     trial = Trial(size, len(mesh.nodes), found.effort, found.tip, found.moved, found.share, step)
     return _Draft(mesh, text, trial, rate)

@@ -57,6 +57,7 @@ class Node:
         recorder: LogRecorder | None,
         closed_loop: bool,
         fall_back: FallBack | None = None,
+        step: float = math.nan,
     ) -> None:
         """Declare subscribers, publishers and queryables.
 
@@ -67,6 +68,7 @@ class Node:
             recorder: of the log; None: none is kept.
             closed_loop: whether measurements correct the targets.
             fall_back: watches a reduced model; None with the full one.
+            step: time of a control step before the loop runs [s]; NaN where it is not known.
         """
         robot = setup.robot
         self._robot = robot
@@ -86,6 +88,7 @@ class Node:
             "basis": setup.basis_name,
             "digest": robot.digest,
             "loop": "closed" if closed_loop else "open",
+            "step_at_start_ms": f"{1e3 * step:.4g}",
         }
         self._unpublished: deque[Tick] = deque()
         self._index = 0

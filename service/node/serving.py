@@ -85,7 +85,10 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
     keys, rate = Keys(setup.robot.name), setup.robot.integration.rate
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
+        session = open_session(network, Role.NODE, setup.robot.name)
+        stack.callback(close_session, session)
         log.info("getting ready; kernels are compiled the first time, which takes a minute or two")
+        stack.enter_context(announced(session, keys.starting))
         with stop.interruptible():
             controller = warm_controller(setup)
             setup = replace(setup, start="settled" if controller.settled else "rest")
@@ -94,8 +97,6 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
             check_rate(rate, step, settings.rate_requested, advice)
             loop = ControlLoop(controller, enabled=not settings.wait, settings=setup.service)
             typestore()
-        session = open_session(network, Role.NODE, setup.robot.name)
-        stack.callback(close_session, session)
         stack.enter_context(claimed(session, keys))
         recorder = None
         if settings.record is not None:
@@ -104,8 +105,8 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         fall_back = make_fall_back(setup)
         if fall_back is not None:
             stack.callback(fall_back.watch.close)
-        node = Node(setup, loop, session, recorder, settings.closed_loop, fall_back)
-        stack.enter_context(alive(session, keys))
+        node = Node(setup, loop, session, recorder, settings.closed_loop, fall_back, step)
+        stack.enter_context(announced(session, keys.token))
         stack.enter_context(manual_garbage_collection())
         stack.enter_context(short_switch_interval())
         apply_realtime(settings.realtime)
@@ -142,9 +143,9 @@ def claimed(session: zenoh.Session, keys: Keys) -> Iterator[None]:
 
 
 @contextmanager
-def alive(session: zenoh.Session, keys: Keys) -> Iterator[None]:
-    """Declare the liveliness token of a robot that is served."""
-    token = session.liveliness().declare_token(keys.token)
+def announced(session: zenoh.Session, key: str) -> Iterator[None]:
+    """Declare a liveliness token: of a robot that is served, or of a node that gets ready or is."""
+    token = session.liveliness().declare_token(key)
     try:
         yield
     finally:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import signal
 import subprocess
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tauten.controller import Order
+from tauten.controller import Order, Status, warm_controller
 from tauten.model import Actuators
+from tauten.model.load import command_name
+from tauten.service.check import faster, first_decision, rate_for
 from tauten.service.describing import describe
+from tauten.service.link import step_at_start
+from tauten.service.plant.copying import copy_robot
 from tauten.service.plant.paths import PathSettings, make_path
 from tauten.service.plant.plant import Drive, Steps
 from tauten.service.plant.processes import STOP_TIME, Child, DemoError, child, free_ports
@@ -21,7 +26,7 @@ from tauten.service.plant.streaming import StreamSettings, stream
 from tauten.service.plant.waypoints import TargetPath, save_path
 from tauten.service.process import StopFlag
 from tauten.service.replay import RecordedRun, RunReport, make_report, read_run
-from tauten.service.setup import load_setup
+from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
     Keys,
     Network,
@@ -34,6 +39,7 @@ from tauten.service.wire import (
 
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"
 
+SPARE = 1.2  # how much longer than at the start a control step may take
 _START = 300.0  # s; kernels are compiled when a robot runs for the first time
 
 
@@ -72,11 +78,12 @@ class DemoSettings:
 
 @dataclass(frozen=True, slots=True)
 class DemoResult:
-    """What the demo did: its run, the numbers of it, the robot's actuators."""
+    """What the demo did: its run, the numbers of it, the robot's actuators, and what to do about it."""
 
     run: RecordedRun
     report: RunReport
     actuators: Actuators
+    notes: tuple[str, ...] = ()
 
 
 def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], None]) -> DemoResult:
@@ -93,34 +100,32 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
         LogError: nothing was recorded.
     """
     setup = load_setup(settings.robot, basis=settings.basis, model=settings.model)
-    robot = setup.robot
-    folder = settings.folder
+    robot, folder, notes = setup.robot, settings.folder, list[str]()
     folder.mkdir(parents=True, exist_ok=True)
+    copy_robot(setup.path, settings.basis, folder)
     port = free_ports()
     common, network = ["--port", str(port)], Network(port)
     targets, log = folder / TARGETS, folder / LOG
+    notify("node and plant get ready, targets that can be reached are found")
+    path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
+    rate = robot.integration.rate
     with contextlib.ExitStack() as stack:
-        serving = [settings.robot, "--record", str(log), *common]
-        if settings.basis is not None:
-            serving += ["--basis", settings.basis]
-        if settings.model is not None:
-            serving += ["--model", settings.model]
-        behaving = ["--young-scale", repr(settings.young_scale), "--drive", settings.drive]
-        if settings.model is not None and settings.young_scale == 1.0:
-            behaving += ["--model", settings.model]
-        behaving += ["--steps", settings.steps]
-        if settings.closed_loop:
-            serving.append("--closed-loop")
-            behaving.append("--measure")
-        node = stack.enter_context(child("serve", serving, folder))
-        plant = stack.enter_context(child("plant", [settings.robot, *behaving, *common], folder))
-        notify("node and plant get ready, targets that can be reached are found")
-        path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
+        node, plant = _started(stack, settings, log, common, None)
         save_path(make_path(settings.path, robot, path_settings), targets)
         path = make_path(str(targets), robot, PathSettings(repeats=True))
-        sending = StreamSettings(robot.integration.rate, settings.seconds, False, 0, True)
+        step = _wait_alive(Keys(robot.name), network, (node, plant), stop)
+        if step * rate > 1.0:  # a node that misses its deadlines holds
+            slower = min(rate_for(SPARE * step), rate)
+            notes.append(_too_slow(step, slower, setup))
+            notify(notes[-1])
+            path, rate = replace(path, times=rate / slower * path.times), slower
+            save_path(path, targets)
+            for one in (node, plant):
+                _end(one)
+            node, plant = _started(stack, settings, log, common, rate)
+            _wait_alive(Keys(robot.name), network, (node, plant), stop)
+        sending = StreamSettings(rate, settings.seconds, False, 0, True)
         sender = stack.enter_context(_sending(describe(setup), path, sending, network))
-        _wait_alive(Keys(robot.name), network, (node, plant), stop)
         plant.give_way()
         notify(f"following targets for {settings.seconds:g} s")
         _wait_end(sender, (node, plant), stop)
@@ -128,17 +133,63 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
         _end(node)
         _end(plant)
     notify("reading the log")
-    return _result(folder, robot.actuators)
-
-
-def _result(folder: Path, actuators: Actuators) -> DemoResult:
     run = read_run(folder / LOG)
     report = make_report(run)
     report.save(folder / REPORT)
-    return DemoResult(run, report, actuators)
+    if not report.statuses.get(Status.OK.name):
+        found = first_decision(warm_controller(setup))
+        notes.append(
+            f"no decision was OK; {found.found}{f': {found.advice}' if found.advice else ''}"
+        )
+    return DemoResult(run, report, robot.actuators, tuple(notes))
 
 
-def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop: StopFlag) -> None:
+def _started(
+    stack: contextlib.ExitStack,
+    settings: DemoSettings,
+    log: Path,
+    common: list[str],
+    rate: float | None,
+) -> tuple[Child, Child]:
+    """Node and plant as processes.
+
+    Args:
+        stack: ends them.
+        settings: of the demo.
+        log: to record to.
+        common: options of both.
+        rate: of both [Hz]; None: the robot file's.
+    """
+    common = [*common, *([] if rate is None else ["--rate", repr(rate)])]
+    serving = [settings.robot, "--record", str(log), *common]
+    if settings.basis is not None:
+        serving += ["--basis", settings.basis]
+    if settings.model is not None:
+        serving += ["--model", settings.model]
+    behaving = ["--young-scale", repr(settings.young_scale), "--drive", settings.drive]
+    if settings.model is not None and settings.young_scale == 1.0:
+        behaving += ["--model", settings.model]
+    behaving += ["--steps", settings.steps]
+    if settings.closed_loop:
+        serving.append("--closed-loop")
+        behaving.append("--measure")
+    node = stack.enter_context(child("serve", serving, settings.folder))
+    plant = [settings.robot, *behaving, *common]
+    return node, stack.enter_context(child("plant", plant, settings.folder))
+
+
+def _too_slow(step: float, rate: float, setup: Setup) -> str:
+    """That the period cannot be held, by how much all is slower, and what to do."""
+    own = setup.robot.integration.rate
+    advice = faster(command_name(setup.path), step, bool(setup.states))
+    return (
+        f"a control step takes {1e3 * step:.0f} ms, the period is {1e3 / own:.0f} ms: the demo runs at "
+        f"{rate:g} Hz, its targets move {own / rate:.1f} times slower; {advice}"
+    )
+
+
+def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop: StopFlag) -> float:
+    """Wait until node and plant are alive; the time of a control step by the node [s], NaN without one."""
     session = open_session(network, Role.OTHER, keys.robot)
     try:
         end = time.monotonic() + _START
@@ -150,6 +201,7 @@ def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop:
                 raise DemoError(f"{', '.join(sorted(missing))} did not start within {_START:g} s")
             missing -= {key for key in missing if is_alive(session, key)}
             time.sleep(0.1)
+        return math.nan if stop.requested else step_at_start(session, keys.robot)
     finally:
         close_session(session)
 

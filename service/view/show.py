@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import webbrowser
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -235,7 +236,11 @@ def view_served(robot: str, network: Network, settings: ViewSettings, stop: Stop
         NetworkError: no node, or one of another version.
         ViewError: the port is taken.
     """
-    with node_of(robot, network) as session:
+    with ExitStack() as stack:
+        with (
+            stop.interruptible()
+        ):  # a node that is getting ready takes minutes where it compiles kernels
+            session = stack.enter_context(node_of(robot, network))
         source = ServedRobot(session, robot)
         source.await_surface()
         with open_server(settings.port, robot) as (server, guard):

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 import time
 
 import zenoh
 
-from tauten.service.link import Keys, NetworkError, is_alive
+from tauten.service.link import Keys, NetworkError, await_token
 from tauten.service.process import StopFlag
 from tauten.service.wire.description import RobotDescription, read_description
 
-log = logging.getLogger(__name__)
-
-_RETRY = 0.2  # s
 _PATIENCE = 5.0  # s for an answer
 
 
@@ -25,15 +21,7 @@ def wait_for(session: zenoh.Session, token: str, stop: StopFlag) -> bool:
         token: its key.
         stop: ends the wait.
     """
-    waiting = False
-    while not stop.requested:
-        if is_alive(session, token):
-            return True
-        if not waiting:
-            log.info("waiting for %s", token)
-        waiting = True
-        time.sleep(_RETRY)
-    return False
+    return await_token(session, token, lambda: stop.requested) and not stop.requested
 
 
 def ask_description(session: zenoh.Session, keys: Keys) -> RobotDescription:

@@ -4,17 +4,48 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import time
 from pathlib import Path
 from typing import IO
 
+import meshio
+import numpy as np
 import pytest
-from support.processes import START, Forked, fork_server
+from support.processes import START, Forked, fork_server, run_main
+from support.robots.bodies import box_mesh
 
 from tauten.service.plant import DemoError, DemoSettings, child, run_demo
 from tauten.service.plant.demo import LOG, REPORT, TARGETS
 from tauten.service.process import StopFlag
 from tauten.service.replay import replay
+from tauten.service.view import export_log
+
+HANGING = """
+name = "weak"
+gravity = [0.0, 0.0, -9.81]
+[mesh]
+file = "body.vtu"
+[material]
+young_modulus = {young}
+poisson_ratio = 0.3
+density = 1000.0
+[[fixed]]
+lower = [0.0, 0.0, 0.0]
+upper = [0.0, 0.02, 0.02]
+[[cables]]
+name = "tendon"
+pull_point = [0.18, 0.01, 0.1]
+points = [[0.18, 0.01, 0.01]]
+max_tension = {tension}
+max_pull = 0.05
+max_rate = 0.1
+[[effectors]]
+name = "tip"
+point = [0.2, 0.01, 0.01]
+[controller]
+rate = {rate}
+"""
 
 
 def forked(command: str, arguments: list[str], sink: IO[bytes]) -> Forked:
@@ -62,6 +93,55 @@ def test_its_log_replays_exactly(folder: Path) -> None:
     result = replay(folder / LOG, tolerance=1e-9, recorded_paths=True)
     assert result.same, result
     assert result.ticks > 50
+
+
+def test_its_folder_opens_at_a_colleague_s(folder: Path, tmp_path: Path) -> None:
+    """Robot file and mesh lay elsewhere: replay and view refused the log."""
+    there = shutil.copytree(folder, tmp_path / "there")
+    assert (there / "beam.toml").is_file()
+    assert (there / "beam.vtu").is_file()
+    log = there / LOG
+    assert replay(log, tolerance=1e-9).same
+    assert export_log(log, tmp_path / "run.html", None, recorded_paths=False) > 10
+
+
+def weak_beam(folder: Path, **changes: float) -> Path:
+    """A beam that hangs at its cable."""
+    values = {"tension": 100.0, "young": 1e6, "rate": 20.0} | changes
+    mesh = box_mesh((0.2, 0.02, 0.02), (10, 1, 1))
+    meshio.write(folder / "body.vtu", meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]))
+    path = folder / "weak.toml"
+    path.write_text(HANGING.format(**values), encoding="utf-8")
+    return path
+
+
+def test_a_demo_without_one_good_decision_fails_and_names_the_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("tauten.service.plant.processes._start", forked)
+    robot = weak_beam(tmp_path, tension=1e-4, young=3e3)
+    out = tmp_path / "demo"
+    assert run_main("demo", robot, "--path", "line", "--seconds", 2, "--out", out) == 1
+    said = " ".join(capsys.readouterr().out.split())
+    assert "no decision was OK" in said
+    assert "tendon" in said
+    assert (out / REPORT).is_file()
+
+
+def test_targets_are_slowed_where_the_period_cannot_be_held(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tauten.service.plant.processes._start", forked)
+    robot = weak_beam(tmp_path, rate=1000.0)
+    settings = DemoSettings(str(robot), tmp_path / "demo", 2.0, path="line", period=4.0)
+    done = run_demo(settings, StopFlag(), lambda _said: None)
+    note = done.notes[0]
+    assert "times slower; tauten reduce" in note
+    slower = float(note.split(" times slower")[0].split()[-1])
+    assert done.report.rate_hz < 900.0
+    assert done.report.following > 20
+    times = np.loadtxt(tmp_path / "demo" / TARGETS, delimiter=",", skiprows=1)[:, 0]
+    assert times[-1] == pytest.approx(4.0 * slower, rel=0.05)
 
 
 def test_a_process_that_fails_is_named_with_its_last_line(tmp_path: Path) -> None:

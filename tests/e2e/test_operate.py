@@ -22,7 +22,17 @@ from support.processes import Served, run_main, start
 from tauten.model import Robot
 from tauten.service.check import RateError, check_rate, rate_for
 from tauten.service.cli.terminal.logs import JsonLines
-from tauten.service.link import OrderError, ask_metrics, is_there, send_command
+from tauten.service.link import (
+    Keys,
+    OrderError,
+    Role,
+    ask_metrics,
+    close_session,
+    is_there,
+    node_of,
+    open_session,
+    send_command,
+)
 from tauten.service.log import LogReader
 from tauten.service.node.statistics import BOUNDS, Histogram
 from tauten.service.operate import examine, record_robot, send_lock, serve_metrics
@@ -117,6 +127,26 @@ def test_a_recorder_beside_the_node_records_the_run(
 def test_a_command_without_a_node_is_a_sentence() -> None:
     with pytest.raises(NetworkError, match="no node serves 'beam': start it with tauten serve"):
         send_command("beam", Network(free_ports()), OperatorCommand.STOP)
+
+
+def test_a_command_waits_for_a_node_that_is_getting_ready(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kernels are compiled for minutes: nothing listened until then, and the command said that no node is."""
+    monkeypatch.setattr("tauten.service.link.commanding._PATIENCE", 0.3)
+    network, keys = Network(free_ports()), Keys("beam")
+    node = open_session(network, Role.NODE, "beam")
+    try:
+        tokens = [node.liveliness().declare_token(keys.starting)]
+        begin = time.monotonic()
+
+        def serve() -> None:
+            tokens.append(node.liveliness().declare_token(keys.token))
+
+        threading.Timer(2.0, serve).start()
+        with node_of("beam", network):
+            assert time.monotonic() - begin > 1.0
+            assert len(tokens) == 2
+    finally:
+        close_session(node)
 
 
 def test_a_histogram_counts_what_it_is_given() -> None:
