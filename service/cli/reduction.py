@@ -97,6 +97,13 @@ def reduce(
     responses: Responses = None,
     sample: SampleResidual = 1e-2,
     accept_error: KeepInaccurate = False,
+    write: Annotated[
+        bool,
+        typer.Option(
+            "--write",
+            help="Write the lines that use the bases into the robot file; comments remain.",
+        ),
+    ] = False,
 ) -> None:
     """Apply loads to a robot and compute a contact basis from the contact forces.
 
@@ -126,6 +133,10 @@ def reduce(
     chosen = state_settings(loaded, state_modes, responses, sample, seed)
     allowed = None if accept_error else load_model_settings(robot).max_tip_error
     beside = Path(robot).parent if robot.endswith(".toml") else Path()
+    if write and not robot.endswith(".toml"):
+        raise typer.BadParameter(
+            "--write: a shipped robot's file is not changed; give a robot file"
+        )
     target = _basis_path(out or beside / f"{loaded.name}.basis")
     ranges = Ranges(position=pull, tilt=math.radians(tilt), force=force, effort=tension)
     plan = _design(design, loaded, step, ranges, runs, steps, seed)
@@ -140,6 +151,7 @@ def reduce(
     if loaded.n_c == 0:
         found, path = found.select(found.converged), target.with_suffix(".states")
         save_states(loaded, found, EmptySpace(0), chosen, path, allowed)
+        _use(robot, None, path, write)
         return
     saved = made.basis.save(target)
     if curve is not None and made.curve is not None:
@@ -152,9 +164,35 @@ def reduce(
         f"{saved}: {origin.k} modes of {origin.snapshots} snapshots by {origin.method}, "
         f"effector error to first order {1e3 * origin.tip_error:.3g} mm at most{equal}{skipped}"
     )
+    path = saved.with_suffix(".states")
     if states:
-        path = saved.with_suffix(".states")
         save_states(loaded, made.snapshots, made.basis, chosen, path, allowed)
+    _use(robot, saved, path if states else None, write)
+
+
+def _use(robot: str, basis: Path | None, states: Path | None, write: bool) -> None:
+    """Write the lines that use the bases into the robot file, or show them.
+
+    Args:
+        robot: name or file.
+        basis: of contact; None: none was made.
+        states: of the model; None: none was made.
+        write: whether to write.
+    """
+    if not robot.endswith(".toml"):
+        return
+    from tauten.service.new import fields_text, set_fields
+
+    folder, fields = Path(robot).parent, dict[str, dict[str, str]]()
+    if basis is not None:
+        fields["controller"] = {"basis": os.path.relpath(basis, folder)}
+    if states is not None:
+        fields["model"] = {"order": "reduced", "states": os.path.relpath(states, folder)}
+    if write:
+        set_fields(Path(robot), fields)
+        typer.echo(f"{robot} uses them.")
+    else:
+        typer.echo(f"To use them, --write writes into {robot}:\n{fields_text(fields)}")
 
 
 def inspect(

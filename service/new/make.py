@@ -28,7 +28,6 @@ from tauten.service.check import (
     RobotCheck,
     certified,
     check_robot,
-    faster,
     fits,
     rate_for,
 )
