@@ -39,7 +39,7 @@ from tauten.service.wire import (
 
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"
 
-SPARE = 1.2  # how much longer than at the start a control step may take
+SPARE = 2.0  # how much longer than at the start a control step may take; a node refuses to start where it does
 _START = 300.0  # s; kernels are compiled when a robot runs for the first time
 
 
