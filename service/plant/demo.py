@@ -39,7 +39,9 @@ from tauten.service.wire import (
 
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"
 
-SPARE = 2.0  # how much longer than at the start a control step may take; a node refuses to start where it does
+SPARE = (
+    2.0  # how much longer than at the start a control step may take; else a node refuses to start
+)
 _START = 300.0  # s; kernels are compiled when a robot runs for the first time
 
 
