@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 ORDER = (
     "model.kernels",
     "model.numerics",
+    "model.friction",
     "model.materials",
     "model.schema",
     "model.signals",
@@ -69,6 +70,7 @@ ORDER = (
     "benchmarks.robots",
     "benchmarks.robots.gallery",
     "benchmarks.qpcc",
+    "benchmarks.friction",
     "benchmarks.elements",
     "benchmarks.physics",
     "benchmarks.contact_basis",

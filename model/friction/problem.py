@@ -1,0 +1,112 @@
+"""Contact with Coulomb friction: what is to be solved, and how far an answer is from it.
+
+Every contact has a force r = (r_n, r_t) and a velocity or displacement u = (u_n, u_t), the normal first:
+
+    u = W r + q,   û = u + μ |u_t| n,   K* ∋ û ⟂ r ∈ K = {|r_t| ≤ μ r_n}
+
+(De Saxcé and Feng, Mathematical and Computer Modelling 28, 1998): a contact is open, or it sticks within its
+cone, or it slips against its force. W is symmetric positive semidefinite, and mostly singular, so that r need
+not be unique.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.numerics import Array, kernel
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionProblem:
+    """Contacts with friction of a step, or of a file; rows of a contact follow one another.
+
+    Attributes:
+        W: (m d, m d) compliance between the rows.
+        q: (m d,) velocities or displacements without contact forces.
+        mu: (m,) coefficients of friction, not negative.
+
+    Raises:
+        ValueError: shapes or values that do not fit; the message says which.
+    """
+
+    W: Array
+    q: Array
+    mu: Array
+
+    def __post_init__(self) -> None:
+        """Check shapes and values."""
+        rows, m = len(self.q), len(self.mu)
+        if m == 0 or rows not in (2 * m, 3 * m):
+            raise ValueError(f"q: found {rows} rows for {m} contacts, expected 2 or 3 for each")
+        if self.W.shape != (rows, rows):
+            raise ValueError(f"W: found shape {self.W.shape}, expected ({rows}, {rows})")
+        if not (np.isfinite(self.W).all() and np.isfinite(self.q).all()):
+            raise ValueError("W, q: found values that are not finite")
+        if not (np.isfinite(self.mu).all() and (self.mu >= 0.0).all()):
+            raise ValueError("mu: found a value that is negative or not finite, expected 0 or more")
+        if not (self.diagonal > 0.0).all():
+            raise ValueError("W: found a contact without compliance, expected a positive diagonal")
+
+    @property
+    def dim(self) -> int:
+        """Rows of a contact: 2 or 3."""
+        return len(self.q) // len(self.mu)
+
+    @property
+    def diagonal(self) -> Array:
+        """Largest compliance of each contact's rows (m,)."""
+        found: Array = np.diag(self.W).reshape(len(self.mu), -1).max(axis=1)
+        return found
+
+    def error(self, r: Array) -> float:
+        """Largest component of |r − P_K(r − ρ û)| / ρ, ρ = 1 / max diag W_ii, in the unit of q.
+
+        Args:
+            r: (m d,) contact forces.
+        """
+        W_ii, shape = self.diagonal, (len(self.mu), self.dim)
+        u = (self.W @ r + self.q).reshape(shape)
+        return natural_error(u, r.reshape(shape), self.mu, W_ii)
+
+
+@kernel
+def natural_error(u: Array, r: Array, mu: Array, W_ii: Array) -> float:
+    """Largest component of the natural map of the cones, in the unit of u; NaN where there is one.
+
+    Args:
+        u: (m, d) velocities or displacements.
+        r: (m, d) forces.
+        mu: (m,) coefficients of friction.
+        W_ii: (m,) compliances by which forces become displacements.
+    """
+    m, d = u.shape
+    largest, z = 0.0, np.empty(d)
+    for i in range(m):
+        slip = 0.0
+        for j in range(1, d):
+            slip += u[i, j] * u[i, j]
+        z[0] = r[i, 0] - (u[i, 0] + mu[i] * np.sqrt(slip)) / W_ii[i]
+        for j in range(1, d):
+            z[j] = r[i, j] - u[i, j] / W_ii[i]
+        into_cone(z, mu[i])
+        for j in range(d):
+            largest = np.maximum(largest, W_ii[i] * abs(r[i, j] - z[j]))
+    return largest
+
+
+@kernel
+def into_cone(z: Array, mu: float) -> None:
+    """Project z (d,) on the cone |z_t| ≤ μ z_n, in place."""
+    tangent = 0.0
+    for j in range(1, len(z)):
+        tangent += z[j] * z[j]
+    tangent = np.sqrt(tangent)
+    if tangent <= mu * z[0]:
+        return
+    normal = max((z[0] + mu * tangent) / (1.0 + mu * mu), 0.0) if mu * tangent > -z[0] else 0.0
+    share = mu * normal / tangent if tangent > 0.0 else 0.0
+    z[0] = normal
+    for j in range(1, len(z)):
+        z[j] *= share

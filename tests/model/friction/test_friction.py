@@ -1,0 +1,140 @@
+"""Contact with friction: problems that others wrote, and mechanics that has a closed solution."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.friction import read_problem
+from tauten.model.friction import FrictionProblem, certify_friction, solve_friction
+from tauten.model.numerics import Array
+
+H = 1e-2  # s, step
+GRAVITY = 9.81
+HARDEST = "spheres-in-a-box-98-i10000-256-10"  # not solved within the budget
+
+
+def block(width: float, height: float) -> tuple[Array, Array]:
+    """Rows H_c (12, 6) of the four lower corners of a block, normal, x and y each, and its M⁻¹ (6,); 1 kg."""
+    corners = [(x, y, -0.5 * height) for x in (-0.5, 0.5) for y in (-0.5 * width, 0.5 * width)]
+    rows = []
+    for at in corners:
+        for along in ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
+            rows.append(np.concatenate([along, np.cross(at, along)]))
+    squares = np.array([1.0, width, height]) ** 2
+    return np.array(rows), np.concatenate([np.ones(3), 12.0 / (squares.sum() - squares)])
+
+
+def slid(angle: float, mu: float, steps: int = 50) -> Array:
+    """Velocity (6,) of a block on an incline along x after some steps from rest."""
+    rows, inverse = block(1.0, 0.2)
+    pulled = GRAVITY * np.array([np.sin(angle), 0.0, -np.cos(angle), 0.0, 0.0, 0.0])
+    v, r = np.zeros(6), np.zeros(12)
+    for _ in range(steps):
+        problem = FrictionProblem(
+            (rows * inverse) @ rows.T, rows @ (v + H * pulled), np.full(4, mu)
+        )
+        solution = solve_friction(problem, r)
+        assert solution.converged
+        r = solution.r
+        v = v + H * pulled + inverse * (rows.T @ r)
+    return v
+
+
+@pytest.mark.parametrize("mu", [0.2, 0.6])
+def test_a_block_on_an_incline_sticks_below_the_angle_of_friction_and_slides_above(
+    mu: float,
+) -> None:
+    border = np.arctan(mu)
+    assert np.abs(slid(border - 0.01, mu)).max() < 1e-9
+    angle = border + 0.05
+    v = slid(angle, mu)
+    expected = 50 * H * GRAVITY * (np.sin(angle) - mu * np.cos(angle))
+    assert v[0] == pytest.approx(expected, rel=1e-6)
+    assert np.abs(v[1:]).max() < 1e-6 * expected
+
+
+def test_a_block_on_four_corners_has_forces_that_are_not_unique() -> None:
+    rows, inverse = block(1.0, 0.2)
+    pushed = np.array([0.01, 0.005, -H * GRAVITY, 0.0, 0.0, 0.0])
+    problem = FrictionProblem((rows * inverse) @ rows.T, rows @ pushed, np.full(4, 0.5))
+    solution = solve_friction(problem)
+    found = certify_friction(problem, solution.r)
+    assert found.indeterminate
+    assert found.sticking.all()
+    assert (found.margin > 0.0).all()
+    assert solution.r[0::3].sum() == pytest.approx(H * GRAVITY)
+    one = np.array([0, 1, 2])
+    alone = FrictionProblem(problem.W[np.ix_(one, one)], problem.q[one], np.array([0.5]))
+    assert not certify_friction(alone, solve_friction(alone).r).indeterminate
+
+
+def test_slip_is_against_the_force_in_every_direction() -> None:
+    rows, inverse = block(1.0, 0.2)
+    W = (rows * inverse) @ rows.T
+    for angle in np.linspace(0.0, 2.0 * np.pi, 13):
+        v = np.array([np.cos(angle), np.sin(angle), -H * GRAVITY, 0.0, 0.0, 0.5])
+        problem = FrictionProblem(W, rows @ v, np.full(4, 0.3))
+        found = certify_friction(problem, solve_friction(problem).r)
+        assert found.error < 1e-9
+        assert not found.sticking.any()
+        assert found.closed.any()
+        assert found.angle < 1e-6
+        assert found.cone < 1e-9
+        assert found.work < 0.0
+
+
+def test_a_solution_that_still_holds_costs_nothing() -> None:
+    rows, inverse = block(1.0, 0.2)
+    pushed = np.array([0.02, 0.0, -H * GRAVITY, 0.0, 0.0, 0.0])
+    problem = FrictionProblem((rows * inverse) @ rows.T, rows @ pushed, np.full(4, 0.5))
+    first = solve_friction(problem)
+    again = solve_friction(problem, first.r)
+    assert first.newton > 0
+    assert again.newton == 0
+    np.testing.assert_array_equal(again.r, first.r)
+
+
+def test_a_budget_ends_a_solution_with_the_best_forces() -> None:
+    rows, inverse = block(1.0, 0.2)
+    pushed = np.array([0.2, 0.1, -H * GRAVITY, 0.0, 0.3, 0.0])
+    problem = FrictionProblem((rows * inverse) @ rows.T, rows @ pushed, np.full(4, 0.5))
+    cut = solve_friction(problem, budget=1)
+    assert cut.newton <= 1
+    assert not cut.converged
+    assert cut.error <= problem.error(np.zeros(12))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"mu": np.array([-0.1])}, "mu: found a value that is negative"),
+        ({"mu": np.array([np.nan])}, "mu: found a value that is negative or not finite"),
+        ({"q": np.zeros(4)}, "q: found 4 rows for 1 contacts"),
+        ({"W": np.eye(2)}, "W: found shape"),
+        ({"W": np.zeros((3, 3))}, "W: found a contact without compliance"),
+        ({"q": np.array([0.0, np.inf, 0.0])}, "W, q: found values that are not finite"),
+    ],
+)
+def test_problems_that_are_none_are_refused(change: dict[str, Array], said: str) -> None:
+    given = {"W": np.eye(3), "q": np.zeros(3), "mu": np.array([0.5])} | change
+    with pytest.raises(ValueError, match=said):
+        FrictionProblem(given["W"], given["q"], given["mu"])
+
+
+def test_problems_that_others_wrote_are_solved(reference: Path) -> None:
+    """Without the three of 225 and more contacts, which take seconds, and the hardest."""
+    files = sorted((reference / "friction_problems").glob("*.npz"))
+    assert len(files) == 35
+    small = [file for file in files if not file.stem.startswith(("Capsules", HARDEST))]
+    missed = {file.stem for file in small if not solve_friction(read_problem(file)).converged}
+    assert not missed
+
+
+@pytest.mark.slow
+def test_large_problems_that_others_wrote_are_solved(reference: Path) -> None:
+    files = sorted((reference / "friction_problems").glob("Capsules*.npz"))
+    assert len(files) == 3
+    assert all(solve_friction(read_problem(file)).converged for file in files)
