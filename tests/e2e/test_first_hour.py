@@ -10,7 +10,6 @@ import time
 from pathlib import Path
 
 import pytest
-from test_page_commands import lines_of
 
 pytest.importorskip("netgen.occ", reason="tauten[mesh] is not installed")
 ROOT = Path(__file__).resolve().parents[2]
@@ -50,8 +49,13 @@ def test_the_tutorial_with_a_part_that_sags_towards_its_cable(tmp_path: Path) ->
     for x in (12, 26, 40):
         part = part - Box((x, -1, -1), (x + 4, 15, 7))
     part.WriteStep(str(tmp_path / "sagging.step"))
-    page = "docs/tutorials/own_robot.md"
-    new, check, demo = lines_of(page, "tauten new", "tauten check", "tauten demo")
+    page = (ROOT / "docs" / "tutorials" / "own_robot.md").read_text(encoding="utf-8")
+    new, check, demo = (
+        next(
+            line.split()[1:] for line in page.splitlines() if line.startswith(f"tauten {command} ")
+        )
+        for command in ("new", "check", "demo")
+    )
     new[new.index("--mesh") + 1] = "sagging.step"
     begin = time.monotonic()
     for words, codes in ((new, (0,)), (check, (0, 1)), (demo, (0,))):
