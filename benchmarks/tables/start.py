@@ -23,6 +23,7 @@ def first_hour_page(demos: Sequence[FirstHour]) -> Page:
         "`tauten demo --seconds 5`",
         "first target followed [s]",
         "end [s]",
+        "processor [s]",
         "compiled",
         "load",
     )
@@ -31,6 +32,7 @@ def first_hour_page(demos: Sequence[FirstHour]) -> Page:
             STARTS[one.start],
             f"{one.first_tick:.1f}",
             f"{one.seconds:.1f}",
+            f"{one.processor:.1f}",
             str(one.compiled),
             f"{one.machine.load:.1f}",
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 import time
 from collections.abc import Iterator
@@ -27,6 +28,7 @@ class FirstHour:
         start: "cold", nothing is compiled; "seeded", shipped kernels are; "warm", it ran before.
         seconds: from the command to its end.
         first_tick: from the command to the first target that the node followed [s].
+        processor: time of all its processes together [s].
         compiled: entries of kernels that were compiled.
         machine: facts of the computer, with the load at the end.
     """
@@ -34,6 +36,7 @@ class FirstHour:
     start: str
     seconds: float
     first_tick: float
+    processor: float
     compiled: int
     machine: HostInfo
 
@@ -66,11 +69,17 @@ def _demo(start: str, cache: Path, out: Path) -> FirstHour:
     variables = {"NUMBA_CACHE_DIR": str(cache)}
     if start == COLD:
         variables[SEED] = OFF
-    before, begin = set(_compiled(cache)), time.time()
+    before, used, begin = set(_compiled(cache)), _processor_time(), time.time()
     run(["-m", "tauten.service", "demo", "--seconds", f"{SECONDS:g}", "--out", str(out)], variables)
-    end = time.time()
+    seconds, used = time.time() - begin, _processor_time() - used
     compiled = len(set(_compiled(cache)) - before)
-    return FirstHour(start, end - begin, _first_tick(out) - begin, compiled, host_info())
+    return FirstHour(start, seconds, _first_tick(out) - begin, used, compiled, host_info())
+
+
+def _processor_time() -> float:
+    """Of the processes that this one started, and theirs, as far as they have ended [s]."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def _compiled(cache: Path) -> Iterator[Path]:

@@ -9,12 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.tables import first_hour_page
 from tauten.model.kernels import OFF, SEED, SHIPPED, portable_machine, seed_name
 from tauten.model.kernels.seed import unpack
 from tauten.service.cli import main
 from tauten.service.kernels import (
     LARGEST,
     SEEDED,
+    FirstHour,
     PackError,
     first_demos,
     inventory,
@@ -22,6 +24,7 @@ from tauten.service.kernels import (
     pack_kernels,
     take_inventory,
 )
+from tauten.service.process import host_info
 
 ONE = (
     "from tauten.model.numerics import dot; print(dot((1.0, 2.0, 3.0), (1.0, 2.0, 3.0)), dot.stats)"
@@ -115,6 +118,13 @@ def test_why_none_is_used(
         assert inventory.why_none().startswith(f"here is {seed_name()[:4]}")
     monkeypatch.setattr(inventory, "portable_machine", lambda: None)
     assert "this processor lacks" in inventory.why_none()
+
+
+def test_the_table_of_the_first_hour_has_a_row_for_each_start() -> None:
+    demos = [FirstHour(start, 30.0, 8.25, 40.0, 3, host_info()) for start in ("cold", "warm")]
+    (table,) = first_hour_page(demos).tables
+    assert all(len(row) == len(table.columns) for row in table.rows)
+    assert table.rows[0][1:5] == ("8.2", "30.0", "40.0", "3")
 
 
 def test_shipped_files_are_small() -> None:
