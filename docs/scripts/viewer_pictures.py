@@ -9,6 +9,7 @@ playwright, and writes `docs/figures/viewer-*.png`.
 from __future__ import annotations
 
 import argparse
+import re
 import socket
 import subprocess
 import sys
@@ -24,7 +25,7 @@ from playwright.sync_api import Browser
 
 FIGURES = Path(__file__).resolve().parents[1] / "figures"
 START = 180.0  # s
-PICTURES = ("simulate", "manipulator", "export")
+PICTURES = ("simulate", "manipulator", "reach", "export")
 MORE = 12.0  # s after the text is there
 
 
@@ -75,6 +76,20 @@ def take(browser: Browser, address: str, name: str, wait: str) -> None:
     chromium.photograph(page, FIGURES / name)
 
 
+def take_reach(browser: Browser, address: str, name: str) -> None:
+    """Take a picture of an effector's reach, in the dark.
+
+    Args:
+        browser: that opens the page.
+        address: of the page.
+        name: of the picture.
+    """
+    page = chromium.viewer_page(browser, f"{address}/?darkMode")
+    page.get_by_label("reach").first.click(force=True)
+    page.get_by_text(re.compile(r"reach 1\d\d/")).wait_for()
+    chromium.photograph(page, FIGURES / name)
+
+
 def main() -> None:
     """Take all pictures."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -93,6 +108,9 @@ def main() -> None:
         if "manipulator" in wanted:
             with viewer(settings.second, "--simulate", "--path", "line") as address:
                 take(browser, address, "viewer-manipulator.png", "12")
+        if "reach" in wanted:
+            with viewer("trunk", "--simulate") as address:
+                take_reach(browser, address, "viewer-reach.png")
         if "export" in wanted:
             html = Path(folder) / "run.html"
             command = [sys.executable, "-m", "tauten.service", "view", robot, "--simulate"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 from dataclasses import dataclass, field
 from multiprocessing.process import BaseProcess
@@ -16,8 +15,6 @@ from tauten.controller import Order
 from tauten.model import Simulator, one_blas_thread
 from tauten.model.numerics import Array
 from tauten.service.plant import reach_plan, reached
-
-_NICE = 5  # the robot goes first
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +120,6 @@ class ReachSearch:
 
 def _search(model: ReachModel, effector: int, queue: Queue[object]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the viewer ends this process
-    os.nice(_NICE)
     with one_blas_thread():
         simulator = Simulator.of(model.robot, model.order, model.basis)
         plan = reach_plan(simulator, effector)

@@ -244,7 +244,7 @@ class ViewSession:
                 self._strain.draw(frame.geometry.vertices if strained else None)
                 panel.viewing.show_bar(self._strain.end)
                 self._numbers.draw(frame if panel.viewing.shows_forces else None)
-            self._scene.show_gizmos(self._shown is None)
+            self._scene.show_gizmos(frame.time >= history.last)
             self._scene.place_gizmos(self.targets.values)
         panel.show_follow(self.targets.armed)
         panel.show_scalars(self.targets.values, self.source.look)
