@@ -261,7 +261,7 @@ def _notes(
     if not taken.in_time:
         yield (
             f"No mesh has control steps that fit {LEAST_RATE:g} Hz: one of {taken.nodes:,} nodes takes "
-            f"{1e3 * taken.step:.0f} ms. For a higher rate: tauten reduce {file} --states --write."
+            f"{1e3 * taken.step:.0f} ms. Next: tauten reduce {file} --states --write."
         )
     good = accurate_trial(trials, new.accuracy)
     if good > chosen:
@@ -305,7 +305,7 @@ def _draft(new: NewRobot, size: float, mesh: TetMesh, guess: Guess) -> _Draft:
         found = pulled(robot, guess, str(part.path))
     limited = robot_text(values, guess, _actuators(guess, found))
     step = step_time(_robot(limited, mesh, new.name))
-    rate = min(RATE, rate_for(SPARE * step))
+    rate = min(RATE, rate_for(SPARE * step)) if fits(LEAST_RATE, step) else RATE
     text = robot_text(replace(values, rate=rate), guess, _actuators(guess, found))
     trial = Trial(size, len(mesh.nodes), found.effort, found.tip, found.moved, found.share, step)
     return _Draft(mesh, text, trial, rate)

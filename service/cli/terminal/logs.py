@@ -12,6 +12,7 @@ import typer
 from tauten.service.cli.terminal.version import Version
 
 LogFormat = Literal["text", "json"]
+FOREIGN = ("websockets", "viser", "httpx", "matplotlib")  # their news are of no command of ours
 
 
 class JsonLines(logging.Formatter):
@@ -44,6 +45,10 @@ def set_up_logging(level: str, form: LogFormat) -> None:
         text = "%(asctime)s %(levelname)s %(name)s: %(message)s"
         handler.setFormatter(logging.Formatter(text))
     logging.basicConfig(level=level.upper(), handlers=[handler])
+    for library in FOREIGN:
+        logging.getLogger(library).setLevel(
+            max(logging.WARNING, logging.getLevelName(level.upper()))
+        )
 
 
 def general_options(
