@@ -41,7 +41,7 @@ class FrictionSolution:
         r: (m d,) forces.
         u: (m d,) velocities or displacements.
         error: of the natural map, in the unit of q; see `FrictionProblem.error`.
-        newton: linear systems that were solved.
+        newton: linear systems that were solved; a round without one counts as one.
         rounds: of the proximal point.
         converged: whether the error is within the tolerance.
     """
@@ -73,15 +73,19 @@ def solve_friction(
     r = np.zeros(len(problem.q)) if start is None else np.array(start, dtype=float)
     error, newton, rounds, failures = problem.error(r), 0, 0, 0
     alpha = WIDEST * min(error / largest, 1.0) if largest > 0.0 else WIDEST
+    best = error, r
     while not error <= tolerance * largest and newton < budget:
         weight = WEIGHTS[failures % len(WEIGHTS)]
         limit = min(ROUND_STEPS, budget - newton)
         tried, steps, solved = _round(problem, r, alpha, weight, error, limit)
-        found, newton, rounds = problem.error(tried), newton + steps, rounds + 1
+        found, newton, rounds = problem.error(tried), newton + max(steps, 1), rounds + 1
+        if found < best[0]:
+            best = found, tried
         if solved or found < 0.5 * error:
             r, error, alpha = tried, found, max(EASIER * alpha, LEAST)
         else:
             failures, alpha = failures + 1, HARDER * alpha
+    error, r = best
     converged = error <= tolerance * largest
     return FrictionSolution(r, problem.W @ r + problem.q, error, newton, rounds, converged)
 
@@ -111,7 +115,8 @@ def _round(
     q = problem.q / root - alpha * r
     u, F = W @ r + q, np.empty(shape)
     squares = [residual(u.reshape(shape), r.reshape(shape), problem.mu, c, F)]
-    enough = ROUND_ERROR * error
+    # û has μ times the slip, which the residual has not
+    enough = ROUND_ERROR * error / (1.0 + problem.mu.max())
     for step in range(limit):
         if np.abs(F.ravel() * root).max() <= enough:
             return r / root, step, True

@@ -27,6 +27,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tauten.model.numerics import FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.state import State
@@ -94,13 +95,20 @@ def travel(
         FactorisationError: the state has diverged.
     """
     static, farthest = robot.integration.static, FARTHEST_CORRECTION * robot.size
-    for count in (steps << doubling for doubling in range(DOUBLINGS + 1)):
-        limit = np.inf if static or count == steps << DOUBLINGS else farthest
+    most = steps if static else steps << DOUBLINGS
+    count, commands = steps, (before, command)
+    while True:
+        limit = np.inf if count == most else farthest
         stages = _Stages(robot, space, enrichment, _scheme(robot, count))
-        found = _in_steps(stages, state, forces, (before, command), count, limit)
-        if found.correction <= limit:
-            break
-    return found
+        try:
+            found = _in_steps(stages, state, forces, commands, count, limit)
+        except FactorisationError:
+            if count == most:
+                raise
+        else:
+            if count == most or found.correction <= limit:
+                return found
+        count *= 2
 
 
 def _in_steps(

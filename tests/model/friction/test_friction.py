@@ -107,6 +107,18 @@ def test_a_budget_ends_a_solution_with_the_best_forces() -> None:
     assert cut.error <= problem.error(np.zeros(12))
 
 
+@pytest.mark.parametrize("mu", [1.0, 30.0, 300.0])
+def test_every_solution_ends_within_its_budget(mu: float) -> None:
+    """Singular W and coefficients of friction far beyond those of any material."""
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        factor = rng.normal(size=(12, 8))
+        problem = FrictionProblem(factor @ factor.T, rng.normal(size=12), np.full(4, mu))
+        solution = solve_friction(problem, budget=60)
+        assert solution.newton <= 60
+        assert solution.error <= problem.error(np.zeros(12))
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -148,7 +148,7 @@ def test_overlapping_tetrahedra_are_meshed_anew(tmp_path: Path) -> None:
     part = read_part(overlapping(tmp_path / "double.vtu"), "mm", repair=True)
     new = NewRobot("again", part, size=8e-3)
     made = make_new_robot(new, tmp_path / "again", StopFlag(), lambda share, what: None)
-    volume = load_robot(made.file).mesh.volumes.sum()
+    volume = load_robot(made.file).body.mesh.volumes.sum()
     assert volume == pytest.approx(np.prod(SIZE) * 1e-9, rel=0.02)
 
 
