@@ -185,9 +185,10 @@ def _use(robot: str, basis: Path | None, states: Path | None, write: bool) -> No
 
     folder, fields = Path(robot).parent, dict[str, dict[str, str]]()
     if basis is not None:
-        fields["controller"] = {"basis": os.path.relpath(basis, folder)}
+        fields["controller"] = {"basis": Path(os.path.relpath(basis, folder)).as_posix()}
     if states is not None:
-        fields["model"] = {"order": "reduced", "states": os.path.relpath(states, folder)}
+        relative = Path(os.path.relpath(states, folder)).as_posix()
+        fields["model"] = {"order": "reduced", "states": relative}
     if write:
         set_fields(Path(robot), fields)
         typer.echo(f"{robot} uses them.")

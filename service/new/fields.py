@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from tauten.model.schema import RobotFileError, read_toml
 from tauten.service.process import write_text
@@ -20,7 +23,7 @@ def fields_text(fields: Fields) -> str:
     """
     lines: list[str] = []
     for table, values in fields.items():
-        lines += [f"[{table}]", *(f'{name} = "{value}"' for name, value in values.items())]
+        lines += [f"[{table}]", *(f"{name} = {_literal(text)}" for name, text in values.items())]
     return "\n".join(lines)
 
 
@@ -32,41 +35,64 @@ def set_fields(file: Path, fields: Fields) -> None:
         fields: tables, and texts by the name of the field.
 
     Raises:
-        RobotFileError: the file writes one of the tables in another form than under a [header].
+        RobotFileError: the file writes one of the tables so that its text cannot be changed; it is as it was.
         OSError: the file cannot be written.
     """
     file = file.resolve()
-    mode, text = file.stat().st_mode, file.read_bytes().decode("utf-8")
     contents = read_toml(file)
+    mode, text = file.stat().st_mode, file.read_bytes().decode("utf-8")
     for table, values in fields.items():
-        head = re.search(rf"^[ \t]*\[{re.escape(table)}\][^\n]*\n?", text, re.M)
-        if head is None and table in contents:
+        old = contents.get(table, {})
+        contents[table] = old | dict(values) if isinstance(old, dict) else values
+        found = next((new for new in _drafts(text, table, values) if _holds(new, contents)), None)
+        if found is None:
             raise RobotFileError(
-                f"{file}: has no line [{table}]: set {fields_text(fields)!r} by hand"
+                f"{file}: has no line [{table}] below which its fields can be set; set them by hand:\n"
+                f"{fields_text(fields)}"
             )
-        if head is None:
-            text += ("" if text.endswith("\n") else "\n") + f"\n[{table}]\n"
-            begin = end = len(text)
-        else:
-            if not head[0].endswith("\n"):
-                text += "\n"
-            begin = head.end() if head[0].endswith("\n") else len(text)
-            following = re.search(r"^[ \t]*\[", text[begin:], re.M)
-            end = len(text) if following is None else begin + following.start()
-        text = text[:begin] + _with_fields(text[begin:end], values) + text[end:]
+        text = found
     write_text(file, text)
     file.chmod(mode)
+
+
+def _drafts(text: str, table: str, values: Mapping[str, str]) -> Iterator[str]:
+    """The text with fields set below each line that looks like the table's, then below a new one.
+
+    Args:
+        text: of a robot file.
+        table: name.
+        values: texts by the name of the field.
+    """
+    for head in re.finditer(rf"^[ \t]*\[{re.escape(table)}\][^\n]*\n?", text, re.M):
+        begin, line = head.end(), head[0] if head[0].endswith("\n") else f"{head[0]}\n"
+        following = re.search(r"^[ \t]*\[", text[begin:], re.M)
+        end = len(text) if following is None else begin + following.start()
+        yield text[: head.start()] + line + _with_fields(text[begin:end], values) + text[end:]
+    gap = "" if text.endswith("\n") else "\n"
+    yield f"{text}{gap}\n[{table}]\n{_with_fields('', values)}"
+
+
+def _holds(text: str, contents: dict[str, Any]) -> bool:
+    """Whether a text is TOML of some contents."""
+    try:
+        return tomllib.loads(text) == contents
+    except tomllib.TOMLDecodeError:
+        return False
 
 
 def _with_fields(body: str, values: Mapping[str, str]) -> str:
     """The lines of a table with fields set: new ones stand first."""
     for name, value in reversed(list(values.items())):
-        field = re.compile(
-            rf"^([ \t]*{re.escape(name)}[ \t]*=[ \t]*)(\"[^\"\n]*\"|'[^'\n]*')", re.M
-        )
-        line = f'"{value}"'
+        key = rf"(?:{re.escape(name)}|\"{re.escape(name)}\"|'{re.escape(name)}')"
+        field = re.compile(rf"^([ \t]*{key}[ \t]*=[ \t]*)(\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*')", re.M)
+        line = _literal(value)
         if field.search(body):
             body = field.sub(lambda found, line=line: f"{found[1]}{line}", body, count=1)  # type: ignore[misc]
         else:
             body = f"{name} = {line}\n{body}"
     return body
+
+
+def _literal(text: str) -> str:
+    """A text as TOML writes it."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

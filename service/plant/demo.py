@@ -18,7 +18,7 @@ from tauten.model.load import command_name
 from tauten.service.check import faster, first_decision, rate_for
 from tauten.service.describing import describe
 from tauten.service.link import step_at_start
-from tauten.service.plant.copying import copy_robot
+from tauten.service.plant.copying import robot_copies, write_copies
 from tauten.service.plant.paths import PathSettings, make_path
 from tauten.service.plant.plant import Drive, Steps
 from tauten.service.plant.processes import STOP_TIME, Child, DemoError, child, free_ports
@@ -39,6 +39,7 @@ from tauten.service.wire import (
 
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"
 
+NODE = "serve"  # the command
 SPARE = (
     2.0  # how much longer than at the start a control step may take; else a node refuses to start
 )
@@ -97,14 +98,16 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
         notify: called with a sentence before each part of the work.
 
     Raises:
-        DemoError: a process failed.
+        DemoError: a process failed, or a file of the user is in the folder.
         RobotFileError, MeshError, BasisError, PathError: what cannot be used, and why.
         LogError: nothing was recorded.
     """
     setup = load_setup(settings.robot, basis=settings.basis, model=settings.model)
     robot, folder, notes = setup.robot, settings.folder, list[str]()
+    copies = robot_copies(setup.path, settings.basis, folder)
+    _spare(folder, settings.path)
     folder.mkdir(parents=True, exist_ok=True)
-    copy_robot(setup.path, settings.basis, folder)
+    write_copies(copies)
     port = free_ports()
     common, network = ["--port", str(port)], Network(port)
     targets, log = folder / TARGETS, folder / LOG
@@ -146,6 +149,22 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
     return DemoResult(run, report, robot.actuators, tuple(notes))
 
 
+def _spare(folder: Path, path: str) -> None:
+    """Check that what the demo writes replaces no file but those of a demo before.
+
+    Args:
+        folder: of log, report and targets.
+        path: of the targets, which may be a file.
+
+    Raises:
+        DemoError: it would.
+    """
+    is_left = (folder / f"{NODE}.txt").exists()  # by a demo
+    for file in (folder / name for name in (LOG, REPORT, FIGURE, TARGETS)):
+        if file.exists() and (not is_left or file.resolve() == Path(path).resolve()):
+            raise DemoError(f"{file}: the demo would replace it: choose another --out, or move it")
+
+
 def _started(
     stack: contextlib.ExitStack,
     settings: DemoSettings,
@@ -175,7 +194,7 @@ def _started(
     if settings.closed_loop:
         serving.append("--closed-loop")
         behaving.append("--measure")
-    node = stack.enter_context(child("serve", serving, settings.folder))
+    node = stack.enter_context(child(NODE, serving, settings.folder))
     plant = [settings.robot, *behaving, *common]
     return node, stack.enter_context(child("plant", plant, settings.folder))
 

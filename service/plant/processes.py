@@ -22,7 +22,7 @@ _PORTS = range(28_000, 32_000, 2)
 
 
 class DemoError(RuntimeError):
-    """A process that failed; the message names it and the file with its output."""
+    """A process that failed, or a file in the way; the message names it, or the file with its output."""
 
 
 @dataclass(slots=True)
