@@ -345,20 +345,16 @@ def write(
         stop: ends the check early.
         progress: of the check.
     """
-    beside = folder.with_name(f".{folder.name}.partial")
-    beside.mkdir(parents=True)
-    try:
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as hidden:
+        beside = Path(hidden, folder.name)  # which has the usual permissions
+        beside.mkdir()
         written = write_files(beside, name, draft.text, draft.mesh)
         check = check_robot(CheckSettings(str(written)), stop, progress)
         if check.estimate is not None:
             with suppress(ValueError):  # nothing to compare
                 certified(check.estimate, check.digest).save(written)
         beside.rename(folder)
-    finally:
-        if beside.exists():
-            for left in beside.iterdir():
-                left.unlink()
-            beside.rmdir()
     file = folder / f"{name}.toml"
     found = tuple(
         replace(item, advice=item.advice.replace(str(written), str(file)))

@@ -43,6 +43,7 @@ NODE = "serve"  # the command
 SPARE = (
     2.0  # how much longer than at the start a control step may take; else a node refuses to start
 )
+_ANSWER = 20.0  # s until a node that is alive must have said how long its control step takes
 _START = 300.0  # s; kernels are compiled when a robot runs for the first time
 
 
@@ -119,6 +120,12 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
         save_path(make_path(settings.path, robot, path_settings), targets)
         path = make_path(str(targets), robot, PathSettings(repeats=True))
         step = _wait_alive(Keys(robot.name), network, (node, plant), stop)
+        if math.isnan(step) and not stop.requested:
+            notes.append(
+                f"the node does not say how long a control step takes: whether it holds {rate:g} Hz is "
+                "unknown"
+            )
+            notify(notes[-1])
         if step * rate > 1.0:  # a node that misses its deadlines holds
             slower = min(rate_for(SPARE * step), rate)
             notes.append(_too_slow(step, slower, setup))
@@ -222,7 +229,12 @@ def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop:
                 raise DemoError(f"{', '.join(sorted(missing))} did not start within {_START:g} s")
             missing -= {key for key in missing if is_alive(session, key)}
             time.sleep(0.1)
-        return math.nan if stop.requested else step_at_start(session, keys.robot)
+        step, end = math.nan, time.monotonic() + _ANSWER
+        while math.isnan(step) and not stop.requested and time.monotonic() < end:
+            for one in children:
+                one.check()
+            step = step_at_start(session, keys.robot)
+        return step
     finally:
         close_session(session)
 

@@ -144,6 +144,19 @@ def test_targets_are_slowed_where_the_period_cannot_be_held(
     assert times[-1] == pytest.approx(4.0 * slower, rel=0.05)
 
 
+def test_a_time_of_a_step_that_is_unknown_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tauten.service.plant.processes._start", forked)
+    monkeypatch.setattr("tauten.service.plant.demo.step_at_start", lambda *_: float("nan"))
+    monkeypatch.setattr("tauten.service.plant.demo._ANSWER", 0.0)
+    settings = DemoSettings(str(weak_beam(tmp_path)), tmp_path / "demo", 1.0, path="line")
+    said: list[str] = []
+    done = run_demo(settings, StopFlag(), said.append)
+    assert "whether it holds 20 Hz is unknown" in done.notes[0]
+    assert done.notes[0] in said
+
+
 def test_a_process_that_fails_is_named_with_its_last_line(tmp_path: Path) -> None:
     with (
         pytest.raises(DemoError, match=r"tauten plant ended with 2: no robot 'nobody'"),

@@ -25,6 +25,17 @@ def solid(tmp_path: Path) -> Path:
     return path
 
 
+def test_what_a_killed_command_left_is_not_in_the_way(solid: Path, tmp_path: Path) -> None:
+    (tmp_path / ".bar.partial").mkdir()
+    (tmp_path / "usual").mkdir()
+    before = set(tmp_path.iterdir())
+    new = NewRobot("bar", read_part(solid, "m", False))
+    made = make_new_robot(new, tmp_path / "bar", StopFlag(), lambda share, what: None)
+    assert made.file == tmp_path / "bar" / "bar.toml"
+    assert set(tmp_path.iterdir()) - before == {tmp_path / "bar"}
+    assert (tmp_path / "bar").stat().st_mode == (tmp_path / "usual").stat().st_mode
+
+
 @pytest.mark.parametrize("done", [0, 1])
 def test_ctrl_c_in_the_equilibria_keeps_the_meshes_that_are_compared(
     solid: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, done: int
