@@ -11,7 +11,7 @@ import numpy as np
 import viser
 
 from tauten.model.numerics import Array
-from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, RobotLook, TargetStore
+from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, ReachSet, RobotLook, TargetStore
 from tauten.service.view.charts import Charts
 from tauten.service.view.locks import LockPanel
 from tauten.service.view.picture import legend_html
@@ -71,7 +71,9 @@ class ViewPanel:
         self._words = Words()
         self.for_all: dict[str, frozenset[bool | str]] = {}
         self._notices: dict[int, viser.GuiHtmlHandle] = {}
-        gui = server.gui
+        gui, effectors = server.gui, look.robot.effectors
+        self._placed = tuple(one.has_position for one in effectors)
+        reaches = reaches and any(self._placed)
         self._status = gui.add_html("")
         self._follow: viser.GuiCheckboxHandle | None = None
         self._scalars: dict[int, viser.GuiSliderHandle[float]] = {}
@@ -83,7 +85,7 @@ class ViewPanel:
                 self._button(server, Request.STOP, "Release the actuators.")
                 self._scalars = {
                     i: _scalar_slider(server, one)
-                    for i, one in enumerate(look.robot.effectors)
+                    for i, one in enumerate(effectors)
                     if not one.has_position
                 }
                 self._buttons(
@@ -188,6 +190,11 @@ class ViewPanel:
         return 0 if self.program is None else self.program.effector
 
     @property
+    def shows_reach(self) -> bool:
+        """Whether the reach of that effector is shown: only a position has one."""
+        return self._placed[self.effector] and self.viewing.shows_reach
+
+    @property
     def draws(self) -> bool:
         """Whether clicks add points to a new cable."""
         return self._drawing is not None and bool(self._drawing.value)
@@ -227,6 +234,14 @@ class ViewPanel:
         shown = min(max(shown, first), last)
         if self._slider.value != shown:
             self._slider.value = shown  # type: ignore[misc]  # viser types it so
+
+    def show_progress(self, found: ReachSet) -> None:
+        """Show how much of the reach is known, and whether the effector has one.
+
+        Args:
+            found: what is known.
+        """
+        self.viewing.show_progress(found, self._placed[self.effector])
 
     def say(self, words: Words) -> None:
         """Show a text."""

@@ -267,9 +267,9 @@ class ViewSession:
     def _show_reach(self, miss: Miss | None) -> Miss | None:
         """Show the reach where it is wanted; the target that is missed, with the nearest point known."""
         found, panel = ReachSet(), self._panel
-        if self._reach is not None and panel.viewing.shows_reach:
+        if self._reach is not None and panel.shows_reach:
             found = self._reach.of(panel.effector)
-        panel.viewing.show_progress(found)
+        panel.show_progress(found)
         self._reach_drawing.show_reach(found)
         if miss is not None and miss.effector == panel.effector:
             miss = nearest_of(miss, found)

@@ -94,18 +94,21 @@ class Viewing:
         if self._bar.content != content:
             self._bar.content = content
 
-    def show_progress(self, found: ReachSet) -> None:
+    def show_progress(self, found: ReachSet, possible: bool) -> None:
         """Show how much of the reach is known.
 
         Args:
             found: what is known.
+            possible: whether the effector has a reach; the box is grey where it has none.
         """
         if self._reach is None:
             return
+        if self._reach.disabled == possible:
+            self._reach.disabled = not possible
         part = f" {len(found.points)}/{found.wanted}" if found.wanted else " …"
         if found.failed:
             part = " failed"
         done = found.complete and not found.failed
-        label = "reach" + (part if self.shows_reach and not done else "")
+        label = "reach" + (part if possible and self.shows_reach and not done else "")
         if self._reach.label != label:
             self._reach.label = label

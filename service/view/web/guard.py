@@ -10,47 +10,50 @@ viser only what it has checked.
 | messages of other types | tunnels (`ShareUrlRequest`), commands: the viewer uses none of them |
 | other fields than viser's, or of other types | viser would end the connection |
 | more than 16 kB, nested values, numbers that are not finite or beyond 1e6 | no correct message is so |
-| a picture that was not asked for | only *PNG* needs one |
+| a picture that was not asked for, or of another size | only *PNG* needs one |
 | a file of more than 48 kB, or for an input that takes none | lists of waypoints are no larger |
 | input of a further browser, except to stop and to hold | it looks on: the one connected longest operates |
+
+What is larger than its sender may send now is refused before it is decoded: more than 16 kB only from the
+browser that operates, while a picture or a file is expected of it.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
-import math
 import re
 from collections import Counter
-from collections.abc import Callable, Coroutine, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Coroutine, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from typing import Any
 
-import msgspec
-from viser._messages import Message
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
+
+from tauten.service.view.web.messages import (
+    CAMERA,
+    FILE,
+    LARGEST_FILE,
+    LARGEST_FRAME,
+    LARGEST_MESSAGE,
+    PART,
+    PICTURE,
+    decoded,
+    message_type,
+    picture_size,
+    problem,
+)
 
 log = logging.getLogger(__name__)
 
 ORIGINS = re.compile(r"http://(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
-LARGEST_MESSAGE = 16_384  # bytes; the largest correct one has a few hundred
-LARGEST_FILE = 49_152  # bytes
-LARGEST_NUMBER = 1e6
 _MOST_FILES = 1000  # of one viewer
-LARGEST_PICTURE = 2**23  # bytes
-LARGEST_FRAME = LARGEST_PICTURE + LARGEST_MESSAGE  # bytes; a larger one ends its connection
-_PICTURE = "GetRenderResponseMessage"
 # A browser that does not answer a ping for 1.5 s has left: the robot no longer follows it. Its connection
 # lasts longer, because a slow link delays answers, too, while the scene is loaded. The time is counted in
 # slices, so that a pause of this process is none of the browser.
 _PING_INTERVAL, _SLICE = 0.4, 0.1  # s
 _SILENT, _GONE = 15, 100  # slices
-
-_CAMERA = "ViewerCameraMessage"
-_MOST_TEXT = 200  # characters
-_MOST_VALUES = 32  # of a list or mapping
-_DEPTH = 4
 
 Handler = Callable[[ServerConnection], Coroutine[Any, Any, None]]
 
@@ -71,7 +74,8 @@ class Guard:
         self._takes: Callable[[str, object], bool] = lambda identifier, value: True
         self._uploads: frozenset[str] = frozenset()
         self._files = 0
-        self._pictures = 0  # that were asked for
+        self._file_from: ServerConnection | None = None  # that has announced one
+        self._picture: tuple[ServerConnection, tuple[int, int]] | None = None  # that is expected
 
     def let_all(self, values: Mapping[str, frozenset[bool | str]]) -> None:
         """Let browsers that look on give inputs of the panel these values.
@@ -85,9 +89,20 @@ class Guard:
         """Let the browser that operates send files to these inputs of the panel."""
         self._uploads = identifiers
 
-    def expect_picture(self) -> None:
-        """Let one more picture of the browser that operates through: it was asked for."""
-        self._pictures += 1
+    @contextmanager
+    def picture(self, height: int, width: int) -> Iterator[None]:
+        """Let one picture of the browser that operates through while the block runs: it is asked for.
+
+        Args:
+            height: of the picture [pixels].
+            width: of the picture [pixels].
+        """
+        sender = next(iter(self._connections), None)
+        self._picture = None if sender is None else (sender, (height, width))
+        try:
+            yield
+        finally:
+            self._picture = None
 
     def check_inputs(self, takes: Callable[[str, object], bool]) -> None:
         """Let through only what inputs of the panel may get.
@@ -162,11 +177,7 @@ class Guard:
             connection: of the sender.
             raw: the message.
         """
-        reason = problem(raw)
-        if reason is None and not self.operates(connection) and not self._is_for_all(raw):
-            reason = "not the operator"
-        if reason is None and not self._fits(raw):
-            reason = "wrong value"
+        reason = self._refusal(connection, raw)
         if reason is None:
             return True
         self.refused[reason] += 1
@@ -178,26 +189,53 @@ class Guard:
         """Whether a browser operates: it has been connected longest."""
         return bool(self._connections) and self._connections[0] is connection
 
-    def _fits(self, raw: object) -> bool:
+    def _refusal(self, connection: ServerConnection, raw: object) -> str | None:
+        """Why a message is refused; None where it passes."""
+        if not isinstance(raw, bytes):
+            return "text instead of bytes"
+        if len(raw) > self._largest(connection):
+            return "too large"
+        content = decoded(raw)
+        if (reason := problem(raw, content)) is not None:
+            return reason
+        if not self.operates(connection) and not self._is_for_all(content):
+            return "not the operator"
+        return None if self._fits(connection, content) else "wrong value"
+
+    def _largest(self, connection: ServerConnection) -> int:
+        """Bytes that a browser's next message may have."""
+        if not self.operates(connection):
+            return LARGEST_MESSAGE
+        if self._expected(connection) is not None:
+            return LARGEST_FRAME
+        return LARGEST_MESSAGE + LARGEST_FILE * (self._file_from is connection)
+
+    def _expected(self, connection: ServerConnection) -> tuple[int, int] | None:
+        """Height and width of the picture that is expected of a browser; None: none is."""
+        expected = self._picture  # once: another thread sets it
+        return expected[1] if expected is not None and expected[0] is connection else None
+
+    def _fits(self, connection: ServerConnection, content: dict[str, Any]) -> bool:
         """Whether a correct message gives an input of the panel what it may get; other messages do."""
-        if message_type(raw) == _PICTURE:
-            self._pictures, expected = max(self._pictures - 1, 0), self._pictures > 0
-            return expected
-        if message_type(raw) in _FILES and isinstance(raw, bytes):
-            content = msgspec.msgpack.decode(raw)
-            self._files += message_type(raw) == "FileTransferStartUpload"
-            return self._files <= _MOST_FILES and content["source_component_uuid"] in self._uploads
-        if message_type(raw) != "GuiUpdateMessage" or not isinstance(raw, bytes):
+        kind = message_type(content)
+        if kind == PICTURE:
+            expected, payload = self._expected(connection), content["payload"]
+            self._picture = None
+            # an empty one says that the browser could not make it
+            return expected is not None and (not payload or picture_size(payload) == expected)
+        if kind in (FILE, PART):
+            self._files += kind == FILE
+            fits = self._files <= _MOST_FILES and content["source_component_uuid"] in self._uploads
+            self._file_from = connection if fits and kind == FILE else None
+            return fits
+        if kind != "GuiUpdateMessage":
             return True
-        content = msgspec.msgpack.decode(raw)
         return all(self._takes(content["uuid"], value) for value in content["updates"].values())
 
-    def _is_for_all(self, raw: object) -> bool:
+    def _is_for_all(self, content: dict[str, Any]) -> bool:
         """Whether a correct message may come from a browser that looks on."""
-        kind = message_type(raw)
-        if kind != "GuiUpdateMessage" or not isinstance(raw, bytes):
-            return kind == _CAMERA
-        content = msgspec.msgpack.decode(raw)
+        if (kind := message_type(content)) != "GuiUpdateMessage":
+            return kind == CAMERA
         allowed = self._for_all.get(content["uuid"], frozenset())
         value = content["updates"].get("value")
         return isinstance(value, bool | str) and value in allowed
@@ -232,165 +270,3 @@ class _Checked:
             raw = await self._connection.recv()
             if self._guard.passes(self._connection, raw) and isinstance(raw, bytes):
                 return raw
-
-
-def message_type(raw: object) -> str:
-    """Name of a message's type; "" of what is no message."""
-    if not isinstance(raw, bytes):
-        return ""
-    try:
-        content = msgspec.msgpack.decode(raw)
-    except (msgspec.DecodeError, RecursionError, ValueError):
-        return ""
-    return str(content.get("type", "")) if isinstance(content, dict) else ""
-
-
-def problem(raw: object) -> str | None:
-    """Why a message is refused, whoever sends it; None where it is correct."""
-    if not isinstance(raw, bytes):
-        return "text instead of bytes"
-    kind = message_type(raw)
-    if len(raw) > LARGEST_MESSAGE and kind not in _CONTENTS:
-        return "too large"
-    if not kind:
-        return "not a message of viser"
-    if kind not in _SHAPES:
-        return f"type {kind[:40]}"
-    content = msgspec.msgpack.decode(raw)
-    name, largest = _CONTENTS.get(kind, ("", 0))
-    part = content.pop(name, b"")
-    if not isinstance(part, bytes) or len(part) > largest or not is_bounded(content, _DEPTH):
-        return "values out of bounds"
-    return None if _SHAPES[kind](content) and _is_read(raw) else "wrong fields"
-
-
-def _is_read(raw: bytes) -> bool:
-    """Whether viser makes a message of it: where it cannot, it ends the connection."""
-    try:
-        Message.deserialize(raw)
-    except Exception:  # whatever fields of other names and types raise
-        return False
-    return True
-
-
-def is_bounded(value: object, depth: int) -> bool:
-    """Whether a value is made of short texts, and of finite numbers that are not larger than 1e6.
-
-    Args:
-        value: decoded.
-        depth: that lists and mappings may be nested.
-    """
-    if value is None or isinstance(value, bool):
-        return True
-    if isinstance(value, str):
-        return len(value) <= _MOST_TEXT
-    if isinstance(value, int | float):
-        return math.isfinite(value) and abs(value) <= LARGEST_NUMBER
-    if not isinstance(value, list | tuple | dict) or depth == 0 or len(value) > _MOST_VALUES:
-        return False
-    if isinstance(value, dict):
-        return all(is_bounded(key, 0) for key in value) and all(
-            is_bounded(one, depth - 1) for one in value.values()
-        )
-    return all(is_bounded(one, depth - 1) for one in value)
-
-
-def _is_numbers(value: object, count: int) -> bool:
-    return (
-        isinstance(value, list | tuple)
-        and len(value) == count
-        and all(isinstance(one, int | float) and not isinstance(one, bool) for one in value)
-    )
-
-
-def _is_transform(content: dict[str, Any]) -> bool:
-    return (
-        isinstance(content.get("name"), str)
-        and _is_numbers(content.get("position"), 3)
-        and _is_numbers(content.get("wxyz"), 4)
-    )
-
-
-def _is_drag(content: dict[str, Any]) -> bool:
-    return isinstance(content.get("name"), str)
-
-
-def _is_receipt(content: dict[str, Any]) -> bool:
-    """Of a part of a file that the browser was sent."""
-    return isinstance(content.get("transfer_uuid"), str) and isinstance(
-        content.get("source_component_uuid"), str | None
-    )
-
-
-def _is_file(content: dict[str, Any]) -> bool:
-    """A file in one part."""
-    return (
-        isinstance(content.get("source_component_uuid"), str)
-        and content.get("part_count") == 1
-        and isinstance(size := content.get("size_bytes"), int)
-        and 0 < size <= LARGEST_FILE
-    )
-
-
-def _is_part(content: dict[str, Any]) -> bool:
-    return isinstance(content.get("source_component_uuid"), str) and content.get("part_index") == 0
-
-
-def _is_update(content: dict[str, Any]) -> bool:
-    """Only the value of an input may change: no colour, no limit, no callback."""
-    updates = content.get("updates")
-    return (
-        isinstance(content.get("uuid"), str)
-        and isinstance(updates, dict)
-        and set(updates) <= {"value"}
-    )
-
-
-def _is_click(content: dict[str, Any]) -> bool:
-    return (
-        content.get("event_type") == "click"
-        and isinstance(content.get("modifier"), str | None)
-        and isinstance(content.get("screen_pos"), list | tuple)
-        and all(_is_numbers(one, 2) for one in content["screen_pos"])
-        and _is_numbers(content.get("ray_origin"), 3)
-        and _is_numbers(content.get("ray_direction"), 3)
-    )
-
-
-def _is_picture(content: dict[str, Any]) -> bool:
-    return isinstance(content.get("render_uuid"), str)
-
-
-def _is_push(content: dict[str, Any]) -> bool:
-    """A drag of the skin with Ctrl."""
-    return (
-        isinstance(content.get("name"), str)
-        and content.get("phase") in ("start", "update", "end")
-        and content.get("button") == "left"
-        and content.get("modifier") == "cmd/ctrl"
-        and all(_is_numbers(content.get(one), 3) for one in ("start_position", "end_position"))
-        and all(_is_numbers(content.get(one), 2) for one in ("start_screen_pos", "end_screen_pos"))
-    )
-
-
-def _is_camera(content: dict[str, Any]) -> bool:
-    vectors = (content.get(name) for name in ("position", "look_at", "up_direction"))
-    return _is_numbers(content.get("wxyz"), 4) and all(_is_numbers(one, 3) for one in vectors)
-
-
-# Of messages with content: its name, and its largest size in bytes.
-_CONTENTS = {"FileTransferPart": ("content", LARGEST_FILE), _PICTURE: ("payload", LARGEST_PICTURE)}
-_FILES = frozenset({"FileTransferPart", "FileTransferStartUpload"})
-_SHAPES: dict[str, Callable[[dict[str, Any]], bool]] = {
-    "TransformControlsUpdateMessage": _is_transform,
-    "TransformControlsDragStartMessage": _is_drag,
-    "TransformControlsDragEndMessage": _is_drag,
-    "FileTransferPartAck": _is_receipt,
-    "FileTransferPart": _is_part,
-    _PICTURE: _is_picture,
-    "FileTransferStartUpload": _is_file,
-    "GuiUpdateMessage": _is_update,
-    "SceneNodeDragMessage": _is_push,
-    "ScenePointerMessage": _is_click,
-    _CAMERA: _is_camera,
-}

@@ -13,12 +13,8 @@ from typing import Any
 import viser
 import websockets.asyncio.server
 
-from tauten.service.view.web.guard import (
-    LARGEST_FRAME,
-    ORIGINS,
-    Guard,
-    Handler,
-)
+from tauten.service.view.web.guard import ORIGINS, Guard, Handler
+from tauten.service.view.web.messages import LARGEST_FRAME
 from tauten.service.view.web.policy import with_policy
 
 HOST = "127.0.0.1"

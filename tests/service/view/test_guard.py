@@ -126,17 +126,6 @@ def test_files_are_small_and_for_the_waypoints_only(refusing: Shown) -> None:
     waypoints.clear()
 
 
-def test_only_a_picture_that_was_asked_for_is_taken(refusing: Shown) -> None:
-    picture = {"payload": b"\x89PNG" + bytes(10**6), "render_uuid": "0"}
-    with browser(refusing) as page:
-        send(page, "GetRenderResponseMessage", **picture)
-        assert wait_until(lambda: refusing.guard.refused["wrong value"] == 1)
-        refusing.guard.expect_picture()
-        send(page, "GetRenderResponseMessage", **picture)
-        send(page, "GetRenderResponseMessage", **picture)
-        assert wait_until(lambda: refusing.guard.refused["wrong value"] == 2)
-
-
 PUSH: dict[str, object] = {
     "name": "/skin",
     "phase": "update",
