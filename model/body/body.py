@@ -74,6 +74,11 @@ class Body(ABC, Generic[P]):
         """Diagonal of the bounding box at rest [m]."""
 
     @property
+    def part_size(self) -> float:
+        """Size of the largest part [m]; of the body itself where it has no parts."""
+        return self.size
+
+    @property
     @abstractmethod
     def linear_solver(self) -> str:
         """Name of what solves its linear systems."""

@@ -103,6 +103,11 @@ class PartsBody(Body[PartsPoints]):
         return self.extent
 
     @property
+    def part_size(self) -> float:
+        """Size of the largest part [m]."""
+        return max(body.part_size for body in self.bodies)
+
+    @property
     def linear_solver(self) -> str:
         """Names of the solvers of all parts."""
         return " and ".join(dict.fromkeys(body.linear_solver for body in self.bodies))

@@ -42,7 +42,9 @@ from tauten.model.step import (
 from tauten.model.system import Integration, coasting
 
 STAGE = 1.0 - 1.0 / np.sqrt(2.0)  # γ
-FARTHEST_CORRECTION = 2e-3  # from where the velocity leads, relative to the robot's size
+FARTHEST_CORRECTION = (
+    2e-3  # from where the velocity leads, relative to the size of its largest part
+)
 DOUBLINGS = 2  # at most, of the number of steps in a period
 
 
@@ -94,7 +96,7 @@ def travel(
     Raises:
         FactorisationError: the state has diverged.
     """
-    static, farthest = robot.integration.static, FARTHEST_CORRECTION * robot.size
+    static, farthest = robot.integration.static, FARTHEST_CORRECTION * robot.body.part_size
     most = steps if static else steps << DOUBLINGS
     count, commands = steps, (before, command)
     while True:
