@@ -124,7 +124,7 @@ def test_tables_and_paths_are_shown_as_they_are(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     numbers = Numbers("[bold]", ("path", "tip [mm]", "[s]"), (("[/x]", "1", "2"),))
-    show_result({}, Page("x", "about [mm]", (numbers, "from [a] to [/b]")), None, width=200)
+    show_result({}, Page("x", "about [mm]", (numbers, "from [a] to [/b]")), None)
     said = capsys.readouterr().out
     for text in ("[bold]", "tip [mm]", " [s]", "[/x]", "about [mm]", "from [a] to [/b]"):
         assert text in said

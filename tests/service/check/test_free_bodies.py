@@ -71,7 +71,9 @@ def test_a_free_body_on_a_floor_is_not_wrong(tmp_path: Path) -> None:
     path.write_text(ROBOT, encoding="utf-8")
     settings = CheckSettings(str(path), (0.1,))
     result = check_robot(settings, StopFlag(), lambda _share, _what: None)
-    assert result.level == "fine", result.findings
+    timed = "control step against period"  # of a computer that may do other things
+    levels = {item.subject: item.level for item in result.findings}
+    assert {level for subject, level in levels.items() if subject != timed} == {"fine"}, levels
     found = {item.subject: item.found for item in result.findings}
     said = "not looked at: by the robot file nothing holds cube but contact"
     assert found["sag and natural frequencies"] == found["error of the mesh"] == said
