@@ -15,7 +15,7 @@ from tauten.controller.settings import (
     load_controller_settings,
     load_model_settings,
 )
-from tauten.controller.starting import start_at_rest, warm_controller, warm_up
+from tauten.controller.starting import start_at_rest, target_beside, warm_controller, warm_up
 from tauten.controller.step import Decision, Horizon, decide, hold, prepare, substeps_of
 
 __all__ = [
@@ -45,6 +45,7 @@ __all__ = [
     "load_model_settings",
     "prepare",
     "start_at_rest",
+    "target_beside",
     "substeps_of",
     "warm_controller",
     "warm_up",

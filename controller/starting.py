@@ -12,6 +12,7 @@ from tauten.controller.loading import ControllerSetup, Order, controller_setup
 from tauten.controller.qpcc import warm_solver
 from tauten.model import Report, Robot, Simulator, default_enrichment, one_blas_thread
 from tauten.model.load import robot_path
+from tauten.model.numerics import Array
 from tauten.model.schema import read_toml
 
 log = logging.getLogger(__name__)
@@ -27,10 +28,8 @@ def started_controller(robot: str | Path, model: Order | None, contact: str | No
         model: another than the file's.
         contact: another than the file's.
     """
-    path = robot_path(robot)
     with one_blas_thread():
-        setup = controller_setup(read_toml(path), path, basis=contact, model=model)
-        return warm_controller(setup)
+        return warm_controller(_setup_of(robot, model, contact))
 
 
 def started_simulator(robot: str | Path, model: Order | None, contact: str | None) -> Simulator:
@@ -41,14 +40,10 @@ def started_simulator(robot: str | Path, model: Order | None, contact: str | Non
         model: another than the file's.
         contact: another than the file's.
     """
-    path = robot_path(robot)
-    setup = controller_setup(read_toml(path), path, basis=contact, model=model)
+    setup = _setup_of(robot, model, contact)
     checked = None if isinstance(setup.contact, str) else default_enrichment(setup.robot.tolerance)
     simulator = Simulator(setup.robot, setup.contact, checked)
-    if setup.start == "settled":
-        report = simulator.settle_start()
-        if not report.converged:
-            log.warning("%s", start_at_rest(setup.robot, report))
+    _settle_start(simulator, setup)
     return simulator
 
 
@@ -62,11 +57,22 @@ def warm_controller(setup: ControllerSetup) -> Controller:
     fast as the others.
     """
     controller = Controller(setup.robot, setup.contact, settings=setup.controller)
+    _settle_start(controller, setup)
+    return warm_up(controller)
+
+
+def _setup_of(robot: str | Path, model: Order | None, contact: str | None) -> ControllerSetup:
+    """The setup of a robot file; the arguments are those of `started_controller`."""
+    path = robot_path(robot)
+    return controller_setup(read_toml(path), path, basis=contact, model=model)
+
+
+def _settle_start(model: Controller | Simulator, setup: ControllerSetup) -> None:
+    """Start from the equilibrium, where the file does not say otherwise; the log says where there is none."""
     if setup.start == "settled":
-        report = controller.settle_start()
+        report = model.settle_start()
         if not report.converged:
             log.warning("%s", start_at_rest(setup.robot, report))
-    return warm_up(controller)
 
 
 def start_at_rest(robot: Robot, report: Report) -> str:
@@ -77,10 +83,15 @@ def start_at_rest(robot: Robot, report: Report) -> str:
     )
 
 
+def target_beside(controller: Controller) -> Array:
+    """Goal values (n_v,) a tenth of the robot's size away, which take actuators far from rest."""
+    return controller.shifted(0.1 * controller.robot.size / np.sqrt(3.0))
+
+
 def warm_up(controller: Controller) -> Controller:
     """The controller back at its start, after steps enough for every kernel it needs to be compiled."""
     warm_solver(controller.settings.qpcc.solver)
-    away = controller.shifted(0.1 * controller.robot.size / np.sqrt(3.0))
+    away = target_beside(controller)
     for _ in range(_WARM_UP):
         controller.step(away)
     controller.hold()

@@ -1,6 +1,6 @@
 """Bases of contact forces and states from simulated equilibria, and the files that hold them."""
 
-from tauten.reduction.atomic_write import write_text
+from tauten.reduction.atomic_write import atomic_write, write_text
 from tauten.reduction.contact.basis import BasisError, ContactBasis
 from tauten.reduction.contact.positive_basis import factorise
 from tauten.reduction.provenance import (
@@ -13,6 +13,7 @@ from tauten.reduction.provenance import (
 from tauten.reduction.storage import DamagedFile
 
 __all__ = [
+    "atomic_write",
     "BasisError",
     "ContactBasis",
     "CurvePoint",

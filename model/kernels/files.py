@@ -21,9 +21,9 @@ def cache_folder() -> Path:
     return Path(given or user_cache_dir(), "tauten")  # type: ignore[no-untyped-call]
 
 
-def kernel_folder() -> Path:
-    """Where machine code is kept."""
-    return cache_folder() / "kernels"
+def kernel_folder(cache: Path | None = None) -> Path:
+    """Where machine code is kept; `cache` as the value of NUMBA_CACHE_DIR, None: what it is."""
+    return (cache_folder() if cache is None else cache / "tauten") / "kernels"
 
 
 def read_checked(path: Path) -> bytes:

@@ -7,9 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from time import thread_time
 
-import numpy as np
-
-from tauten.controller import Controller, Status, controller_setup, warm_controller
+from tauten.controller import Controller, Status, controller_setup, target_beside, warm_controller
 from tauten.model import MeshError, RobotFileError
 from tauten.model.load import command_name
 from tauten.model.schema import read_toml
@@ -20,7 +18,6 @@ from tauten.service.check.rate import faster, fits, step_seconds
 
 DECISION = "first decision"  # subject of a finding
 STEPS = 10  # of which each must be usable
-AWAY = 0.1  # of the robot's size: where the targets of the second half are
 TIMED = 15  # control steps
 
 
@@ -53,7 +50,7 @@ def first_decision(controller: Controller) -> Finding:
         controller: at its start, to which it returns.
     """
     near = controller.effector_values
-    away = controller.shifted(AWAY * controller.robot.size / np.sqrt(3.0))
+    away = target_beside(controller)
     statuses: Counter[str] = Counter()
     advice, unusable = "", False
     for number in range(STEPS):

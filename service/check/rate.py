@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from tauten.controller import Controller
+from tauten.controller import Controller, target_beside
 
 log = logging.getLogger(__name__)
 
@@ -30,7 +30,7 @@ def step_seconds(
         steps: how many.
         clock: `perf_counter`, or `thread_time` for the time of a computer that does nothing else.
     """
-    away = controller.shifted(0.1 * controller.robot.size / np.sqrt(3.0))
+    away = target_beside(controller)
     times = []
     for _ in range(steps):
         begin = clock()

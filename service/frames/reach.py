@@ -7,7 +7,6 @@ import signal
 from dataclasses import dataclass, field
 from multiprocessing.process import BaseProcess
 from multiprocessing.queues import Queue
-from queue import Empty
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from tauten.controller import Order
 from tauten.model import Simulator, one_blas_thread
 from tauten.model.numerics import Array
 from tauten.service.plant import reach_plan, reached
+from tauten.service.process import drained
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,11 +100,7 @@ class ReachSearch:
             return
         ended, found = not process.is_alive(), self._found[self._effector]
         points = []
-        while True:
-            try:
-                item = queue.get_nowait()
-            except Empty:
-                break
+        for item in drained(queue):
             if isinstance(item, np.ndarray):
                 points.append(item)
             elif isinstance(item, tuple):

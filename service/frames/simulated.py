@@ -13,7 +13,7 @@ from tauten.model.numerics import Array, FactorisationError
 from tauten.service.describing import describe
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.node import ControlLoop, Signals
-from tauten.service.plant import PlantSettings, warm_plant
+from tauten.service.plant import PlantSettings, place_rows, warm_plant
 from tauten.service.setup import Setup
 from tauten.service.wire import OperatorOrder
 
@@ -117,9 +117,8 @@ class SimulatedRobot:
         if effector not in self._stiff:
             robot = self._simulator.robot.fork()
             static = replace(robot.integration, static=True)
-            own = robot.effector_layout.rows_of(effector)
+            place = place_rows(robot, effector)
             rows = robot.rows(robot.rest(), contacts=False).effectors
-            place = slice(own.start, min(own.stop, own.start + 3))
             system = robot.linearise(robot.rest(), None, static)
             W = row_compliance(system, rows.dense()[place], rows.delta[place]).W
             self._stiff[effector] = 1.0 / float(np.linalg.eigvalsh(W).max())

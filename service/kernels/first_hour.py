@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from tauten.model.kernels import OFF, SEED
+from tauten.model.kernels import OFF, SEED, kernel_folder
 from tauten.service.kernels.pack import run
 from tauten.service.plant import LOG
 from tauten.service.process import HostInfo, Progress, host_info
@@ -83,7 +83,7 @@ def _processor_time() -> float:
 
 
 def _compiled(cache: Path) -> Iterator[Path]:
-    return (cache / "tauten" / "kernels").glob("*.nbc")
+    return kernel_folder(cache).glob("*.nbc")
 
 
 def _first_tick(out: Path) -> float:

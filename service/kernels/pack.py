@@ -19,6 +19,7 @@ from tauten.model.kernels import (
     portable_machine,
     used_archive,
 )
+from tauten.reduction import atomic_write
 from tauten.service.kernels.inventory import PackError, kernel_caches
 from tauten.service.process import Progress
 
@@ -58,7 +59,7 @@ def pack_kernels(file: Path, report: Progress) -> Packed:
     caches = kernel_caches()
     with tempfile.TemporaryDirectory(prefix="tauten-kernels-") as name:
         work = Path(name)
-        folder = work / "cache" / "tauten" / "kernels"
+        folder = kernel_folder(work / "cache")
         gather(caches, kernel_folder(), open_seed(), folder)
         variables = {"NUMBA_CACHE_DIR": str(work / "cache"), SEED: OFF}
         commands = workload(work)
@@ -67,10 +68,8 @@ def pack_kernels(file: Path, report: Progress) -> Packed:
             run(command, variables)
             report(1.0 / len(commands), what)
         archive, entries = used_archive(caches, folder, work / "packed")
-    file.parent.mkdir(parents=True, exist_ok=True)
-    temporary = file.with_name(f"{file.name}.tmp")
-    temporary.write_bytes(archive)
-    temporary.replace(file)
+    with atomic_write(file) as opened:
+        opened.write(archive)
     return Packed(file, len(archive), entries)
 
 

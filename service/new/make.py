@@ -303,10 +303,10 @@ def _draft(new: NewRobot, size: float, mesh: TetMesh, guess: Guess) -> _Draft:
         found = inflated(robot, guess, new.young, str(part.path))
     else:
         found = pulled(robot, guess, str(part.path))
-    limited = robot_text(values, guess, _actuators(guess, found))
-    step = step_time(_robot(limited, mesh, new.name))
+    actuators = _actuators(guess, found)
+    step = step_time(_robot(robot_text(values, guess, actuators), mesh, new.name))
     rate = min(RATE, rate_for(SPARE * step)) if fits(LEAST_RATE, step) else RATE
-    text = robot_text(replace(values, rate=rate), guess, _actuators(guess, found))
+    text = robot_text(replace(values, rate=rate), guess, actuators)
     trial = Trial(size, len(mesh.nodes), found.effort, found.tip, found.moved, found.share, step)
     return _Draft(mesh, text, trial, rate)
 

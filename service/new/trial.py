@@ -77,9 +77,9 @@ def pulled(robot: Robot, guess: Guess, part: str) -> Reached:
     Raises:
         PartError: no pull of `LEAST_SHARE` or more has an equilibrium.
     """
-    share = 1.0
+    share, sim = 1.0, settled(robot, part)
     while share >= LEAST_SHARE:
-        sim = settled(robot, part)
+        sim.reset()
         start, slack = sim.effector[0], max(float(sim.position[0]), 0.0)
         most = slack + share * guess.max_pull
         half = sim.settle(position=[slack + HALF * share * guess.max_pull])
@@ -105,10 +105,10 @@ def inflated(robot: Robot, guess: Guess, young: float, part: str) -> Reached:
     Raises:
         PartError: no pressure of `LEAST_PRESSURE` or more has one.
     """
-    share = 1.0
+    share, sim = 1.0, settled(robot, part)
     nowhere = np.full(robot.n_a, np.nan)
     while share >= LEAST_PRESSURE:
-        sim = settled(robot, part)
+        sim.reset()
         start, most = sim.effector[0], share * PRESSURE * young
         half = sim.settle(nowhere, np.full(robot.n_a, HALF * most))
         tip = sim.effector[0]

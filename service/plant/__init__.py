@@ -2,7 +2,7 @@
 
 from tauten.service.plant.demo import FIGURE, LOG, DemoResult, DemoSettings, run_demo
 from tauten.service.plant.drives import DrivenRobot, own_steps
-from tauten.service.plant.paths import PathSettings, bending_command, make_path
+from tauten.service.plant.paths import PathSettings, bending_command, make_path, place_rows
 from tauten.service.plant.plant import (
     Drive,
     PlantSettings,
@@ -52,6 +52,7 @@ __all__ = [
     "receiver_path",
     "run_demo",
     "path_text",
+    "place_rows",
     "save_path",
     "without_sign_changes",
     "simulate",

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tauten.model import Command, Robot, Simulator
+from tauten.model import Command, Robot, Simulator, State
 from tauten.model.numerics import Array
 from tauten.model.schema import EffectorKind
 from tauten.reduction.campaign import command_range
@@ -210,17 +210,33 @@ def directions(robot: Robot, effector: int) -> Array:
     """Into which direction each cable pulls an effector at rest, seen in the plane they move it in
     most, from the first cable's: (n_a,) [rad]. A distance, length or volume has two: more and less.
     """
-    rest, robot = robot.rest(), robot.fork()
-    system = robot.linearise(rest, None, replace(robot.integration, static=True))
-    rows = robot.rows(rest, contacts=False)
-    own = robot.effector_layout.rows_of(effector)
-    row = slice(own.start, min(own.stop, own.start + 3))  # of a frame its position
-    moved = rows.effectors.dense()[row] @ system.solve(rows.actuators.dense().T)  # (3 or 1, n_a)
+    moved = moved_by_actuators(robot, robot.rest(), effector)  # (3 or 1, n_a)
     plane = np.linalg.svd(moved)[0][:, :2]  # (3, 2) or (1, 1)
     x, y = np.vstack([plane.T @ moved, np.zeros((2 - plane.shape[1], len(moved.T)))])
     angle = np.arctan2(y, x)
     turned: Array = (angle - angle[0]) % (2.0 * np.pi)
     return turned
+
+
+def place_rows(robot: Robot, effector: int) -> slice:
+    """Rows of an effector's position, of a frame without its rotation; else the row of its number."""
+    own = robot.effector_layout.rows_of(effector)
+    return slice(own.start, min(own.stop, own.start + 3))
+
+
+def moved_by_actuators(robot: Robot, state: State, effector: int) -> Array:
+    """How a unit effort of each actuator moves an effector's place, to first order: (3 or 1, n_a) [m/N].
+
+    Args:
+        robot: the robot.
+        state: near an equilibrium.
+        effector: number of the effector.
+    """
+    robot = robot.fork()
+    system = robot.linearise(state, None, replace(robot.integration, static=True))
+    rows, place = robot.rows(state, contacts=False), place_rows(robot, effector)
+    moved: Array = rows.effectors.dense()[place] @ system.solve(rows.actuators.dense().T)
+    return moved
 
 
 def reach_shares(angles: Array) -> Array:

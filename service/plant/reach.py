@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from tauten.model import Simulator
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.reduction.campaign import command_range
+from tauten.service.plant.paths import moved_by_actuators
 
 CURVE, CLOUD = 33, 200  # equilibria: of one actuator, whose reach is a curve, and of several
 _MOVES = 1e-3  # of the largest movement by an actuator; others do not move the effector
@@ -80,11 +81,8 @@ def reached(simulator: Simulator, plan: ReachPlan) -> Iterator[Array]:
 
 def _moving(simulator: Simulator, effector: int) -> Bools:
     """Which actuators (n_a,) move an effector, to first order."""
-    robot, state = simulator.robot, simulator.state
-    system = robot.linearise(state, None, replace(robot.integration, static=True))
-    rows, own = robot.rows(state, contacts=False), robot.effector_layout.rows_of(effector)
-    H = rows.effectors.dense()[own.start : min(own.stop, own.start + 3)]
-    moved = np.linalg.norm(H @ system.solve(rows.actuators.dense().T), axis=0)  # (n_a,)
+    moved = moved_by_actuators(simulator.robot, simulator.state, effector)
+    moved = np.linalg.norm(moved, axis=0)  # (n_a,)
     found: Bools = moved > _MOVES * moved.max()
     return found
 

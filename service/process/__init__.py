@@ -4,6 +4,7 @@ from tauten.model import one_blas_thread
 from tauten.reduction import write_text
 from tauten.service.process.host import HostInfo, host_info
 from tauten.service.process.progress import Progress
+from tauten.service.process.queues import drained
 from tauten.service.process.realtime import (
     ORDINARY,
     RealtimeError,
@@ -28,6 +29,7 @@ __all__ = [
     "Interrupted",
     "StopFlag",
     "apply_realtime",
+    "drained",
     "has_realtime_priority",
     "host_info",
     "manual_garbage_collection",

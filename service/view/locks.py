@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Iterator
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import viser
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook
 from tauten.service.link import LockOrder
+from tauten.service.process import drained
 
 _STEPS = 1000  # of a slider, from limit to limit
 
@@ -48,11 +49,7 @@ class LockPanel:
 
     def orders(self) -> Iterator[LockOrder]:
         """What the operator has asked for since the last call."""
-        while True:
-            try:
-                yield self._orders.get_nowait()
-            except Empty:
-                return
+        return drained(self._orders)
 
     def show(self, position: Array, locked: frozenset[str]) -> None:
         """Show where the actuators are, and which are locked.

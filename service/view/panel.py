@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Coroutine, Iterator
 from enum import Enum
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import viser
 
 from tauten.model.numerics import Array
 from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, ReachSet, RobotLook, TargetStore
+from tauten.service.process import drained
 from tauten.service.view.charts import Charts
 from tauten.service.view.locks import LockPanel
 from tauten.service.view.picture import legend_html
@@ -163,11 +164,7 @@ class ViewPanel:
 
     def requests(self) -> Iterator[Request]:
         """Requests since the last call, oldest first."""
-        while True:
-            try:
-                yield self._requests.get_nowait()
-            except Empty:
-                return
+        return drained(self._requests)
 
     @property
     def paused(self) -> bool:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from queue import Empty, SimpleQueue
+from itertools import islice
+from queue import SimpleQueue
 
 import viser
 
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, TargetStore, WaypointList
 from tauten.service.plant import PathError, TargetPath
+from tauten.service.process import drained
 from tauten.service.view.words import Words
 
 _SLOWEST, _FASTEST = 1.0, 500.0  # mm/s of the target
@@ -102,11 +104,7 @@ class WaypointProgram:
             now: time of the robot [s].
             show: draws waypoints (m, 3) [m].
         """
-        for _ in range(_MOST_ACTIONS):
-            try:
-                action = self._actions.get_nowait()
-            except Empty:
-                break
+        for action in islice(drained(self._actions), _MOST_ACTIONS):
             self._say("")
             self._load(action) if isinstance(action, viser.UploadedFile) else self._do(action, now)
         shown = self.effector, self.waypoints.names()

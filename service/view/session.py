@@ -26,7 +26,7 @@ from tauten.service.frames import (
 )
 from tauten.service.node import Clock
 from tauten.service.plant import TargetPath
-from tauten.service.process import StopFlag
+from tauten.service.process import StopFlag, drained
 from tauten.service.view.cable_drawing import CableDrawing
 from tauten.service.view.charts import SPAN
 from tauten.service.view.hand_pull import HandPull
@@ -110,9 +110,8 @@ class ViewSession:
         self._shown: float | None = None  # time of the frame that is shown; None: the newest
         self._elapsed = 0.0  # s of the robot
         self._frames = 0
-        self._looks: tuple[ViewFrame, bool, int, tuple[bool, bool]] | None = (
-            None  # frame, ghost, points of a new cable
-        )
+        # frame, ghost, points of a new cable, forces, strain
+        self._looks: tuple[ViewFrame, bool, int, bool, bool] | None = None
         self._plotted: ViewFrame | None = None
         self._clicks: SimpleQueue[tuple[Array, Array]] = SimpleQueue()
         self.cable: CableDrawing | None = None
@@ -231,19 +230,18 @@ class ViewSession:
         self._take_clicks(frame)
         self._scene.show_ghost(panel.shows_ghost)
         viewing = panel.viewing
-        shown_with = viewing.shows_forces, viewing.shows_strain
-        looks = frame, panel.shows_ghost, len(self.cable or ()), shown_with
+        forces, strained = viewing.shows_forces, viewing.shows_strain
+        looks = frame, panel.shows_ghost, len(self.cable or ()), forces, strained
         with self._server.atomic():
             if looks != self._looks:  # nothing is sent while nothing moves
                 self._looks = looks
                 self._scene.draw(frame, history.between(frame.time - TRAIL, frame.time))
                 if self.cable is not None:
                     self.cable.draw(frame.geometry.vertices)
-                strained = panel.viewing.shows_strain
                 self._scene.show_skin(not strained)
                 self._strain.draw(frame.geometry.vertices if strained else None)
-                panel.viewing.show_bar(self._strain.end)
-                self._numbers.draw(frame if panel.viewing.shows_forces else None)
+                viewing.show_bar(self._strain.end)
+                self._numbers.draw(frame if forces else None)
             self._scene.show_gizmos(frame.time >= history.last)
             self._scene.place_gizmos(self.targets.values)
         panel.show_follow(self.targets.armed)
@@ -290,8 +288,7 @@ class ViewSession:
 
     def _take_clicks(self, frame: ViewFrame) -> None:
         """Take clicks as points of a new cable while one is drawn."""
-        while not self._clicks.empty():
-            origin, direction = self._clicks.get()
+        for origin, direction in drained(self._clicks):
             if self.cable is not None and self._panel.draws:
                 self.cable.click(origin, direction, frame.geometry.vertices)
 

@@ -8,13 +8,13 @@ import viser
 from tauten.model import Floats
 from tauten.model.numerics import Array, Ints
 from tauten.service.frames import RobotLook
+from tauten.service.view.picture.round_numbers import rounded_up
 
 # From the colour of silicone over yellow to dark red, darker step by step.
 COLOURS = (
     (206, 214, 224), (240, 232, 178), (254, 217, 118), (254, 178, 76), (253, 141, 60),
     (252, 78, 42), (227, 26, 28), (177, 0, 38), (110, 0, 40),
 )  # fmt: skip
-_STEPS = (1.0, 2.0, 5.0)
 _LEAST = 0.01  # strain at the end of the bar, at least
 
 
@@ -92,16 +92,6 @@ def largest_strain(rest: Floats, now: Floats, triangles: Ints) -> Array:
     stretches = np.sqrt(np.maximum([half - root, half + root], 0.0))
     found: Array = np.abs(stretches - 1.0).max(axis=0)
     return found
-
-
-def rounded_up(value: float) -> float:
-    """The next of 1, 2 and 5 times a power of ten.
-
-    Args:
-        value: positive.
-    """
-    power = 10.0 ** np.floor(np.log10(max(value, 1e-12)))
-    return float(next(one * power for one in (*_STEPS, 10.0) if one * power >= value * (1 - 1e-9)))
 
 
 def strain_bar(end: float) -> str:

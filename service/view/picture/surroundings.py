@@ -9,6 +9,7 @@ from viser import transforms
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook
 from tauten.service.view.picture.directions import WEIGHTLESS, sideways, upwards
+from tauten.service.view.picture.round_numbers import rounded_down
 
 GRAVITY, BASE, OBSTACLE = (128, 128, 128), (70, 76, 84), (170, 140, 100)
 _GRID = (150, 150, 150)
@@ -45,9 +46,7 @@ def cell_size(size: float) -> float:
     Args:
         size: of the robot [m].
     """
-    wanted = size / _CELLS
-    power = 10.0 ** np.floor(np.log10(wanted))
-    return float(power * max(one for one in (1.0, 2.0, 5.0) if one * power <= wanted * (1 + 1e-9)))
+    return rounded_down(size / _CELLS)
 
 
 def above(look: RobotLook) -> Array:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.service.view.picture.strain import largest_strain, rounded_up, strain_bar
+from tauten.service.view.picture.round_numbers import rounded_up
+from tauten.service.view.picture.strain import largest_strain, strain_bar
 from tauten.service.view.ranges import padded_range
 
 TRIANGLES = np.array([[0, 1, 2], [1, 3, 2]])
