@@ -46,6 +46,7 @@ FARTHEST_CORRECTION = (
     2e-3  # from where the velocity leads, relative to the size of its largest part
 )
 DOUBLINGS = 2  # at most, of the number of steps in a period
+PUSHES = 1e-9  # of that size: what moves less by its force in a stage does not push, it is rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +144,7 @@ def _in_steps(
             done.append(middle)
             if middle.correction > farthest:
                 break
-            if _struck(forces, middle.forces):
+            if _struck(forces, middle, PUSHES * stages.robot.body.part_size):
                 state, rest = middle.state, stages.over_the_rest()
             else:
                 state = _beyond(stages.robot, state, middle.state, stages.scheme.h)
@@ -159,18 +160,28 @@ def _in_steps(
     return replace(done[-1], correction=correction, converged=converged)
 
 
-def _struck(before: Forces, after: Forces) -> bool:
+def _struck(before: Forces, stage: Travel, least: float) -> bool:
     """Whether an actuator or a contact has begun or ceased to push.
 
+    The forces of a robot at rest may be rounding, whose sign must not choose the scheme: the same targets
+    would give other states in a replay.
+
     Args:
-        before: forces before a stage.
-        after: forces of it.
+        before: forces before the stage.
+        stage: the stage.
+        least: displacement in the row of an actuator or contact from which on a force pushes [m].
     """
-    if ((before.effort > 0.0) != (after.effort > 0.0)).any():
-        return True
-    if ((before.beta > 0.0) != (after.beta > 0.0)).any():
-        return True
-    return not np.array_equal(before.pushing, after.pushing)
+    step, after = stage.last.prediction.step, stage.forces
+    unit = np.diag(step.compliance.W)  # (m,) [m/N]
+    effort = least / np.maximum(unit[step.layout.actuators], np.finfo(float).tiny)  # (n_a,) [N]
+    contact = least / max(unit[step.layout.contacts], default=np.inf)
+    return (
+        bool(((before.effort > effort) != (after.effort > effort)).any())
+        or bool(((before.beta > contact) != (after.beta > contact)).any())
+        or not np.array_equal(
+            before.extra[before.extra_beta > contact], after.extra[after.extra_beta > contact]
+        )
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from support.processes import ROBOT, write_robot
 from support.robots.bodies import pneumatic_config, pneumatic_robot
 
 from tauten.controller import Controller, ControllerSettings
@@ -13,6 +17,12 @@ from tauten.model.numerics import Array
 from tauten.service.setup import load_setup
 
 FINE = 4  # steps of a simulator in a period
+TOOL = """\
+[[effectors]]
+name = "tool"
+kind = "frame"
+region = { lower = [0.099, -1.0, -1.0], upper = [1.0, 1.0, 1.0] }
+"""
 
 
 def swing(robot: Robot, settings: ControllerSettings, far: float) -> tuple[Array, Array]:
@@ -49,6 +59,25 @@ def test_a_swing_of_two_seconds_does_not_depend_on_the_period_of_control(
     mine, fine = swing(setup.robot, setup.controller, far)
     way = np.linalg.norm(fine - fine[0], axis=1).max()
     assert np.linalg.norm(mine - fine, axis=1).max() < 0.03 * way
+
+
+def test_rounding_of_the_targets_does_not_choose_the_scheme_of_a_step(tmp_path: Path) -> None:
+    """Cables at rest have tensions of rounding; taken for pushes, they changed tensions by 4e-4 N."""
+    text = ROBOT.split("[[effectors]]", maxsplit=1)[0] + TOOL
+    robot, noise = str(write_robot(tmp_path, text)), np.random.default_rng(1)
+
+    def efforts(size: float) -> Array:
+        controller, found = Controller.of(robot), list[Array]()
+        place = controller.effector_values[:3].copy()
+        for seconds in 0.02 * np.arange(50):
+            turn = np.roll(Rotation.from_rotvec([0.0, -0.05 * seconds, 0.0]).as_quat(), 1)
+            goal = np.concatenate([place, turn])
+            goal[2] += 1e-3 * seconds
+            controller.step(goal + size * noise.standard_normal(len(goal)))
+            found.append(controller.effort.copy())
+        return np.array(found)
+
+    np.testing.assert_allclose(efforts(1e-13), efforts(0.0), atol=1e-8)
 
 
 def test_a_swing_beyond_the_winchs_rate_gains_no_energy() -> None:
