@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import logging
 import os
+import threading
 import time
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from typing import Literal
 
@@ -27,7 +29,7 @@ from tauten.service.wire import Diagnostic, Level
 
 log = logging.getLogger(__name__)
 
-_NICE = 10  # where the idle class is not permitted
+_NICE = 10  # of the process while it starts, and where the idle class is not permitted
 _GLANCE = 0.02  # s between reads of the pipe: each is a system call
 _PROCESSOR = 36  # field of /proc/…/stat after the name
 _SILENT = 60.0  # s without a result after which health warns
@@ -50,7 +52,7 @@ class ModelWatch:
         contact: Literal["none", "full"] | ContactSpace,
         settings: ModelSettings,
     ) -> None:
-        """Start the process.
+        """Start the process, and wait neither for its interpreter nor until it has read the model.
 
         Args:
             robot: the reduced model.
@@ -64,11 +66,17 @@ class ModelWatch:
         )
         self._process.start()
         far.close()
+        assert self._process.pid is not None
+        with suppress(OSError):  # it has ended
+            os.setpriority(os.PRIO_PROCESS, self._process.pid, _NICE)
         self._pending = False
         self._next = self._due = self._heard = time.monotonic()
-        # by the pipe, not as an argument: sending to a process that dies while it starts must not block
-        with suppress(OSError):
-            self._pipe.send((robot, contact))
+        # pickled here, which takes the interpreter longer than a tick may wait; the pipe takes seconds
+        model = ForkingPickler.dumps((robot, contact))
+        self._sending = threading.Thread(
+            target=_send, args=(self._pipe, model), daemon=True, name="model"
+        )
+        self._sending.start()
         self.error: float | None = None
         self.largest = 0.0
         self.exceeded = 0
@@ -85,6 +93,8 @@ class ModelWatch:
         if self.fallen_back or now < self._next:
             return
         self._next = now + _GLANCE
+        if self._sending.is_alive():
+            return
         try:
             if self._pending and self._pipe.poll():
                 self._take(float(self._pipe.recv()))
@@ -137,9 +147,12 @@ class ModelWatch:
 
     def close(self) -> None:
         """End the process, also on a machine that leaves an idle-class process no time."""
-        self._pipe.close()
         assert self._process.pid is not None
         leave_idle_class(self._process.pid)
+        if self._sending.is_alive():  # the pipe ends with its reader
+            self._process.kill()
+            self._sending.join()
+        self._pipe.close()
         self._process.join(1.0)
         if self._process.is_alive():
             self._process.kill()
@@ -180,6 +193,12 @@ class FallBack:
         return full.robot.h
 
 
+def _send(pipe: Connection, content: memoryview) -> None:
+    """Send what may take until the reader has started; not at all where it ends before."""
+    with suppress(OSError):
+        pipe.send_bytes(content)
+
+
 def make_fall_back(setup: Setup) -> FallBack | None:
     """The comparison of a setup's reduced model; None with the full one."""
     robot = setup.reduced
@@ -213,7 +232,7 @@ def _give_way() -> None:
     try:
         os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
     except OSError:  # some sandboxes
-        os.nice(_NICE)
+        os.setpriority(os.PRIO_PROCESS, 0, _NICE)
 
 
 def leave_idle_class(process: int) -> None:

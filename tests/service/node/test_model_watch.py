@@ -8,7 +8,9 @@ import sys
 
 import pytest
 
-from tauten.service.node.model_watch import leave_idle_class
+from tauten.controller import Controller, ModelSettings
+from tauten.model import Robot
+from tauten.service.node.model_watch import ModelWatch, leave_idle_class
 
 
 def test_a_process_of_the_idle_class_becomes_ordinary() -> None:
@@ -26,3 +28,14 @@ def test_a_process_that_has_ended_is_no_error() -> None:
     with subprocess.Popen([sys.executable, "-c", ""]) as child:
         child.wait()
         leave_idle_class(child.pid)
+
+
+def test_nothing_waits_for_the_process(finger: Robot) -> None:
+    """A model larger than a pipe is read only when the interpreter has started, seconds later."""
+    controller = Controller(finger, "none")
+    watch = ModelWatch(finger, "none", ModelSettings())
+    assert watch._sending.is_alive(), "the process is still starting"
+    watch.look(controller)
+    assert watch.diagnostic().message == "reduced, not compared yet"
+    watch.close()
+    assert not watch._sending.is_alive() and not watch._process.is_alive()
