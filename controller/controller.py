@@ -18,7 +18,7 @@ from tauten.controller.settings import ControllerSettings
 from tauten.controller.step import Decision, advance, decide, hold, horizon_of, prepare, substeps_of
 from tauten.model import (
     Command,
-    Contacts,
+    ContactForces,
     ContactSpace,
     Enrichment,
     Forces,
@@ -72,7 +72,7 @@ class Controller:
             ValueError: `contact` is none of these, or a basis of another robot's size.
         """
         reduced = default_enrichment(robot.tolerance)
-        self.space, default = contact_model(contact, robot.n_c, reduced)
+        self.space, default = contact_model(contact, robot.contacts, reduced)
         self.robot = robot.fork()
         settings = settings or ControllerSettings()
         self.horizon = horizon_of(self.robot, settings.horizon)
@@ -132,7 +132,7 @@ class Controller:
             position: (n_a,) positions of the actuators there [m, m³].
         """
         self._state, self._forces, self.status = state.copy(), forces.copy(), Status.OK
-        self._contacts: Contacts | None = None  # of the last step
+        self._contacts = self.robot.rows(state).contacts.found  # of the last step
         self._prepared: Prepared | None = None
         self._decision: Decision | None = None
         self._last_decision: Decision | None = None
@@ -170,15 +170,18 @@ class Controller:
 
     @property
     def lam_c(self) -> Array:
-        """Contact force of every candidate in the last step: (n_c,) [N]."""
+        """Normal force of every candidate in the last step: (n_c,) [N]."""
         return self._forces.at_candidates(self.space)
 
     @property
+    def contacts(self) -> ContactForces:
+        """The contacts in range in the last step: their forces, and which slide."""
+        return self._forces.on(self._contacts, self.space)
+
+    @property
     def contact_forces(self) -> Array:
-        """The same with their directions in that step: (n_c, 3) [N]."""
-        if self._contacts is None:
-            return self.robot.rows(self._state).contacts.found.forces(self.lam_c)
-        return self._contacts.forces(self.lam_c)
+        """Forces on every candidate in that step, with friction: (n_c, 3) [N]."""
+        return self.contacts.at_candidates()
 
     @property
     def effector(self) -> Array:
@@ -354,15 +357,13 @@ class Controller:
                 self.robot, self.space, self.settings, self._decision, self._left, self._pending
             )
         except FactorisationError:
-            self.status, self._left = Status.NOT_FINITE, self._pending
-            self._pending = self._prepared = self._decision = None
-            return
-        self._state, self._forces = moved.state, moved.forces
-        self._contacts, self._stalled = moved.contacts, self._decision.stalled
-        damping, lead = self._decision.damping, self._decision.lead
-        self._taken = damping or self._taken[0], lead or no_lead()
-        self._left = self._pending
-        self._pending = self._prepared = self._decision = None
+            self.status = Status.NOT_FINITE
+        else:
+            self._state, self._forces, self._contacts = moved.state, moved.forces, moved.contacts
+            made, self._stalled = self._decision, self._decision.stalled
+            self._taken = made.damping or self._taken[0], made.lead or no_lead()
+        self._left, self._pending = self._pending, None
+        self._prepared = self._decision = None
 
     def _hold(self, status: Status | None, conflict: tuple[str, ...] = ()) -> Actuation:
         """Hold the actuators, after a decision that failed with this status; None: no decision failed."""

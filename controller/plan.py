@@ -54,12 +54,15 @@ class Prepared:
         held: the step over the horizon in which the actuators keep what they have; plans start from it.
         forces: of the last step, where the solvers of the tick start.
         scale: of the actuation energy, s in (T1) [m/N].
+        farther: the step over the horizon with the friction of its contacts, from which `held` differs
+            where there is any: plans have the friction of the last step as a load.
     """
 
     step: CondensedStep
     held: PredictedStep
     forces: Forces
     scale: float
+    farther: CondensedStep
 
 
 @dataclass(frozen=True, slots=True)

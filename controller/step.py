@@ -50,6 +50,7 @@ from tauten.model import (
     one_blas_thread,
     recondensed,
     travel,
+    under_friction,
 )
 from tauten.model.numerics import Array, Bools
 
@@ -194,11 +195,13 @@ def prepare(
     if ahead is not None:
         farther = recondensed(robot, step, ahead.system(assembled, horizon.integration))
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
-    held = forward_step(farther, enrichment, forces, Command.of(here, None)).prediction
+    loaded = under_friction(farther, forces)
+    held = forward_step(loaded, enrichment, forces, Command.of(here, None)).prediction
     found, layout = held.step.compliance, held.step.layout
     W, _ = weighted_rows(found.W, found.delta_free, robot.effector_layout.scale)
     pushing = held.lam[layout.contacts] > 0.0
-    return Prepared(step, held, forces, energy_scale(W, layout, pushing, robot.actuators.groups))
+    scale = energy_scale(W, layout, pushing, robot.actuators.groups)
+    return Prepared(step, held, forces, scale, farther)
 
 
 @one_blas_thread()
@@ -350,9 +353,9 @@ def advance(
     """
     given, predicted = decision.command, decision.predicted
     step, forces = predicted.step, predicted.step.split(predicted.lam, space.k)
+    found = step.rows.contacts.found
     if settings.substeps == 0:
-        after = robot.advance(step.state, step.system, predicted.dv)
-        return Advanced(after, forces, step.rows.contacts.found)
+        return Advanced(robot.advance(step.state, step.system, predicted.dv), forces, found)
     command = Command.of(now.position, None)
     if given is not None:
         command = Command(np.where(given.by_position, now.position, np.nan), given.effort)
@@ -362,10 +365,8 @@ def advance(
     )
     way = robot.displacement(moved.state, step.system.h * moved.state.v)  # of the next tick [m]
     if not way < FARTHEST * robot.size:  # also NaN
-        after = robot.advance(step.state, step.system, predicted.dv)
-        return Advanced(after, forces, step.rows.contacts.found)
-    last = moved.last.prediction.step
-    return Advanced(moved.state, moved.forces, last.rows.contacts.found)
+        return Advanced(robot.advance(step.state, step.system, predicted.dv), forces, found)
+    return Advanced(moved.state, moved.forces, moved.last.prediction.step.rows.contacts.found)
 
 
 @one_blas_thread()
@@ -394,7 +395,5 @@ def hold(
     status = Status.INFEASIBLE if conflict else Status.OK
     certificate = hold_certificate(tick.solved, tick.command, robot.limits, robot.actuators)
     stalled = stalled_locks(command, tick, robot)
-    return Decision(
-        tick.solved.prediction, tick.position, status, certificate, conflict, stalled,
-        command=tick.command,
-    )  # fmt: skip
+    found = tick.solved.prediction, tick.position, status, certificate, conflict, stalled
+    return Decision(*found, command=tick.command)

@@ -1,6 +1,6 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
-from tauten.model.contacts import Contacts
+from tauten.model.contacts import ContactForces, Contacts
 from tauten.model.layout import Layout, row_layout
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.tet_mesh import MeshError
@@ -44,18 +44,22 @@ from tauten.model.step import (
     EnrichmentLoop,
     Forces,
     ForwardStep,
+    FrictionBlocks,
     PredictedStep,
     ReducedContacts,
+    TangentialForces,
     condense_step,
     condensed,
     contact_model,
     default_enrichment,
     eliminate_rows,
     forward_step,
+    friction_blocks,
     no_forces,
     recondensed,
     row_compliance,
     sorted_rows,
+    under_friction,
     worst_rows,
 )
 from tauten.model.system import Integration, System, make_pattern
@@ -69,6 +73,7 @@ __all__ = [
     "Command",
     "Compliance",
     "CondensedStep",
+    "ContactForces",
     "ContactRows",
     "ContactSpace",
     "EffectorGoal",
@@ -81,6 +86,7 @@ __all__ = [
     "Enrichment",
     "EnrichmentLoop",
     "Floats",
+    "FrictionBlocks",
     "Forces",
     "ForwardStep",
     "Geometry",
@@ -104,6 +110,7 @@ __all__ = [
     "SkinMesh",
     "State",
     "System",
+    "TangentialForces",
     "Target",
     "Travel",
     "UNIT_LENGTH",
@@ -115,6 +122,7 @@ __all__ = [
     "default_enrichment",
     "eliminate_rows",
     "forward_step",
+    "friction_blocks",
     "load_robot",
     "make_pattern",
     "no_forces",
@@ -128,5 +136,6 @@ __all__ = [
     "skin_of",
     "sorted_rows",
     "travel",
+    "under_friction",
     "worst_rows",
 ]

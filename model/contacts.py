@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Bools, Ints
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class Contacts:
         gap: (m,) signed gap [m], negative where it penetrates.
         point: (m, 3) where the candidate is [m].
         normal: (m, 3) unit direction in which the gap grows when the candidate moves.
-        friction: (m,) coefficient of friction, zero for all today.
+        friction: (m,) coefficient of friction.
     """
 
     n_slots: int
@@ -50,20 +50,55 @@ class Contacts:
         second = np.stack([b, sign + y * y * a, -y], axis=1)
         return np.stack([first, second], axis=1)
 
+    def at(self, chosen: Ints) -> Contacts:
+        """Some of the contacts (r,), by their places."""
+        return Contacts(
+            self.n_slots, self.slots[chosen], self.pair[chosen], self.gap[chosen],
+            self.point[chosen], self.normal[chosen], self.friction[chosen],
+        )  # fmt: skip
+
     def gaps(self) -> Array:
         """Signed gap of every slot, +inf where out of range: (n_c,) [m]."""
         gaps = np.full(self.n_slots, np.inf)
         gaps[self.slots] = self.gap
         return gaps
 
-    def forces(self, lam: Array) -> Array:
-        """Forces on all candidates, zero out of range, where a step has no row: (n_c, 3) [N].
 
-        Args:
-            lam: (n_c,) their magnitudes [N].
-        """
-        forces = np.zeros((self.n_slots, 3))
-        forces[self.slots] = lam[self.slots, None] * self.normal
+@dataclass(frozen=True, slots=True)
+class ContactForces:
+    """The contacts in range in a step with their forces: what drawings, readouts and logs have.
+
+    Attributes:
+        contacts: the contacts in range.
+        force: (m, 3) on each candidate in the robot's frame, normal and friction together [N].
+        sliding: (m,) which push and slide; without friction all that push do.
+        margin: (m,) distance to slip μ λ_n − |λ_t| of those that push and stick, 0 of others [N].
+    """
+
+    contacts: Contacts
+    force: Array
+    sliding: Bools
+    margin: Array
+
+    def __len__(self) -> int:
+        return len(self.force)
+
+    @property
+    def normal_force(self) -> Array:
+        """Normal part of each force: (m,) [N]."""
+        found: Array = np.einsum("mi,mi->m", self.force, self.contacts.normal)
+        return found
+
+    @property
+    def pushing(self) -> Bools:
+        """Which contacts push; the others are open: (m,)."""
+        found: Bools = np.any(self.force != 0.0, axis=1)
+        return found
+
+    def at_candidates(self) -> Array:
+        """Forces on all candidates, zero out of range, where a step has no row: (n_c, 3) [N]."""
+        forces = np.zeros((self.contacts.n_slots, 3))
+        forces[self.contacts.slots] = self.force
         return forces
 
 

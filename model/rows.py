@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
@@ -43,6 +43,10 @@ class Rows:
     def chosen(self, rows: Ints) -> Array:
         """Some rows (r,) of H as a dense array: (r, n)."""
         return dense(self.H[rows])
+
+    def at(self, rows: Ints) -> Rows:
+        """Some rows (r,)."""
+        return Rows(self.H[rows], self.delta[rows])
 
     def after(self, h: float, v: Array) -> Array:
         """Row values after a time h [s] at velocity v (n,), to first order: δ + h H v (m,)."""
@@ -88,6 +92,16 @@ class ChainedRows:
         """Some rows (r,) of H as a dense array: (r, n)."""
         return _chained(rows, self.starts, self.columns, self.data, self.motion)
 
+    def at(self, rows: Ints) -> ChainedRows:
+        """Some rows (r,)."""
+        counts = np.diff(self.starts)[rows]
+        starts = np.concatenate([[0], np.cumsum(counts)])
+        places = np.arange(starts[-1]) + np.repeat(self.starts[rows] - starts[:-1], counts)
+        return ChainedRows(
+            starts.astype(np.int32), self.columns[places], self.data[places], self.motion,
+            self.delta[rows],
+        )  # fmt: skip
+
     def after(self, h: float, v: Array) -> Array:
         """Row values after a time h [s] at velocity v (n,), to first order: δ + h H v (m,)."""
         return _after(self.delta, self.starts, self.columns, self.data, h, self.motion @ v)
@@ -106,6 +120,13 @@ class EffectorRows(Rows):
     positions: Array
 
 
+class TangentRows(Protocol):
+    """Rows of the relative motion across the normals of contacts."""
+
+    def chosen(self, rows: Ints) -> Array:
+        """Two rows for each of some contacts (r,), in the order of `Contacts.tangents`: (2 r, n)."""
+
+
 @dataclass(frozen=True, slots=True)
 class ContactRows:
     """Rows of the contact candidates within the alarm distance.
@@ -113,10 +134,12 @@ class ContactRows:
     Attributes:
         rows: H (m, n) and signed gaps delta (m,) [m]; positive = apart.
         found: the contacts, in the order of the rows.
+        tangents: rows across the normals; None where no contact in range has friction.
     """
 
     rows: Rows | ChainedRows
     found: Contacts
+    tangents: TangentRows | None = None
 
     @classmethod
     def out_of_range(cls, H: Jacobian, n_slots: int) -> ContactRows:
@@ -135,6 +158,13 @@ class ContactRows:
 
     def __len__(self) -> int:
         return len(self.rows)
+
+    def without_friction(self) -> ContactRows:
+        """The contacts of pairs without friction; all of them where none in range has friction."""
+        if self.tangents is None:
+            return self
+        kept = np.flatnonzero(self.found.friction == 0.0)
+        return ContactRows(self.rows.at(kept), self.found.at(kept))
 
     def rows_of(self, slots: Ints) -> Ints:
         """Numbers of the rows of some slots, those in range, ascending."""

@@ -36,7 +36,7 @@ body: in a thinner wall a candidate of one side is also behind the other side.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -51,7 +51,7 @@ from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.points import Entries, Placed
-from tauten.model.rows import ContactRows, PairSlots
+from tauten.model.rows import ContactRows, PairSlots, dense
 
 SHORT = 16  # candidates; blocks of connected parts have at least as many
 
@@ -67,6 +67,7 @@ class ContactPair:
         triangles: (t, 3) vertex ids of the target, counter-clockwise seen from outside; none with a shape.
         apart: (k, 2) candidate and triangle that are not compared, beside those that share a vertex.
         shape: the target instead of triangles; None: these are.
+        friction: coefficient of friction.
     """
 
     name: str
@@ -75,6 +76,7 @@ class ContactPair:
     triangles: Ints
     apart: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     shape: Shape | None = None
+    friction: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +102,7 @@ class ContactSet:
         alarm_distance: largest distance that is reported [m].
         distance: at which surfaces are held from each other [m]; the gap is what remains to it.
         n_slots: number of candidates n_c.
+        frictional: whether any pair has friction.
     """
 
     def __init__(
@@ -137,6 +140,8 @@ class ContactSet:
             np.int64
         )
         self._weights: Array = np.vstack([np.zeros((0, 3)), *(p.weights for p in pairs)])
+        self._friction = np.array([pair.friction for pair in pairs], dtype=float)
+        self.frictional = bool(self._friction.any())
         self._first: Ints = np.cumsum([0, *(len(pair.nodes) for pair in pairs)]).astype(np.int64)
         blocks = blocks_of([pair.nodes for pair in pairs], n_vertices)
         shaped = np.array([pair.shape is not None for pair in pairs], dtype=bool)
@@ -182,6 +187,8 @@ class ContactSet:
                 (self.alarm_distance, self.distance),
             ),
         )
+        if self.frictional:
+            found = replace(found, friction=self._friction[found.pair])
         if not self._shaped:
             return found
         return merged([found, *(self._touching(number, x) for number in self._shaped)])
@@ -203,7 +210,7 @@ class ContactSet:
             gap=gap - self.distance,
             point=points[place],
             normal=np.ascontiguousarray(normal),
-            friction=np.zeros(len(place)),
+            friction=np.full(len(place), pair.friction),
             vertices=np.hstack([nodes, nodes]),
             coefficients=np.hstack([weights, np.zeros_like(weights)]),
         )
@@ -235,6 +242,10 @@ def check_pair(pair: ContactPair, n_vertices: int) -> None:
                 f"{pair.name}: {what} name vertices {ids.min()} to {ids.max()}, "
                 f"there are 0 to {n_vertices - 1}"
             )
+    if not 0.0 <= pair.friction < np.inf:
+        raise ValueError(
+            f"{pair.name}: friction is {pair.friction}, expected 0 or more, and finite"
+        )
     weights = pair.weights
     if weights.shape != pair.nodes.shape:
         raise ValueError(
@@ -321,14 +332,42 @@ def detect_all(
     return slots, pairs[slots], gap, point, normal, np.zeros(m), vertices, coefficients
 
 
-def contact_rows(detection: Detection, placed: Placed) -> ContactRows:
-    """Contact rows H_c (m, n) with the gaps (T2).
+def contact_rows(detection: Detection, placed: Placed, frictional: bool = False) -> ContactRows:
+    """Contact rows H_c (m, n) with the gaps (T2), and rows across the normals where there is friction.
 
     Args:
         detection: candidates in range.
         placed: the vertices at this state.
+        frictional: whether any pair has friction.
     """
-    return ContactRows(placed.many_rows(gap_entries(detection), detection.gap), detection)
+    rows = placed.many_rows(gap_entries(detection), detection.gap)
+    if not (frictional and detection.friction.any()):
+        return ContactRows(rows, detection)
+    return ContactRows(rows, detection, PlacedTangents(detection, placed))
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedTangents:
+    """Rows of the relative motion across the normals; those are computed that are used.
+
+    Attributes:
+        detection: candidates in range.
+        placed: the vertices at this state.
+    """
+
+    detection: Detection
+    placed: Placed
+
+    def chosen(self, rows: Ints) -> Array:
+        """Two rows for each of some candidates (r,), in the order of `Contacts.tangents`: (2 r, n).
+
+        The relative motion of the point of a candidate and of what it touches, as in (T2), with a tangent
+        instead of the normal.
+        """
+        both, found = np.repeat(rows, 2), self.detection
+        vectors = gap_vectors(found.coefficients[both], found.tangents()[rows].reshape(-1, 3))
+        points = found.vertices[both].ravel()
+        return dense(self.placed.rows(Entries(np.arange(0, len(points) + 1, 6), points, vectors)))
 
 
 def gap_entries(detection: Detection) -> Entries:

@@ -103,7 +103,7 @@ def into_cone(z: Array, mu: float) -> None:
     for j in range(1, len(z)):
         tangent += z[j] * z[j]
     tangent = np.sqrt(tangent)
-    if tangent <= mu * z[0]:
+    if tangent <= mu * z[0] and z[0] >= 0.0:  # without friction the cone is a half-line
         return
     normal = max((z[0] + mu * tangent) / (1.0 + mu * mu), 0.0) if mu * tangent > -z[0] else 0.0
     share = mu * normal / tangent if tangent > 0.0 else 0.0

@@ -188,14 +188,16 @@ def contact_pair(
         name = f"{contact.candidates or 'skin'} on {contact.against}"
         target = targets[contact.against]
         if isinstance(target, np.ndarray):
-            return ContactPair(name, nodes, weights, target)
+            return ContactPair(name, nodes, weights, target, friction=contact.friction)
         check_shape(target, np.einsum("mj,mji->mi", weights, vertices[nodes]), where)
-        return ContactPair(name, nodes, weights, NO_TRIANGLES, shape=target)
+        return ContactPair(
+            name, nodes, weights, NO_TRIANGLES, shape=target, friction=contact.friction
+        )
     edge = mean_edge(vertices, triangles)
     along = contact.neighbour_distance or max(EDGES_AWAY * edge, 2.0 * alarm)
     apart = neighbours_at_rest(vertices, triangles, nodes, weights, along, WALL_ALARMS * alarm)
     name = f"{contact.candidates or 'skin'} on itself"
-    return ContactPair(name, nodes, weights, triangles, apart)
+    return ContactPair(name, nodes, weights, triangles, apart, friction=contact.friction)
 
 
 def all_triangles(named: Mapping[str, Ints]) -> Ints:

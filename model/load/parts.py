@@ -285,12 +285,15 @@ def contact_between(
         nodes, weights = candidates_on(at_rest, own, contact.points, where)
         name = f"{side_name(contact.candidates)} on {side_name(contact.against)}"
         if against is not None:
-            pairs.append(ContactPair(name, nodes, weights, renumbered(against)))
+            other = renumbered(against)
+            pairs.append(ContactPair(name, nodes, weights, other, friction=contact.friction))
             continue
         assert isinstance(contact.against, str)
         shape = obstacles[contact.against]
         check_shape(shape, np.einsum("mj,mji->mi", weights, at_rest[nodes]), where)
-        pairs.append(ContactPair(name, nodes, weights, NO_TRIANGLES, shape=shape))
+        pairs.append(
+            ContactPair(name, nodes, weights, NO_TRIANGLES, shape=shape, friction=contact.friction)
+        )
     return Between(tuple(used), tuple(pairs))
 
 

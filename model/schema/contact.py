@@ -79,6 +79,10 @@ class ContactSettings(Section):
         description='With `against = "itself"`: way along the surface at rest within which parts of it are '
         "never compared [m]; by default two mean edges of the surface, and no less than two alarm distances.",
     )
+    friction: NonNegative = Field(
+        default=0.0,
+        description="Coefficient of Coulomb friction of the contact, 0 or more; by default 0.",
+    )
 
     @model_validator(mode="after")
     def _consistent(self) -> ContactSettings:

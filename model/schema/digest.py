@@ -212,6 +212,8 @@ def _counts(section: Section, name: str) -> bool:
         return name not in ("material", "materials", "fixed")
     if isinstance(section, MeshSettings):
         return name not in ("file", "length_unit")  # the content counts, in metres
+    if isinstance(section, ContactSettings):
+        return name != "friction"  # candidates are the same without
     if isinstance(section, SolidMaterialSettings):
         return name != "viscosity"  # bases are made at rest
     return not (isinstance(section, Region | ObstacleSettings) and name == "name")

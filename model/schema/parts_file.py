@@ -13,7 +13,7 @@ from tauten.model.schema.cable import CouplingSettings
 from tauten.model.schema.contact import ContactRange, ObstacleSettings
 from tauten.model.schema.digest import joined_digest
 from tauten.model.schema.robot_file import ControlPeriod, NamedRobot, check_unique
-from tauten.model.schema.section import Name, Point, Section
+from tauten.model.schema.section import Name, NonNegative, Point, Section
 
 
 class PartSettings(Section):
@@ -59,6 +59,10 @@ class PartContactSettings(Section):
         default=None,
         description="Number of candidates, or `vertices` for one at each vertex of the surface; by default "
         "one for each square of a mean edge.",
+    )
+    friction: NonNegative = Field(
+        default=0.0,
+        description="Coefficient of Coulomb friction of the contact, 0 or more; by default 0.",
     )
 
 

@@ -97,7 +97,8 @@ def converged_step(
             except FactorisationError:
                 ending = Ending.NOT_FINITE
                 break
-        step = condensed(robot, space, iterate, lam, system, contacts, False)
+        slid = None if last is None else system.h * robot.body.velocity(state, iterate)
+        step = condensed(robot, space, iterate, lam, system, contacts, False, slid)
         found = forward_step(step, enrichment, lam, command)
         solved, taken = found.prediction, taken + 1
         length = robot.displacement(iterate, system.h * solved.dv)

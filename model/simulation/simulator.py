@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model.contacts import Contacts
+from tauten.model.contacts import ContactForces, Contacts
 from tauten.model.numerics import Array, solve_lcp
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
@@ -63,7 +63,7 @@ class Simulator:
         Raises:
             ValueError: `contact` is none of these, or a basis of another robot's size.
         """
-        self._space, default = contact_model(contact, robot.n_c, NO_ENRICHMENT)
+        self._space, default = contact_model(contact, robot.contacts, NO_ENRICHMENT)
         self._enrichment = enrichment or default
         self._robot = robot.fork()
         self._search: EquilibriumSearch | None = None
@@ -175,15 +175,20 @@ class Simulator:
 
     @property
     def lam_c(self) -> Array:
-        """Contact force of every candidate in the last step: (n_c,) [N]."""
+        """Normal force of every candidate in the last step: (n_c,) [N]."""
         return self._forces.at_candidates(self._space)
 
     @property
-    def contact_forces(self) -> Array:
-        """The same with their directions in that step: (n_c, 3) [N]."""
+    def contacts(self) -> ContactForces:
+        """The contacts in range in the last step: their forces, and which slide."""
         if self._stepped is not None and self._stepped[0] is self._state:
-            return self._stepped[1].forces(self.lam_c)
-        return self.robot.rows(self._state).contacts.found.forces(self.lam_c)
+            return self._forces.on(self._stepped[1], self._space)
+        return self._forces.on(self.robot.rows(self._state).contacts.found, self._space)
+
+    @property
+    def contact_forces(self) -> Array:
+        """Forces on every candidate in that step, with friction: (n_c, 3) [N]."""
+        return self.contacts.at_candidates()
 
     @one_blas_thread()
     def step(
@@ -248,14 +253,12 @@ class Simulator:
         return make_report(self._robot, done.state, done.last, steps, done.movement)
 
     def _converged_step(self, command: Command) -> Report:
-        done = converged_step(
-            self.robot, self._space, self._enrichment, self._state, self._forces, command
-        )
+        model = self.robot, self._space, self._enrichment
+        done = converged_step(*model, self._state, self._forces, command)
         self._state, self._forces = done.state, done.forces
         self._stepped = done.state, done.last.prediction.step.rows.contacts.found
-        return make_report(
-            self.robot, done.state, done.last, done.iterations, done.movement, done.ending
-        )
+        end = done.state, done.last, done.iterations, done.movement, done.ending
+        return make_report(self.robot, *end)
 
     @one_blas_thread()
     def settle(

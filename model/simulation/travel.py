@@ -161,7 +161,7 @@ def _in_steps(
 
 
 def _struck(before: Forces, stage: Travel, least: float) -> bool:
-    """Whether an actuator or a contact has begun or ceased to push.
+    """Whether an actuator or a contact has begun or ceased to push, or a contact to slide or to stick.
 
     The forces of a robot at rest may be rounding, whose sign must not choose the scheme: the same targets
     would give other states in a replay.
@@ -181,6 +181,7 @@ def _struck(before: Forces, stage: Travel, least: float) -> bool:
         or not np.array_equal(
             before.extra[before.extra_beta > contact], after.extra[after.extra_beta > contact]
         )
+        or before.slides_otherwise(after)
     )
 
 
@@ -204,7 +205,8 @@ class _Stages:
         robot, space, scheme = self.robot, self.space, self.scheme
         contacts = space.k > 0 or self.enrichment.rounds > 0
         at = start if scheme.static else _ahead(robot, start, scheme.h)
-        step = condense_step(robot, space, at, forces, contacts, False, scheme)
+        slid = None if scheme.static else scheme.h * start.v
+        step = condense_step(robot, space, at, forces, contacts, False, scheme, slid)
         last = forward_step(step, self.enrichment, forces, command)
         solved = last.prediction
         system = step.system if scheme.static else replace(step.system, v=start.v)

@@ -3,10 +3,8 @@
 from tauten.model.step.compliance import Compliance, row_compliance
 from tauten.model.step.condensed_step import (
     CondensedStep,
-    Forces,
     condense_step,
     condensed,
-    no_forces,
     recondensed,
 )
 from tauten.model.step.contact_space import ContactSpace, EmptySpace, ReducedContacts
@@ -19,7 +17,9 @@ from tauten.model.step.enrichment import (
     default_enrichment,
     worst_rows,
 )
+from tauten.model.step.forces import Forces, TangentialForces, no_forces
 from tauten.model.step.forward_step import ForwardStep, eliminate_rows, forward_step
+from tauten.model.step.friction_blocks import FrictionBlocks, friction_blocks, under_friction
 from tauten.model.step.sorted_rows import sorted_rows
 
 __all__ = [
@@ -31,18 +31,22 @@ __all__ = [
     "EnrichmentLoop",
     "Forces",
     "ForwardStep",
+    "FrictionBlocks",
     "NO_ENRICHMENT",
     "PredictedStep",
     "ReducedContacts",
+    "TangentialForces",
     "condense_step",
     "condensed",
     "contact_model",
     "default_enrichment",
     "eliminate_rows",
     "forward_step",
+    "friction_blocks",
     "no_forces",
     "recondensed",
     "row_compliance",
     "sorted_rows",
+    "under_friction",
     "worst_rows",
 ]

@@ -20,50 +20,10 @@ from tauten.model.signals import Laws
 from tauten.model.state import RobotRows, State
 from tauten.model.step.compliance import Compliance, extended, row_compliance
 from tauten.model.step.contact_space import ContactSpace, ReducedContacts
+from tauten.model.step.forces import Forces, TangentialForces
 from tauten.model.system import Integration, System
 
-
-@dataclass(frozen=True, slots=True)
-class Forces:
-    """Constraint forces of a step.
-
-    Attributes:
-        effort: (n_a,) efforts of the actuators [N, Pa].
-        beta: (k,) coefficients of the contact basis [N].
-        extra: (r,) slots of the unit columns.
-        extra_beta: (r,) forces of the unit columns [N].
-    """
-
-    effort: Array
-    beta: Array
-    extra: Ints
-    extra_beta: Array
-
-    @property
-    def pushing(self) -> Ints:
-        """Slots of the unit columns with a positive force."""
-        return self.extra[self.extra_beta > 0.0]
-
-    def at_candidates(self, space: ContactSpace) -> Array:
-        """Force of every contact candidate: (n_c,) [N].
-
-        Args:
-            space: whose columns `beta` has.
-        """
-        lam = space.lift(self.beta).copy()
-        lam[self.extra] += self.extra_beta
-        return lam
-
-    def copy(self) -> Forces:
-        """The same forces in arrays of their own."""
-        return Forces(
-            self.effort.copy(), self.beta.copy(), self.extra.copy(), self.extra_beta.copy()
-        )
-
-
-def no_forces(n_a: int, k: int) -> Forces:
-    """Zero forces of n_a actuators and k columns of the contact basis."""
-    return Forces(np.zeros(n_a), np.zeros(k), np.zeros(0, dtype=np.int64), np.zeros(0))
+STILL = 1e-7  # of the largest displacement without contact, slip that counts as none
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +39,8 @@ class CondensedStep:
         compliance: of effectors (all or none), actuators, reduced contacts, unit columns, in this order.
         layout: where they are in it.
         laws: of the actuators.
+        slid: (n,) displacement since the start of the step that the system has not, where it was not
+            linearised there [m]; None: none. It counts for slip.
     """
 
     state: State
@@ -89,15 +51,28 @@ class CondensedStep:
     compliance: Compliance
     layout: Layout
     laws: Laws
+    slid: Array | None = None
+
+    @property
+    def frictional(self) -> bool:
+        """Whether a contact in range has friction; unit columns then have three rows each."""
+        return self.rows.contacts.tangents is not None
+
+    @property
+    def gap_rows(self) -> Ints:
+        """Rows of `compliance` that are gaps: of reduced contacts, and the first one of each unit column."""
+        first, end = self.layout.n_e + self.layout.n_a, len(self.compliance)
+        units = np.arange(first + len(self.reduced), end, 3 if self.frictional else 1)
+        return np.concatenate([np.arange(first, first + len(self.reduced)), units])
 
     @property
     def n_contacts(self) -> int:
-        """Contact rows in `compliance`: reduced contacts and unit columns."""
+        """Reduced contacts and unit columns."""
         return len(self.reduced) + len(self.extra)
 
     def with_unit_columns(self, chosen: Ints) -> CondensedStep:
         """The step with unit columns for more rows (r,) of `rows.contacts`."""
-        added = unit_rows(self.rows.contacts, chosen)
+        added = unit_rows(self.rows.contacts, chosen, self.slid)
         return replace(
             self,
             extra=np.concatenate([self.extra, chosen]),
@@ -118,7 +93,31 @@ class CondensedStep:
         contacts, beta = lam[self.layout.contacts], np.zeros(k)
         beta[self.reduced.modes] = contacts[: len(self.reduced)]
         slots = self.rows.contacts.slots[self.extra] if len(self.extra) > 0 else self.extra
-        return Forces(lam[self.layout.actuators], beta, slots, contacts[len(self.reduced) :])
+        units = contacts[len(self.reduced) :]
+        if not self.frictional:
+            return Forces(lam[self.layout.actuators], beta, slots, units)
+        friction = self._friction(lam, units.reshape(-1, 3))
+        return Forces(lam[self.layout.actuators], beta, slots, units[::3].copy(), friction)
+
+    def _friction(self, lam: Array, r: Array) -> TangentialForces:
+        """Friction of the unit columns; of slip and distance to slip, the smaller one is rounding.
+
+        Args:
+            lam: (m,) forces on all rows.
+            r: (r, 3) those of the unit columns: normal, and along both tangents.
+        """
+        first, found = (
+            self.layout.n_e + self.layout.n_a + len(self.reduced),
+            self.rows.contacts.found,
+        )
+        W, q = self.compliance.W[first:], self.compliance.delta_free[first:]
+        slip = np.linalg.norm((q + W @ lam).reshape(-1, 3)[:, 1:], axis=1)  # (r,) m
+        reserve = found.friction[self.extra] * r[:, 0] - np.linalg.norm(r[:, 1:], axis=1)
+        compliance = np.diag(W[:, first:]).reshape(-1, 3).max(axis=1)
+        moves = slip > STILL * np.abs(q).max(initial=0.0)
+        pushes, slides = r[:, 0] > 0.0, moves & (slip > compliance * reserve)
+        force = np.einsum("rt,rti->ri", r[:, 1:], found.tangents()[self.extra])
+        return TangentialForces(force, pushes & slides, np.where(pushes & ~slides, reserve, 0.0))
 
 
 def condense_step(
@@ -129,6 +128,7 @@ def condense_step(
     contacts: bool,
     effectors: bool,
     integration: Integration | None = None,
+    slid: Array | None = None,
 ) -> CondensedStep:
     """Linearise, detect contacts, reduce them and condense: all of a step that needs no target.
 
@@ -140,12 +140,13 @@ def condense_step(
         contacts: whether to detect contacts.
         effectors: whether the compliance has rows of the effectors.
         integration: another scheme than the robot's own.
+        slid: (n,) see `CondensedStep`.
 
     Raises:
         FactorisationError: the state has diverged.
     """
     system = robot.linearise(state, forces.effort, integration)
-    return condensed(robot, space, state, forces, system, contacts, effectors)
+    return condensed(robot, space, state, forces, system, contacts, effectors, slid)
 
 
 def condensed(
@@ -156,6 +157,7 @@ def condensed(
     system: System,
     contacts: bool,
     effectors: bool,
+    slid: Array | None = None,
 ) -> CondensedStep:
     """Condense a system that has been factorised.
 
@@ -167,19 +169,23 @@ def condensed(
         system: the system.
         contacts: whether to detect contacts.
         effectors: whether the compliance has rows of the effectors.
+        slid: (n,) see `CondensedStep`.
     """
     rows = robot.rows(state, contacts=contacts)
-    reduced = space.reduce(rows.contacts)
+    reduced = space.reduce(rows.contacts.without_friction())
     extra = rows.contacts.rows_of(forces.pushing)
-    H = [rows.actuators.dense(), reduced.H]
+    H, delta = [rows.actuators.dense(), reduced.H], [rows.actuators.delta, reduced.delta]
     if effectors:
         H.insert(0, rows.effectors.dense())
+        delta.insert(0, rows.effectors.delta)
     if len(extra) > 0:
-        H.append(unit_rows(rows.contacts, extra)[0])
+        units = unit_rows(rows.contacts, extra, slid)
+        H.append(units[0])
+        delta.append(units[1])
     layout = robot.layout if effectors else robot.layout.without_effectors()
-    compliance = _through(robot, system, np.concatenate(H), rows, reduced, extra, layout)
+    compliance = _through(robot, system, np.concatenate(H), np.concatenate(delta), layout)
     return CondensedStep(
-        state, system, rows, reduced, extra, compliance, layout, robot.actuators.laws
+        state, system, rows, reduced, extra, compliance, layout, robot.actuators.laws, slid
     )
 
 
@@ -191,24 +197,21 @@ def recondensed(robot: Robot, step: CondensedStep, system: System) -> CondensedS
         step: its rows and contacts are kept.
         system: another scheme's, linearised at the same state.
     """
-    H, kept = step.compliance.H, (step.rows, step.reduced, step.extra, step.layout)
-    return replace(step, system=system, compliance=_through(robot, system, H, *kept))
+    rows, n_e = step.rows, step.layout.n_e
+    delta = [rows.effectors.delta[:n_e], rows.actuators.delta, step.reduced.delta]
+    if len(step.extra) > 0:
+        delta.append(unit_values(rows.contacts, step.extra))
+    H = step.compliance.H
+    return replace(
+        step,
+        system=system,
+        compliance=_through(robot, system, H, np.concatenate(delta), step.layout),
+    )
 
 
-def _through(
-    robot: Robot,
-    system: System,
-    H: Array,
-    rows: RobotRows,
-    reduced: ReducedContacts,
-    extra: Ints,
-    layout: Layout,
-) -> Compliance:
-    """Compliance of rows H (m, n) through a system, those of sprung actuators at the motor."""
-    delta = [rows.effectors.delta] * (layout.n_e > 0) + [rows.actuators.delta, reduced.delta]
-    if len(extra) > 0:
-        delta.append(rows.contacts.rows.delta[extra])
-    compliance = row_compliance(system, H, np.concatenate(delta))
+def _through(robot: Robot, system: System, H: Array, delta: Array, layout: Layout) -> Compliance:
+    """Compliance of rows H (m, n) with values delta (m,) through a system, sprung actuators' at the motor."""
+    compliance = row_compliance(system, H, delta)
     springs = robot.actuators.laws.springs
     if springs is not None:
         between = compliance.W[layout.actuators, layout.actuators]
@@ -217,6 +220,35 @@ def _through(
     return compliance
 
 
-def unit_rows(contacts: ContactRows, chosen: Ints) -> tuple[Array, Array]:
-    """Dense H (r, n) and gaps (r,) [m] of single candidates."""
-    return contacts.rows.chosen(chosen), contacts.rows.delta[chosen]
+def unit_rows(
+    contacts: ContactRows, chosen: Ints, slid: Array | None = None
+) -> tuple[Array, Array]:
+    """Dense H and values [m] of single candidates: gaps (r,), and with friction slip too (3 r,).
+
+    Args:
+        contacts: candidates in range.
+        chosen: (r,) some of them.
+        slid: (n,) displacement since the start of the step [m]; None: none.
+    """
+    normal = contacts.rows.chosen(chosen)
+    if contacts.tangents is None:
+        return normal, contacts.rows.delta[chosen]
+    across, n = contacts.tangents.chosen(chosen), normal.shape[1]
+    H = np.concatenate([normal[:, None], across.reshape(-1, 2, n)], axis=1).reshape(-1, n)
+    delta = unit_values(contacts, chosen)
+    if slid is not None:
+        delta.reshape(-1, 3)[:, 1:] = (across @ slid).reshape(-1, 2)
+    return H, delta
+
+
+def unit_values(contacts: ContactRows, chosen: Ints) -> Array:
+    """Gaps (r,) of single candidates, and with friction their slip, which is zero at first (3 r,) [m].
+
+    Args:
+        contacts: candidates in range.
+        chosen: (r,) some of them.
+    """
+    gaps = contacts.rows.delta[chosen]
+    if contacts.tangents is None:
+        return gaps
+    return np.stack([gaps, np.zeros_like(gaps), np.zeros_like(gaps)], axis=1).ravel()

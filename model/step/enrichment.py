@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, Ints
 from tauten.model.rows import ContactRows
 from tauten.model.step.condensed_step import CondensedStep
@@ -49,18 +50,21 @@ NO_ENRICHMENT = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
 
 
 def contact_model(
-    contact: Literal["none", "full"] | ContactSpace, n_c: int, reduced: Enrichment
+    contact: Literal["none", "full"] | ContactSpace, candidates: ContactSet, reduced: Enrichment
 ) -> tuple[ContactSpace, Enrichment]:
     """Basis and enrichment of "none", "full" or a basis of contact forces.
 
+    Pairs with friction are carried by unit columns, as many as it takes, also beside a basis.
+
     Args:
         contact: "none"; "full", pointwise; or a basis of contact forces.
-        n_c: candidates of the robot.
+        candidates: of the robot.
         reduced: enrichment of a basis.
 
     Raises:
         ValueError: `contact` is none of these, or a basis with another number of slots.
     """
+    n_c = candidates.n_slots
     if contact == "none":
         return EmptySpace(n_c), NO_ENRICHMENT
     if contact == "full":
@@ -70,7 +74,7 @@ def contact_model(
     slots = len(contact.lift(np.zeros(contact.k)))
     if slots != n_c:
         raise ValueError(f"the contact basis has {slots} slots, the robot {n_c} candidates")
-    return contact, reduced
+    return contact, POINTWISE if candidates.frictional else reduced
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,10 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.numerics import Array, Ints, solve_lcp
+from tauten.model.numerics import Array, Ints, LcpResult, solve_lcp
 from tauten.model.signals import Command
-from tauten.model.step.condensed_step import CondensedStep, Forces
+from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.enrichment import Enrichment, EnrichmentLoop, PredictedStep
+from tauten.model.step.forces import Forces
+from tauten.model.step.friction_law import FrictionForces, friction_forces, unit_start
 from tauten.model.step.sorted_rows import sorted_rows
 
 SINGULAR = (
@@ -95,7 +97,7 @@ def forward_step(
             np.zeros(step.layout.n_e),
             previous.effort,
             previous.beta[step.reduced.modes],
-            np.zeros(len(step.extra)),
+            unit_start(step, previous),
         ]
     )
     while loop.prediction is None:
@@ -119,14 +121,30 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
     kept, zero, delta = rows.unilateral, rows.equal, rows.under_effort(W)
     lam[rows.forced] = rows.effort
     if len(zero) == 0:
-        result = solve_lcp(W[kept[:, None], kept], delta[kept], start[kept])
+        result = _solved(step, W[kept[:, None], kept], delta[kept], start[kept])
         lam[kept] = result.lam
         return lam, result.residual, result.converged
     rest = eliminate_rows(W, delta, kept, zero)
-    result = solve_lcp(rest.W, rest.delta, start[kept])
+    result = _solved(step, rest.W, rest.delta, start[kept])
     lam[kept], lam[zero] = result.lam, rest.gain @ result.lam + rest.offset
     solved = np.concatenate([kept, zero])
     moved = W[zero[:, None], solved] * lam[solved]  # (e, k + e)
     left = np.abs(delta[zero] + moved.sum(axis=1))
     equal = bool((left <= EQUAL * (np.abs(delta[zero]) + np.abs(moved).sum(axis=1))).all())
     return lam, result.residual, result.converged and equal
+
+
+def _solved(
+    step: CondensedStep, W: Array, delta: Array, start: Array
+) -> LcpResult | FrictionForces:
+    """Forces on cables at a position and on contacts: an LCP, or contact with friction.
+
+    Args:
+        step: whose unit columns are the last rows.
+        W: (m, m) compliance between these rows [m/N].
+        delta: (m,) their values without forces [m].
+        start: (m,) forces to start from [N].
+    """
+    if step.frictional and len(step.extra) > 0:
+        return friction_forces(step, W, delta, start)
+    return solve_lcp(W, delta, start)

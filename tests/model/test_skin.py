@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.robots.small_bodies import END, MIDDLE, SLIDE, TURN, constrained, moved
 
-from tauten.model import Robot, Simulator, State, load_robot, skin_of
+from tauten.model import EmptySpace, Robot, Simulator, State, load_robot, skin_of
 from tauten.model.actuators import enclosed_volume
 from tauten.reduction.state import StateBasis, reduced_robot
 
@@ -98,8 +98,10 @@ def test_forces_have_the_directions_of_the_step_that_gave_them(settled: Simulato
     pushing = lam > 0.0
     assert pushing.sum() > 3
     assert not drawn[~pushing].any()
+    forces, space = simulator.forces, EmptySpace(simulator.robot.n_c)
     expected, after = (
-        settled.robot.rows(state).contacts.found.forces(lam) for state in (before, simulator.state)
+        forces.on(settled.robot.rows(state).contacts.found, space).at_candidates()
+        for state in (before, simulator.state)
     )
     np.testing.assert_allclose(drawn, expected, atol=1e-12)
     assert np.abs(after - drawn).max() > 1e-3 * lam.max()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model import Contacts
+from tauten.model import Contacts, EmptySpace, Forces
 from tauten.model.numerics import Array
 
 
@@ -32,8 +32,12 @@ def test_normal_and_tangents_are_a_right_handed_frame() -> None:
 def test_a_mode_pushes_no_candidate_out_of_range() -> None:
     """A mode reaches beyond the candidates in range; a step has no row there, and so no force."""
     found = record(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]), [1, 3], 5)
-    forces = found.forces(np.array([9.0, 2.0, 9.0, 3.0, 9.0]))
+    slots, lam = np.arange(5), np.array([9.0, 2.0, 9.0, 3.0, 9.0])
+    loaded = Forces(np.zeros(0), np.zeros(0), slots, lam).on(found, EmptySpace(5))
+    assert loaded.sliding.all() and not loaded.margin.any()  # nothing holds them
+    forces = loaded.at_candidates()
     expected = np.zeros((5, 3))
     expected[1, 2], expected[3, 0] = 2.0, 3.0
     np.testing.assert_array_equal(forces, expected)
+    np.testing.assert_array_equal(loaded.normal_force, [2.0, 3.0])
     np.testing.assert_array_equal(found.gaps(), [np.inf, 0.0, np.inf, 0.0, np.inf])

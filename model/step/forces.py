@@ -1,0 +1,107 @@
+"""Constraint forces of a step: of actuators, of the contact basis and of unit columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.model.contacts import ContactForces, Contacts
+from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.step.contact_space import ContactSpace
+
+
+@dataclass(frozen=True, slots=True)
+class TangentialForces:
+    """What friction does at unit columns.
+
+    Attributes:
+        force: (r, 3) forces across the normals, in the robot's frame [N].
+        sliding: (r,) which contacts push and slide; those that push and do not slide stick.
+        margin: (r,) distance to slip μ λ_n − |λ_t| of those that stick, 0 of others [N].
+    """
+
+    force: Array
+    sliding: Bools
+    margin: Array
+
+    def copy(self) -> TangentialForces:
+        """The same in arrays of its own."""
+        return TangentialForces(self.force.copy(), self.sliding.copy(), self.margin.copy())
+
+
+@dataclass(frozen=True, slots=True)
+class Forces:
+    """Constraint forces of a step.
+
+    Attributes:
+        effort: (n_a,) efforts of the actuators [N, Pa].
+        beta: (k,) coefficients of the contact basis [N].
+        extra: (r,) slots of the unit columns.
+        extra_beta: (r,) forces of the unit columns [N].
+        friction: of the unit columns; None where no contact in range has friction.
+    """
+
+    effort: Array
+    beta: Array
+    extra: Ints
+    extra_beta: Array
+    friction: TangentialForces | None = None
+
+    @property
+    def pushing(self) -> Ints:
+        """Slots of the unit columns with a positive force."""
+        return self.extra[self.extra_beta > 0.0]
+
+    def on(self, found: Contacts, space: ContactSpace) -> ContactForces:
+        """The contacts in range with their forces.
+
+        Args:
+            found: in the step of these forces.
+            space: whose columns `beta` has.
+        """
+        normal = self.at_candidates(space)[found.slots]  # (m,) N
+        force, margin, sliding = normal[:, None] * found.normal, np.zeros_like(normal), normal > 0.0
+        if self.friction is not None:
+            _, own, at = np.intersect1d(found.slots, self.extra, return_indices=True)
+            force[own] += self.friction.force[at]
+            margin[own], sliding[own] = self.friction.margin[at], self.friction.sliding[at]
+        return ContactForces(found, force, sliding, margin)
+
+    def at_candidates(self, space: ContactSpace) -> Array:
+        """Normal force of every contact candidate: (n_c,) [N].
+
+        Args:
+            space: whose columns `beta` has.
+        """
+        lam = space.lift(self.beta).copy()
+        lam[self.extra] += self.extra_beta
+        return lam
+
+    def slides_otherwise(self, after: Forces) -> bool:
+        """Whether contacts that push before and after have begun or ceased to slide, or slide backwards."""
+        if self.friction is None or after.friction is None:
+            return False
+        common, before, now = np.intersect1d(self.extra, after.extra, return_indices=True)
+        if len(common) == 0:
+            return False
+        one, other = self.friction, after.friction
+        backwards = np.einsum("ri,ri->r", one.force[before], other.force[now]) < 0.0
+        changed = one.sliding[before] != other.sliding[now]
+        return bool((changed | backwards & one.sliding[before]).any())
+
+    def copy(self) -> Forces:
+        """The same forces in arrays of their own."""
+        friction = None if self.friction is None else self.friction.copy()
+        return Forces(
+            self.effort.copy(),
+            self.beta.copy(),
+            self.extra.copy(),
+            self.extra_beta.copy(),
+            friction,
+        )
+
+
+def no_forces(n_a: int, k: int) -> Forces:
+    """Zero forces of n_a actuators and k columns of the contact basis."""
+    return Forces(np.zeros(n_a), np.zeros(k), np.zeros(0, dtype=np.int64), np.zeros(0))
