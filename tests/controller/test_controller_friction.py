@@ -1,0 +1,80 @@
+"""The controller's model on a table with friction: steps, holds and what an inverse needs of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.robots.bodies import beam_config, box_mesh
+
+from tauten.controller import Controller
+from tauten.controller.step import hold, prepare
+from tauten.model import Command, Robot, friction_blocks
+from tauten.model.friction import FrictionProblem, certify_friction
+from tauten.model.load import build_robot
+from tauten.model.schema import RobotConfig
+
+SIZE = (0.1, 0.01, 0.01)
+
+
+def finger(friction: float, scheme: str = "implicit-euler") -> Robot:
+    """A beam 1 mm above a table, which a cable on its lower side bends down."""
+    settings = beam_config(
+        SIZE, gravity=[0.0, 0.0, -9.81],
+        integration={"scheme": scheme},
+        regions=[{"name": "below", "kind": "normal", "direction": [0, 0, -1]}],
+        obstacles=[
+            {"name": "table", "shape": "plane",
+             "parameters": {"point": [0.0, 0.0, -0.001], "normal": [0.0, 0.0, 1.0]}}
+        ],
+        contacts=[
+            {"candidates": "below", "against": "table", "points": 20, "friction": friction}
+        ],
+    )  # fmt: skip
+    return build_robot(RobotConfig.model_validate(settings), box_mesh(SIZE, (10, 1, 1)), "finger")
+
+
+@pytest.fixture(scope="module", params=["implicit-euler", "quasi-static"])
+def pressing(request: pytest.FixtureRequest) -> Controller:
+    """A finger that presses on a table and draws its tip back."""
+    controller = Controller(finger(0.5, request.param))
+    goal = controller.tip - [0.01, 0.0, 0.003]
+    for _ in range(40):
+        assert controller.step(goal).status.usable
+    return controller
+
+
+def test_forces_of_the_model_are_in_their_cones(pressing: Controller) -> None:
+    contacts = pressing.contacts
+    normal = contacts.normal_force
+    across = np.linalg.norm(contacts.force - normal[:, None] * contacts.contacts.normal, axis=1)
+    assert normal.max() > 0.01
+    assert (across <= 0.5 * normal * (1.0 + 1e-6) + 1e-9).all()
+    assert across.max() > 1e-3
+    held = contacts.pushing & ~contacts.sliding
+    np.testing.assert_allclose((0.5 * normal - across)[held], contacts.margin[held], atol=1e-9)
+
+
+def test_blocks_give_the_motion_of_a_hold_and_certify_it(pressing: Controller) -> None:
+    """What an inverse with friction is made of: u, δ_a and δ_e from the forces that a forward step found."""
+    settings = pressing.settings
+    robot, now = pressing.robot.fork(), (pressing.state, pressing.forces, pressing.position)
+    horizon = pressing.horizon
+    prepared = prepare(horizon, pressing.space, *now, settings.enrichment)
+    keep = Command.of(pressing.position, None)
+    held = hold(robot, prepared, keep, pressing.position, settings.enrichment).predicted
+    blocks, lam = friction_blocks(held.step, prepared.forces), held.lam
+    a, e = held.step.layout.actuators, held.step.layout.effectors
+    r = lam[a.stop :]
+    delta = held.delta
+    u = blocks.q_c + blocks.W_cc @ r + blocks.W_ca @ lam[a]
+    np.testing.assert_allclose(u, delta[a.stop :], atol=1e-12)
+    np.testing.assert_allclose(
+        blocks.q_a + blocks.W_ca.T @ r + blocks.W_aa @ lam[a], delta[a], atol=1e-12
+    )
+    np.testing.assert_allclose(
+        blocks.q_e + blocks.W_ec @ r + blocks.W_ea @ lam[a], delta[e], atol=1e-12
+    )
+    problem = FrictionProblem(blocks.W_cc, blocks.q_c + blocks.W_ca @ lam[a], blocks.mu)
+    found = certify_friction(problem, r)
+    assert found.error < 1e-9 * max(np.abs(problem.q).max(), 1e-3)
+    assert found.closed.any() and found.work <= 1e-12
