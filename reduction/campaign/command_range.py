@@ -14,6 +14,7 @@ from tauten.model import Command, Robot, Simulator, row_compliance
 from tauten.model.numerics import Array, Bools
 
 BEYOND = 3.0  # how much farther than to first order an effort may lead
+OPPOSES = 0.01  # share of two cables' own compliances that the compliance between them is at least
 ITERATIONS = 60  # of an equilibrium
 TOLERANCE = 1e-5  # of equilibria, relative to the size of the robot
 
@@ -43,27 +44,50 @@ class CommandRange:
 def command_range(robot: Robot) -> CommandRange:
     """The range of each actuator alone, the others without effort.
 
-    Positions are commanded where a motor holds its position and nothing opposes it: of winches that do not
-    pay out beyond rest, and of drives. Efforts are commanded of winches that do, because such cables work
-    against each other, and of chambers and forces.
+    Positions are commanded where a motor holds its position and nothing opposes it: of drives, and of winches
+    whose cables no other cable opposes. Efforts are commanded of chambers, of forces, and of cables that work
+    against each other: wound to random lengths, these would crush the robot. Cables do so whose winches pay
+    out beyond rest, and those that the pull of another one lengthens.
 
     Args:
         robot: the robot.
     """
     limits, laws = robot.limits, robot.actuators.laws
-    winch = ~laws.bilateral & (limits.position_min >= 0.0)
-    by_force = ~winch & ~(laws.bilateral & ~laws.held_by_force)
+    W = _softness(robot)
+    alone = ~laws.bilateral & (limits.position_min >= 0.0) & ~_opposed(W, ~laws.bilateral)
+    by_force = ~alone & ~(laws.bilateral & ~laws.held_by_force)
     least = np.where(laws.bilateral, limits.position_min, 0.0)
     most = limits.position_max.copy()
     for i in np.flatnonzero(by_force):
-        least[i] = _effort(
-            robot, int(i), float(limits.effort_min[i]), float(limits.position_min[i])
-        )
-        most[i] = _effort(robot, int(i), float(limits.effort_max[i]), float(limits.position_max[i]))
+        softness, number = float(W[i, i]), int(i)
+        low, high = float(limits.effort_min[i]), float(limits.effort_max[i])
+        least[i] = _effort(robot, number, low, float(limits.position_min[i]), softness)
+        most[i] = _effort(robot, number, high, float(limits.position_max[i]), softness)
     return CommandRange(by_force, np.minimum(least, 0.0), most)
 
 
-def _effort(robot: Robot, actuator: int, effort: float, position: float) -> float:
+def _softness(robot: Robot) -> Array:
+    """Static compliance between the actuators at rest: (n_a, n_a) [m/N]."""
+    own = robot.fork()
+    system = own.linearise(own.rest(), None, replace(own.integration, static=True))
+    rows = own.rows(own.rest(), contacts=False).actuators
+    return row_compliance(system, rows.dense(), rows.delta).W
+
+
+def _opposed(W: Array, cables: Bools) -> Bools:
+    """Which cables (n_a,) the pull of another cable lengthens.
+
+    Args:
+        W: (n_a, n_a) compliance between the actuators [m/N].
+        cables: (n_a,) which actuators can only pull.
+    """
+    scale = np.sqrt(np.diag(W))
+    longer = -OPPOSES * np.outer(scale, scale) > W  # (n_a, n_a)
+    found: Bools = cables & longer[:, cables].any(axis=1)
+    return found
+
+
+def _effort(robot: Robot, actuator: int, effort: float, position: float, softness: float) -> float:
     """The effort at a limit of the position, or the limit of the effort where that is met before.
 
     Args:
@@ -71,14 +95,11 @@ def _effort(robot: Robot, actuator: int, effort: float, position: float) -> floa
         actuator: its number.
         effort: limit of its effort.
         position: limit of its position, of the same sign.
+        softness: compliance of its row at rest [m/N].
     """
     if effort * position <= 0.0:
         return 0.0
     simulator = Simulator(robot, contact="none")
-    static = replace(robot.integration, static=True)
-    system = simulator.robot.linearise(robot.rest(), None, static)
-    rows = robot.rows(robot.rest(), contacts=False).actuators
-    softness = row_compliance(system, rows.dense(), rows.delta).W[actuator, actuator]
     bound = BEYOND * softness * effort  # no use in going farther than that, to first order
     positions, efforts = np.full(robot.n_a, np.nan), np.zeros(robot.n_a)
     positions[actuator] = bound if abs(bound) < abs(position) else position
