@@ -37,9 +37,7 @@ def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"]
         return "full"
     if name == PARTS and robot.body.part_robots:
         return parts_contact(robot, path)
-    found = ContactBasis.load(beside(path, name, BASIS))
-    found.check_robot(robot)
-    return found
+    return ContactBasis.load(beside(path, name, BASIS)).fitted(robot)
 
 
 def load_states(

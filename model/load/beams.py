@@ -55,6 +55,7 @@ from tauten.model.schema import (
     Vertebra,
     beam_robot_digest,
     check_surfaces,
+    digests_of_fewer,
     read_text,
     validated,
 )
@@ -104,11 +105,11 @@ def build_beam_robot(
         np.repeat(fixed, 2),
         [groups(body.ends), groups(ends_of(paths, stations)), *map(groups, coupled)],
     )
-    free = ~fixed
-    scheme = config.integration
+    free, scheme = ~fixed, config.integration
+    digest = beam_robot_digest(config, structure, Path(source).parent)
     robot = Robot(
         names=names_of(config),
-        digest=beam_robot_digest(config, structure, Path(source).parent),
+        digest=digest,
         tolerance=config.contact.tolerance,
         actuators=actuators_of(config),
         limits=limits_of(config, source),
@@ -133,6 +134,7 @@ def build_beam_robot(
             outer=effectors.pushed(np.zeros(3 * len(config.effectors))),
             surfaces=surfaces,
         ),
+        digests_of_fewer=digests_of_fewer(digest, config, Path(source).parent),
     )
     return robot, named
 

@@ -35,6 +35,7 @@ from tauten.model.schema import (
     RobotFileError,
     Section,
     SectionSettings,
+    digests_of_fewer,
     model_tables,
     read_toml,
     robot_digest,
@@ -321,10 +322,12 @@ def robot_of(
         viscosity=viscosity,
     )
     scheme = replace(integration_of(config), viscous=viscosity is not None)
+    folder = Path(source).parent
+    digest = robot_digest(config, contents_of(config, meshes), folder)
     actuators = parts.placed(body.mesh.nodes, pattern.dof, pattern.n)
     return Robot(
         names=names_of(config),
-        digest=robot_digest(config, contents_of(config, meshes), Path(source).parent),
+        digest=digest,
         tolerance=config.contact.tolerance,
         actuators=actuators_of(config),
         limits=limits_of(config, source),
@@ -336,6 +339,7 @@ def robot_of(
             if constraints
             else free_body(tetrahedra, config, scheme, actuators, loose)
         ),
+        digests_of_fewer=digests_of_fewer(digest, config, folder),
     )
 
 

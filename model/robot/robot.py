@@ -50,6 +50,7 @@ class Robot(Generic[B_co]):
         contacts: candidates and the surfaces they may touch, and
         vertices: the points of these surfaces, of the type that the body has.
         body: its mechanics.
+        digests_of_fewer: digests of this robot with the first 0, 1, 2, ... of its contacts.
     """
 
     names: RobotNames
@@ -61,6 +62,7 @@ class Robot(Generic[B_co]):
     contacts: ContactSet
     vertices: Any
     body: B_co
+    digests_of_fewer: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -178,7 +180,7 @@ class Robot(Generic[B_co]):
         """
         return Robot(
             self.names, self.digest, self.tolerance, self.actuators, self.limits,
-            effectors, contacts, vertices, body,
+            effectors, contacts, vertices, body, self.digests_of_fewer,
         )  # fmt: skip
 
     def rest(self) -> State:

@@ -19,7 +19,13 @@ from tauten.model.schema.contact import (
     ObstacleSettings,
     check_surfaces,
 )
-from tauten.model.schema.digest import beam_robot_digest, differences, robot_digest
+from tauten.model.schema.digest import (
+    beam_robot_digest,
+    differences,
+    digests_of_fewer,
+    robot_digest,
+    same_but_contacts,
+)
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import MaterialSettings, SolidMaterialSettings
 from tauten.model.schema.parts_file import (
@@ -132,6 +138,8 @@ __all__ = [
     "Union",
     "Vertebra",
     "beam_robot_digest",
+    "digests_of_fewer",
+    "same_but_contacts",
     "check_surfaces",
     "check_unique",
     "differences",

@@ -53,9 +53,7 @@ def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> 
         meshes: content of the mesh of each body, as it was read; empty for beams.
         folder: where other files that the robot file names are.
     """
-    write = _Writer(_named(config), folder)
-    bodies, alarm = config.all_bodies, config.contact.alarm_distance
-    folded = any(item.against == ITSELF for item in config.contacts)
+    write, bodies = _Writer(_named(config), folder), config.all_bodies
     outside = [] if config.extrapolate_from == "face" else [config.extrapolate_from]
     contents = [hashlib.sha256(content).hexdigest() for content in meshes]
     return _digest(
@@ -68,7 +66,7 @@ def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> 
             *(write.selections(item) for item in (config.fixed, *(body.fixed for body in bodies))),
             write.plain((config.rigid, config.attachments)),
         ],
-        [write.plain(config.contacts), alarm if folded else None, *_held(config)],
+        _contacts(config, write, len(config.contacts)),
         _actuators(config, write),
     )
 
@@ -86,8 +84,25 @@ def beam_robot_digest(config: BeamConfig, structure: Structure, folder: Path) ->
         [structure.model_dump(exclude_defaults=True)],
         [write.plain((config.material, config.profiles))],
         [write.selections(config.fixed)],
-        [write.plain(config.contacts), *_held(config)],
+        _contacts(config, write, len(config.contacts)),
         _actuators(config, write),
+    )
+
+
+def digests_of_fewer(digest: str, config: RobotSettings, folder: Path) -> tuple[str, ...]:
+    """Digests of the robot with the first 0, 1, 2, ... of its contacts, the last one left out at least.
+
+    A basis of contact forces that was made before contacts were added to a file still fits the others.
+
+    Args:
+        digest: of the robot.
+        config: the robot file.
+        folder: where other files that the robot file names are.
+    """
+    write, at = _Writer(_named(config), folder), PARTS.index("contacts") * _DIGITS
+    return tuple(
+        digest[:at] + _hashed(_contacts(config, write, count)) + digest[at + _DIGITS :]
+        for count in range(len(config.contacts))
     )
 
 
@@ -105,6 +120,11 @@ def joined_digest(robots: Sequence[str], couplings: str, contacts: str) -> str:
         text = json.dumps([*own, more.get(what, "")])
         found.append(hashlib.sha256(text.encode()).hexdigest()[:_DIGITS])
     return "".join(found)
+
+
+def same_but_contacts(one: str, other: str) -> bool:
+    """Whether two robots differ in nothing or in their contacts alone, by their digests."""
+    return differences(one, other) in ("", "contacts")
 
 
 def differences(one: str, other: str) -> str:
@@ -130,8 +150,26 @@ def _digest(
     driven: list[Any],
 ) -> str:
     """The parts in their order, each by the beginning of its SHA-256."""
-    texts = (json.dumps(part) for part in (mesh, materials, supports, *driven, contacts, FORM))
-    return "".join(hashlib.sha256(text.encode()).hexdigest()[:_DIGITS] for text in texts)
+    return "".join(map(_hashed, (mesh, materials, supports, *driven, contacts, FORM)))
+
+
+def _hashed(part: Any) -> str:
+    """Eight digits of one part."""
+    return hashlib.sha256(json.dumps(part).encode()).hexdigest()[:_DIGITS]
+
+
+def _contacts(config: RobotSettings, write: _Writer, count: int) -> list[Any]:
+    """What the first contacts of a robot depend on.
+
+    Args:
+        config: the robot file.
+        write: for it.
+        count: how many of its contacts.
+    """
+    contacts, alarm = config.contacts[:count], config.contact.alarm_distance
+    folded = any(item.against == ITSELF for item in contacts)
+    own = [alarm if folded else None] if isinstance(config, RobotConfig) else []
+    return [write.plain(contacts), *own, *_held(config)]
 
 
 def _named(config: RobotSettings) -> dict[str, Section]:

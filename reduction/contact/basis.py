@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -93,6 +93,23 @@ class ContactBasis:
     def untouched(self) -> Ints:
         """Slots of the candidates without force in any mode: contact there needs extra columns."""
         return np.flatnonzero(~self.Psi.any(axis=1))
+
+    def fitted(self, robot: Robot) -> ContactBasis:
+        """This basis for a robot that has the contacts it was made for, and perhaps others after them.
+
+        Candidates of contacts that were added since are in no mode: unit columns push them.
+
+        Raises:
+            BasisError: it was made for another robot, or for an earlier version of this one.
+        """
+        made_for, Psi = self.provenance.robot_digest, self.Psi
+        if made_for in robot.digests_of_fewer:
+            pairs = robot.contacts.pairs[: robot.digests_of_fewer.index(made_for)]
+            if self.n_c == sum(len(pair.nodes) for pair in pairs):
+                Psi = np.vstack([Psi, np.zeros((robot.n_c - self.n_c, self.k))])
+                return ContactBasis(Psi, replace(self.provenance, robot_digest=robot.digest))
+        self.check_robot(robot)
+        return self
 
     def check_robot(self, robot: Robot) -> None:
         """Make sure that this basis was made for this robot.

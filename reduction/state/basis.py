@@ -10,6 +10,7 @@ import numpy as np
 
 from tauten.model import Robot
 from tauten.model.numerics import Array, Ints
+from tauten.model.schema import same_but_contacts
 from tauten.reduction.provenance import made_for_another
 from tauten.reduction.reduced_body import StateBasisError
 from tauten.reduction.state.bodies import reducible
@@ -147,7 +148,7 @@ class StateBasis:
         """
         body, made_for = reducible(robot), self.origin
         again = "make it again from its robot file with `tauten reduce --states`"
-        if made_for.robot_digest != robot.digest:
+        if not same_but_contacts(made_for.robot_digest, robot.digest):
             other = made_for_another(
                 made_for.robot, made_for.robot_digest, robot.name, robot.digest
             )

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, Simulator, load_robot
 from tauten.model.numerics import Array
 from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import command_range
@@ -131,6 +131,14 @@ def test_cables_that_may_be_let_out_get_tensions_within_their_range(beam: Robot[
         effort = found.command(np.eye(2)[cable]).effort
         assert simulator.settle(effort=effort).converged
         assert simulator.position[cable] == pytest.approx(positions[cable], rel=1e-3)
+
+
+def test_cables_that_lengthen_each_other_get_tensions(beam: Robot[NodalBody]) -> None:
+    """Wound to random lengths, cables on opposite sides of a trunk crush it."""
+    trunk = load_robot("trunk")
+    wound = replace(trunk.limits, position_min=np.zeros(trunk.n_a))
+    assert command_range(replace(trunk, limits=wound)).by_force.all()
+    assert not command_range(beam).by_force.any()  # so thick that both cables shorten it
 
 
 def test_winches_that_do_not_pay_out_are_commanded_by_pull(beam: Robot[NodalBody]) -> None:
