@@ -44,6 +44,7 @@ ORDER = (
     "reduction.state.beams",
     "reduction.state",
     "controller.qpcc",
+    "controller.friction",
     "controller",
     "service.link",
     "service.process",

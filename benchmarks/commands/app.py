@@ -7,7 +7,7 @@ import typer
 from benchmarks.commands.contact import contact_basis, finger, manipulator
 from benchmarks.commands.control import closed_loop
 from benchmarks.commands.first_hour import first_hour
-from benchmarks.commands.friction import friction
+from benchmarks.commands.friction import friction, friction_inverse
 from benchmarks.commands.mechanics import elements, energy, equilibria
 from benchmarks.commands.qpcc import qpcc
 from benchmarks.commands.steps import gallery, load_errors, reduced_meshes, sofa_meshes
@@ -23,7 +23,7 @@ app = typer.Typer(
 app.callback()(general_options)
 _COMMANDS = (
     *(finger, manipulator, gallery, load_errors, sofa_meshes, reduced_meshes, qpcc, contact_basis),
-    *(elements, energy, equilibria, view, closed_loop, first_hour, friction),
+    *(elements, energy, equilibria, view, closed_loop, first_hour, friction, friction_inverse),
 )
 for _command in _COMMANDS:
     app.command()(_command)

@@ -1,4 +1,4 @@
-"""`python -m benchmarks friction`: the solver of contact with friction."""
+"""`python -m benchmarks friction` and `friction-inverse`: the solvers of contact with friction."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ import typer
 
 from tauten.service.cli.terminal import Json, Markdown, progress_bar, show_result
 
+Data = Annotated[
+    Path, typer.Option(envvar="TAUTEN_REFERENCE_DATA", help="Folder of the reference data.")
+]
+
 
 def friction(
-    data: Annotated[
-        Path, typer.Option(envvar="TAUTEN_REFERENCE_DATA", help="Folder of the reference data.")
-    ],
+    data: Data,
     json_file: Json = None,
     markdown: Markdown = None,
 ) -> None:
@@ -27,3 +29,20 @@ def friction(
     with progress_bar("problems") as report:
         result = bench_friction(folder, report)
     show_result(result, friction_page(result), json_file, markdown)
+
+
+def friction_inverse(
+    data: Data,
+    json_file: Json = None,
+    markdown: Markdown = None,
+) -> None:
+    """Inverse problems with friction: excess over the best known, linear systems, and cut searches."""
+    from benchmarks.friction import bench_friction_inverse
+    from benchmarks.tables import friction_inverse_page
+
+    folder = data / "friction_inverse"
+    if not (folder / "problems.csv").is_file():
+        raise typer.BadParameter(f"{data} has no friction_inverse with a file problems.csv")
+    with progress_bar("problems") as report:
+        result = bench_friction_inverse(folder, report)
+    show_result(result, friction_inverse_page(result), json_file, markdown)

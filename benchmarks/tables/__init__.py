@@ -5,6 +5,7 @@ from benchmarks.tables.contact_basis import by_method, contact_basis_page, pairs
 from benchmarks.tables.control import closed_loop_page
 from benchmarks.tables.elements import element_page
 from benchmarks.tables.friction import friction_page
+from benchmarks.tables.friction_inverse import friction_inverse_page
 from benchmarks.tables.gallery import gallery_page, load_errors_page
 from benchmarks.tables.physics import energy_page, equilibria_page
 from benchmarks.tables.qpcc import qpcc_page
@@ -22,6 +23,7 @@ __all__ = [
     "energy_page",
     "equilibria_page",
     "first_hour_page",
+    "friction_inverse_page",
     "friction_page",
     "gallery_page",
     "load_errors_page",

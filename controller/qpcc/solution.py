@@ -28,6 +28,10 @@ class Status(Enum):
         "limits cannot all be met in this step: the actuators come as near to the named ones as their rates "
         "permit"
     )
+    SEEKING_CONTACT = (
+        "no descent in sight, seeking contact: everything sticks or touches nothing, and no efforts that "
+        "bring the effectors nearer were found"
+    )
     NOT_FINITE = "NaN or infinity in the problem: check the target and the model state"
 
     @property

@@ -1,0 +1,156 @@
+"""Ways through smoothed laws of contact: from any start to efforts near which no contact hides the gradient.
+
+`one_shot_path` shrinks the widths each step, and a step is one linearisation and one QP in the efforts.
+`nested_path` solves the smoothed law at each width before it moves the efforts, and moves them only downhill:
+it takes three times as many linear systems and also arrives where hold has no gradient.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tauten.controller.friction.exact import inside, lifted, shortened
+from tauten.controller.friction.law import LinearLaw, Widths, linear_law, smoothed_law, widths
+from tauten.controller.friction.problem import EffortPoint
+from tauten.controller.friction.search import EffortSearch
+from tauten.model.numerics import Array
+
+NARROWEST = 1e-2  # κ at the end
+SHRINK = 0.6  # of κ, where the law is met
+GATE = 0.1  # error of the law, of its widths, below which they shrink
+ASTRAY = 20.0  # the same above which the efforts wait
+LEFT = 0.1  # of a normal force, by a step
+SHORTEST = 1.0 / 32.0
+TRUST = 0.1  # of the span of the efforts, a step at first
+WIDEST = 4.0  # of that, later
+GROW, CUT = 1.5, 0.5  # of the trust region
+ENOUGH = 0.7  # share of a step above which the trust region grows
+MET = 1e-2  # error of the law, of its widths, that counts as none in the nested form
+LAW_STEPS = 12  # of Newton at a width
+NESTED = 200  # linear systems of the nested form, at most
+
+
+def displacement_scale(search: EffortSearch, start: EffortPoint) -> float:
+    """Displacement that matters: that from the target, at least a millionth of the largest one."""
+    least = 1e-6 * float(np.abs(search.contacts.q).max())
+    return max(float(np.sqrt(2.0 * max(start.objective, 0.0))), least, 1e-300)
+
+
+def one_shot_path(
+    search: EffortSearch, start: EffortPoint, share: float, steps: int
+) -> tuple[Array, Array]:
+    """Efforts (n_a,) and smoothed forces (3 m,) at the end of a path.
+
+    Args:
+        search: the problem.
+        start: an exact point.
+        share: κ at first; 1 is wide.
+        steps: linear systems, at most.
+    """
+    contacts, length = search.contacts, displacement_scale(search, start)
+    width = widths(contacts, start.r, share, length)
+    lam, r, narrow = start.lam, lifted(contacts, start.r, width), 0
+    widest = TRUST * search.span
+    trust = widest
+    for _ in range(steps):
+        if not search.budget.spend():
+            break
+        width = widths(contacts, r, width.share, length)
+        law = linear_law(contacts, lam, r, width)
+        change = np.zeros_like(lam)
+        if width.error(law.F) <= ASTRAY:
+            step = search.step(lam, r + law.residual, law.slope, trust)
+            change = change if step is None else step.change
+        taken, error, lam, r = _line_search(search, lam, r, change, law, width)
+        trust = np.minimum(GROW * trust, WIDEST * widest) if taken > ENOUGH else CUT * trust
+        if error <= GATE:
+            narrow += width.share <= NARROWEST
+            if narrow == 2:
+                break
+            width = widths(contacts, r, max(SHRINK * width.share, NARROWEST), length)
+    return lam, r
+
+
+def _line_search(
+    search: EffortSearch, lam: Array, r: Array, change: Array, law: LinearLaw, width: Widths
+) -> tuple[float, float, Array, Array]:
+    """The share of a step, the error of the law after it, efforts (n_a,) and forces (3 m,) there.
+
+    Args:
+        search: the problem.
+        lam: (n_a,) efforts.
+        r: (3 m,) forces.
+        change: (n_a,) of the efforts.
+        law: linearised.
+        width: of the law.
+    """
+    follow = law.residual + law.slope @ change
+    taken, before = inside(r, follow, LEFT), width.size(law.F)
+    least = taken * SHORTEST
+    while True:
+        there = lam + taken * change, r + taken * follow
+        F = smoothed_law(search.contacts, *there, width)
+        error = width.error(F)
+        better = error <= GATE or width.size(F) < (1.0 - 1e-4 * taken) * before
+        if better or 0.5 * taken < least:
+            return taken, error, *there
+        taken *= 0.5
+
+
+def nested_path(search: EffortSearch, start: EffortPoint, share: float) -> tuple[Array, Array]:
+    """The same where the smoothed law is solved at each width, and the efforts move only downhill.
+
+    Args:
+        search: the problem.
+        start: an exact point.
+        share: κ at first.
+    """
+    contacts, length = search.contacts, displacement_scale(search, start)
+    width = widths(contacts, start.r, share, length)
+    lam, r = start.lam, lifted(contacts, start.r, width)
+    widest, end = TRUST * search.span, search.budget.spent + NESTED
+    trust = widest
+    while True:
+        width = widths(contacts, r, width.share, length)
+        r, slope, _ = _meet(search, lam, r, width)
+        objective = search.objective(lam, r)
+        for _ in range(4):
+            step = search.step(lam, r, slope, trust)
+            if step is None or step.gain < 1e-3 * objective or search.budget.exhausted:
+                break
+            first = r + slope @ step.change
+            first[::3] = np.maximum(first[::3], 0.05 * r[::3])
+            there = lam + step.change
+            found, turned, met = _meet(search, there, first, width)
+            value = search.objective(there, found)
+            if met and value < objective - 0.1 * step.gain:
+                if value < objective - 0.5 * step.gain:
+                    trust = np.minimum(2.0 * trust, WIDEST * widest)
+                lam, r, slope = there, found, turned
+                break
+            trust = 0.25 * np.minimum(trust, np.abs(step.change).max())
+        spent = search.budget.exhausted or search.budget.spent > end
+        if width.share <= NARROWEST or spent:
+            return lam, r
+        width = widths(contacts, r, max(SHRINK * width.share, NARROWEST), length)
+
+
+def _meet(search: EffortSearch, lam: Array, r: Array, width: Widths) -> tuple[Array, Array, bool]:
+    """Forces (3 m,) that meet the smoothed law at efforts, their slope (3 m, n_a), and whether they do.
+
+    Args:
+        search: the problem.
+        lam: (n_a,) efforts.
+        r: (3 m,) forces to start from.
+        width: of the law.
+    """
+    law = linear_law(search.contacts, lam, r, width)
+    error = width.error(law.F)
+    for _ in range(LAW_STEPS):
+        search.budget.spent += 1
+        if error <= MET or search.budget.exhausted:
+            break
+        _, r, _ = shortened(search.contacts, lam, r, law.residual, width, law.F)
+        law = linear_law(search.contacts, lam, r, width)
+        error = width.error(law.F)
+    return r, law.slope, error <= 10.0 * MET

@@ -1,0 +1,140 @@
+"""Inverse control with Coulomb friction: what is to be solved.
+
+    min  f(λ, r) = 1/2 z'Qz + c'z + constant,   z = (λ, r)                                     (I1)
+    s.t. lb <= λ <= ub,   g_lo <= G z <= g_hi                                                  (I2)
+         u = W_cc r + W_ca λ + q,   K* ∋ u + μ |u_t| n ⟂ r ∈ K = {|r_t| <= μ r_n}              (I3)
+
+(I1) and (I2) are those of a QPCC; in place of its complementarity every contact has the cone of (I3), whose
+rows follow one another, the normal first. Rows of single contacts without friction, as columns of a contact
+basis are, come before them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dpstrf
+
+from tauten.controller.qpcc import Qpcc
+from tauten.model.friction import FrictionProblem
+from tauten.model.numerics import Array, Ints
+
+RANK = 1e-12  # of the largest diagonal entry, pivots of the factor of W_cc below which it ends
+PRECISELY = 1e-9  # error that a forward solution is asked for, relative to the largest |q|
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionInverse:
+    """An inverse problem (I1)-(I3); n = n_a + s + 3 k variables.
+
+    Attributes:
+        program: objective and limits; its rows M z + m, (s + 3 k) of them, are the displacements u. The
+            objective is in the square of the unit of u.
+        friction: (k,) coefficients of the last k contacts, which have three rows each.
+        exact: error of the natural map up to which contact forces count as exact [unit of u].
+
+    Raises:
+        ValueError: shapes or values that do not fit; the message says which.
+    """
+
+    program: Qpcc
+    friction: Array
+    exact: float = 1e-8
+
+    def __post_init__(self) -> None:
+        """Check shapes and values."""
+        if 3 * len(self.friction) > len(self.program.m) or len(self.program.m) == 0:
+            raise ValueError(
+                f"friction: found {len(self.friction)} contacts of three rows, expected one or more "
+                f"contacts in {len(self.program.m)} rows"
+            )
+        if not (np.isfinite(self.friction).all() and (self.friction >= 0.0).all()):
+            raise ValueError(
+                "friction: found a value that is negative or not finite, expected 0 or more"
+            )
+
+    @property
+    def n_a(self) -> int:
+        """Number of efforts."""
+        return len(self.program.lb)
+
+    @property
+    def singles(self) -> int:
+        """Rows of single contacts s."""
+        return len(self.program.m) - 3 * len(self.friction)
+
+
+@dataclass(frozen=True, slots=True)
+class InverseContacts:
+    """The contacts of an inverse problem with three rows each; m contacts.
+
+    A single row has two more, with its own compliance and neither motion nor friction.
+
+    Attributes:
+        W: (3 m, 3 m) compliance.
+        W_ca: (3 m, n_a) of contacts under efforts.
+        q: (3 m,) displacements without forces.
+        mu: (m,) coefficients of friction.
+        w: (m,) largest compliance of each contact's rows.
+        G: (3 m, rank) with W = G Gᵀ but for the rows that were added: the state form.
+        place: (s + 3 k,) where each row of the problem is among these.
+        exact: error of the natural map up to which forces count as exact.
+    """
+
+    W: Array
+    W_ca: Array
+    q: Array
+    mu: Array
+    w: Array
+    G: Array
+    place: Ints
+    exact: float
+
+    def forward(self, lam: Array) -> FrictionProblem:
+        """The contacts at efforts (n_a,)."""
+        return FrictionProblem(self.W, self.q + self.W_ca @ lam, self.mu)
+
+    def displacements(self, lam: Array, r: Array) -> Array:
+        """Displacements u (m, 3) at efforts (n_a,) and contact forces (3 m,)."""
+        u: Array = self.q + self.W_ca @ lam + self.W @ r
+        return u.reshape(-1, 3)
+
+    def tolerance(self, problem: FrictionProblem) -> float:
+        """Error that a forward solution is asked for, relative to its largest |q|, as the solver takes it."""
+        largest = float(np.abs(problem.q).max())
+        return min(PRECISELY, 0.3 * self.exact / largest) if largest > 0.0 else PRECISELY
+
+
+def inverse_contacts(problem: FrictionInverse) -> InverseContacts:
+    """Contacts with three rows each and a factor of their compliance, of a problem."""
+    program, n_a, s = problem.program, problem.n_a, problem.singles
+    rows = len(program.m)
+    place = np.concatenate([3 * np.arange(s), np.arange(3 * s, 2 * s + rows)])
+    size = rows + 2 * s
+    W, W_ca, q = np.zeros((size, size)), np.zeros((size, n_a)), np.zeros(size)
+    W[place[:, None], place] = program.M[:, n_a:]
+    W_ca[place], q[place] = program.M[:, :n_a], program.m
+    factor, pivots, rank, _ = dpstrf(W, lower=1, tol=RANK * max(float(np.diag(W).max()), 1e-300))
+    G = np.zeros((size, rank))
+    G[pivots - 1] = np.tril(factor)[:, :rank]
+    added = np.concatenate([place[:s] + 1, place[:s] + 2])
+    W[added, added] = np.tile(np.diag(W)[place[:s]], 2)
+    w = np.diag(W).reshape(-1, 3).max(axis=1)
+    mu = np.concatenate([np.zeros(s), problem.friction])
+    return InverseContacts(W, W_ca, q, mu, w, G, place, problem.exact)
+
+
+@dataclass(frozen=True, slots=True)
+class EffortPoint:
+    """Efforts with the contact forces that they cause.
+
+    Attributes:
+        lam: (n_a,) efforts.
+        r: (3 m,) contact forces, exact where nothing else is said.
+        objective: f of (I1).
+    """
+
+    lam: Array
+    r: Array
+    objective: float

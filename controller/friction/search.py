@@ -1,0 +1,130 @@
+"""What every part of the search for efforts works on: contacts, the QP, the budget, and exact points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauten.controller.friction.effort_step import EffortProgram, EffortStep
+from tauten.controller.friction.exact import exact_forces, exact_slope
+from tauten.controller.friction.problem import (
+    EffortPoint,
+    FrictionInverse,
+    InverseContacts,
+    inverse_contacts,
+)
+from tauten.controller.qpcc import Budget
+from tauten.model.numerics import Array
+
+WITHIN = 1e-7  # of the largest limit, by which a point may exceed one
+BACK = (0.7, 0.5, 0.25, 0.1)  # shares of the way from hold to a point beyond the limits
+
+
+@dataclass(frozen=True, slots=True)
+class EffortSearch:
+    """An inverse problem and how far the search for its efforts may go.
+
+    Attributes:
+        problem: the inverse problem.
+        contacts: with three rows each.
+        program: the QP in the efforts.
+        span: (n_a,) range of the efforts [N, Pa].
+        allowed: excess over the limits that counts as none, in the unit of their rows.
+        budget: linear systems and time.
+    """
+
+    problem: FrictionInverse
+    contacts: InverseContacts
+    program: EffortProgram
+    span: Array
+    allowed: float
+    budget: Budget
+
+    def rows(self, r: Array) -> Array:
+        """Forces or slopes (3 m, …) on the problem's rows (s + 3 k, …)."""
+        chosen: Array = r[self.contacts.place]
+        return chosen
+
+    def objective(self, lam: Array, r: Array) -> float:
+        """The objective at efforts (n_a,) and contact forces (3 m,)."""
+        return self.program.objective(lam, self.rows(r))
+
+    def step(self, lam: Array, r: Array, slope: Array, trust: Array) -> EffortStep | None:
+        """The best change of the efforts, see `EffortProgram.step`.
+
+        Args:
+            lam: (n_a,) efforts.
+            r: (3 m,) contact forces.
+            slope: (3 m, n_a) of these.
+            trust: (n_a,) largest change of each effort.
+        """
+        return self.program.step(lam, self.rows(r), self.rows(slope), trust)
+
+    def slope(self, point: EffortPoint) -> Array:
+        """dr/dλ (3 m, n_a) on the piece of an exact point."""
+        return exact_slope(self.contacts, point.lam, point.r, self.budget)
+
+    def feasible(self, point: EffortPoint) -> bool:
+        """Whether a point is within the limits."""
+        return self.program.excess(point.lam, self.rows(point.r)) <= self.allowed
+
+    def exact(self, lam: Array, start: Array) -> EffortPoint | None:
+        """The exact point at efforts (n_a,), from forces (3 m,); None where none is found.
+
+        With the budget used up only a few steps on the exact law are taken.
+        """
+        r = exact_forces(self.contacts, lam, start, self.budget, not self.budget.exhausted)
+        return None if r is None else EffortPoint(lam, r, self.objective(lam, r))
+
+    def within(self, point: EffortPoint, held: EffortPoint) -> EffortPoint | None:
+        """A point within the limits near one that may exceed them; None where none is found.
+
+        Args:
+            point: exact.
+            held: exact and within the limits: the last resort is the way there.
+        """
+        for _ in range(3):
+            if self.feasible(point):
+                return point
+            if self.budget.exhausted:
+                return None
+            slope = self.slope(point)
+            step = self.step(point.lam, point.r, slope, self.span)
+            if step is None:
+                break
+            found = self.exact(point.lam + step.change, point.r + slope @ step.change)
+            if found is None:
+                break
+            point = found
+        for share in BACK:
+            if self.feasible(point):
+                return point
+            if self.budget.exhausted:
+                return None
+            lam = held.lam + share * (point.lam - held.lam)
+            found = self.exact(lam, held.r + share * (point.r - held.r))
+            point = point if found is None else found
+        return point if self.feasible(point) else None
+
+
+def effort_search(problem: FrictionInverse, solver: str, budget: Budget) -> EffortSearch:
+    """Set up the search of a problem.
+
+    Args:
+        problem: the inverse problem.
+        solver: name of the QP library.
+        budget: linear systems and time.
+    """
+    p = problem.program
+    contacts = inverse_contacts(problem)
+    # without limits: an effort that moves contacts ten times as far as they are apart
+    moved = np.abs(contacts.W_ca).max(axis=0, initial=0.0)
+    far = 10.0 * np.abs(contacts.q).max() / np.where(moved > 0.0, moved, np.inf)
+    span = np.where(np.isfinite(p.ub - p.lb), p.ub - p.lb, np.maximum(far, 1.0))
+    limits = np.abs(np.concatenate([p.g_lo, p.g_hi]))
+    largest = float(limits[np.isfinite(limits)].max(initial=0.0))
+    return EffortSearch(
+        problem, contacts, EffortProgram(problem, solver), span,
+        WITHIN * largest, budget,
+    )  # fmt: skip

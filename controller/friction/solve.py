@@ -1,0 +1,189 @@
+"""Solve inverse control with Coulomb friction.
+
+The exact point of holding is the first answer. Trials follow, each a path through smoothed laws, an exact
+solution at its end, restoration of the limits and descent on exact pieces; the best exact point within the
+limits is the answer, whenever the search is cut.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from tauten.controller.friction.descent import GONE, descend, predicted_gain
+from tauten.controller.friction.path import nested_path, one_shot_path
+from tauten.controller.friction.problem import EffortPoint, FrictionInverse
+from tauten.controller.friction.search import EffortSearch, effort_search
+from tauten.controller.qpcc import Budget, Status
+from tauten.model.numerics import Array
+
+LOWER = 1e-6  # of the objective of holding, by which a trial must be lower to replace what is known
+SLOPING = 1e-3  # predicted gain, of the objective, from which a point counts as having a gradient
+
+
+@dataclass(frozen=True, slots=True)
+class PathTrial:
+    """One way to look for a lower point.
+
+    Attributes:
+        share: κ at the start of the path.
+        nested: whether the smoothed law is solved at each width.
+        from_hold: whether the path starts from holding; else from the best point.
+    """
+
+    share: float
+    nested: bool = False
+    from_hold: bool = False
+
+
+# the second continues from where the first has arrived
+SLOPED = (PathTrial(1.0, from_hold=True), PathTrial(0.3))
+# where nothing that the efforts do at first changes the objective; others only while nothing is gained
+FLAT = (
+    PathTrial(1.0, nested=True, from_hold=True),
+    PathTrial(0.3),
+    PathTrial(3.0, nested=True, from_hold=True),
+    PathTrial(0.3, nested=True, from_hold=True),
+)
+WARM = (PathTrial(0.3, from_hold=True),)
+CONTINUED = 2  # trials that run although something has been gained
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionSettings:
+    """How far the search goes.
+
+    Attributes:
+        solver: QP library, see `qpcc.qp_backend`.
+        solves: linear systems, after which only the forward solution at hand is completed.
+        time_limit: the same as wall time [s].
+        path_steps: of a path, at most.
+        forwards: exact solutions of a descent, at most.
+        warm: whether one narrow path is enough, as from step to step of a control loop.
+    """
+
+    solver: str = "daqp"
+    solves: int = 2000
+    time_limit: float = math.inf
+    path_steps: int = 60
+    forwards: int = 12
+    warm: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class InverseSolution:
+    """Efforts of an inverse problem with friction.
+
+    Attributes:
+        lam_a: (n_a,) efforts.
+        forces: (s + 3 k,) contact forces that they cause.
+        status: OK; SEEKING_CONTACT where holding has no gradient and nothing lower was found; MAX_PIVOTS
+            where the search was cut; NOT_FOUND where no exact forces of holding were found; NOT_FINITE.
+        objective: f of (I1).
+        held: that of holding.
+        error: of the natural map over all contacts [unit of u].
+        gain: share of the objective by which its piece promises to fall: stationary where it is zero.
+        solves: linear systems that were solved.
+    """
+
+    lam_a: Array
+    forces: Array
+    status: Status
+    objective: float
+    held: float
+    error: float
+    gain: float
+    solves: int
+
+
+DEFAULT = FrictionSettings()
+
+
+def solve_friction_inverse(
+    problem: FrictionInverse,
+    lam: Array,
+    forces: Array | None = None,
+    settings: FrictionSettings = DEFAULT,
+) -> InverseSolution:
+    """The best efforts found; never worse than those that are held, and exact, also when the search is cut.
+
+    Limits that holding exceeds must have been widened by the caller, as `including_hold` does.
+
+    Args:
+        problem: the inverse problem.
+        lam: (n_a,) efforts of holding.
+        forces: (s + 3 k,) contact forces to start from; None: zero.
+        settings: how far the search goes.
+    """
+    program = problem.program
+    numbers = (*program.arrays[:2], program.G, program.M, program.m, lam)
+    if not all(np.isfinite(values).all() for values in numbers):
+        return _unsolved(problem, lam, Status.NOT_FINITE, 0)
+    budget = Budget(settings.solves, perf_counter() + settings.time_limit)
+    search = effort_search(problem, settings.solver, budget)
+    start = np.zeros(len(search.contacts.q))
+    if forces is not None:
+        start[search.contacts.place] = forces
+    held = search.exact(np.clip(lam, program.lb, program.ub), start)
+    if held is None:
+        return _unsolved(problem, lam, Status.NOT_FOUND, budget.spent)
+    best = held
+    flat = predicted_gain(search, held) <= SLOPING
+    for number, trial in enumerate(FLAT if flat else WARM if settings.warm else SLOPED):
+        gained = best is not held
+        nothing_left = best.objective <= GONE * held.objective
+        if budget.exhausted or nothing_left or (number >= CONTINUED and gained):
+            break
+        found = _tried(search, trial, held if trial.from_hold else best, held, settings)
+        if found is not None and found.objective < best.objective - LOWER * held.objective:
+            best = found
+    status = Status.OK
+    if budget.exhausted:
+        status = Status.MAX_PIVOTS
+    elif flat and best is held:
+        status = Status.SEEKING_CONTACT
+    return InverseSolution(
+        best.lam,
+        search.rows(best.r),
+        status,
+        best.objective,
+        held.objective,
+        search.contacts.forward(best.lam).error(best.r),
+        predicted_gain(search, best),
+        budget.spent,
+    )
+
+
+def _tried(
+    search: EffortSearch,
+    trial: PathTrial,
+    start: EffortPoint,
+    held: EffortPoint,
+    settings: FrictionSettings,
+) -> EffortPoint | None:
+    """The exact point within the limits that a trial leads to; None where it leads to none.
+
+    Args:
+        search: the problem.
+        trial: how.
+        start: exact, where its path starts.
+        held: the point of holding.
+        settings: lengths of path and descent.
+    """
+    if trial.nested:
+        lam, r = nested_path(search, start, trial.share)
+    else:
+        lam, r = one_shot_path(search, start, trial.share, settings.path_steps)
+    found = search.exact(lam, r)
+    if found is not None:
+        found = search.within(found, held)
+    return None if found is None else descend(search, found, held, settings.forwards)
+
+
+def _unsolved(problem: FrictionInverse, lam: Array, status: Status, solves: int) -> InverseSolution:
+    """No solution, with the reason."""
+    none = np.zeros(len(problem.program.m))
+    return InverseSolution(lam, none, status, np.inf, np.inf, np.inf, 0.0, solves)

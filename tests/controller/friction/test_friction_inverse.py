@@ -1,0 +1,226 @@
+"""Inverse control with Coulomb friction: derivatives, closed solutions, problems with known objectives."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.friction import (
+    InverseRun,
+    frictionless_difference,
+    inverse_run,
+    read_inverse,
+)
+from tauten.controller.friction import (
+    FrictionInverse,
+    FrictionSettings,
+    solve_friction_inverse,
+)
+from tauten.controller.friction.exact import exact_forces, exact_slope
+from tauten.controller.friction.law import linear_law, smoothed_law, widths
+from tauten.controller.friction.problem import InverseContacts, inverse_contacts
+from tauten.controller.qpcc import Budget, Qpcc, Status, solve_qpcc
+from tauten.model.numerics import Array
+
+EXACT = 1e-8  # of the natural map
+LIMIT = 1e-6  # by which limits may be exceeded
+ENOUGH = 0.01  # excess over the best known objective
+FEW = (
+    "step_a1_c2_r19_003",
+    "step_a1_c10_r24_011",
+    "step_a3_c2_r19_012",
+    "step_a3_c10_r24_003",
+    "step_a9_c10_r24_012",
+    "case_block_20",
+    "case_squeeze_gap1_mu0.6",
+)
+
+
+def random_problem(seed: int, singles: int = 0, limits: float = np.inf) -> FrictionInverse:
+    """Three effectors, three efforts, some single contacts and five with friction, on fourteen unknowns."""
+    rng = np.random.default_rng(seed)
+    G_e, G_a = rng.normal(size=(3, 14)), rng.normal(size=(3, 14))
+    G_c = rng.normal(size=(singles + 15, 14))
+    G, error = np.concatenate([G_a, G_c]), rng.normal(size=3)
+    E = G_e @ G.T
+    program = Qpcc(
+        Q=E.T @ E + 1e-4 * np.diag(np.arange(singles + 18) < 3),
+        c=E.T @ error,
+        lb=np.zeros(3),
+        ub=np.full(3, 3.0),
+        G=G_a @ G.T,
+        g_lo=np.full(3, -limits),
+        g_hi=np.full(3, limits),
+        M=G_c @ G.T,
+        m=0.3 * rng.normal(size=singles + 15),
+        constant=0.5 * float(error @ error),
+    )
+    return FrictionInverse(program, rng.uniform(0.1, 0.8, size=5))
+
+
+def block(mu: float, weight: float, target: float) -> FrictionInverse:
+    """A block of unit compliance on a floor, pushed along x by one effort towards a target."""
+    program = Qpcc(
+        Q=np.array([[1.0, 0.0, 1.0, 0.0]] * 1 + [[0.0] * 4] + [[1.0, 0.0, 1.0, 0.0]] + [[0.0] * 4]),
+        c=-target * np.array([1.0, 0.0, 1.0, 0.0]),
+        lb=np.zeros(1),
+        ub=np.full(1, 10.0),
+        G=np.zeros((0, 4)),
+        g_lo=np.zeros(0),
+        g_hi=np.zeros(0),
+        M=np.array([[0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]),
+        m=np.array([-weight, 0.0, 0.0]),
+        constant=0.5 * target**2,
+    )
+    return FrictionInverse(program, np.array([mu]))
+
+
+def exact_at(contacts: InverseContacts, lam: Array, start: Array | None = None) -> Array:
+    """Exact forces (3 m,) at efforts."""
+    first = np.zeros(len(contacts.q)) if start is None else start
+    r = exact_forces(contacts, lam, first, Budget(1000, np.inf))
+    assert r is not None
+    return r
+
+
+def test_a_block_is_pushed_by_what_friction_takes_and_the_way_needs() -> None:
+    """Hold has no gradient: the block sticks until the effort exceeds μ times the weight."""
+    found = solve_friction_inverse(block(0.5, 2.0, 0.7), np.zeros(1))
+    assert found.status is Status.OK
+    assert found.lam_a[0] == pytest.approx(0.5 * 2.0 + 0.7, rel=1e-6)
+    assert found.forces == pytest.approx([2.0, -1.0, 0.0], abs=1e-6)
+    assert found.held == pytest.approx(0.5 * 0.7**2)
+
+
+def test_a_block_that_cannot_be_moved_stays_and_the_status_says_so() -> None:
+    problem = block(0.5, 50.0, 0.7)  # μ N = 25, the largest effort is 10
+    found = solve_friction_inverse(problem, np.full(1, 3.0))
+    assert found.status is Status.SEEKING_CONTACT
+    assert found.lam_a[0] == 3.0
+    assert found.objective == found.held
+
+
+@pytest.mark.parametrize("singles", [0, 3])
+def test_the_linearised_law_is_the_derivative_of_the_smoothed_law(singles: int) -> None:
+    rng = np.random.default_rng(1)
+    contacts = inverse_contacts(random_problem(2, singles))
+    lam, r = rng.uniform(0.0, 1.0, size=3), np.zeros(len(contacts.q))
+    r[contacts.place] = rng.normal(size=len(contacts.place))
+    r[::3] = np.abs(r[::3])
+    width = widths(contacts, r, 0.5, 1.0)
+    law = linear_law(contacts, lam, r, width)
+    np.testing.assert_allclose(law.F, smoothed_law(contacts, lam, r, width), atol=1e-14)
+    change = rng.normal(size=3)
+    for t in (1e-4, 1e-5):  # an error of the second order
+        after = smoothed_law(contacts, lam + t * change, r + t * law.slope @ change, width)
+        assert np.abs(after - law.F).max() < 300.0 * t**2
+    towards = smoothed_law(contacts, lam, r + 1e-5 * law.residual, width)
+    np.testing.assert_allclose(towards, (1.0 - 1e-5) * law.F, atol=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_slope_of_a_piece_is_the_derivative_of_exact_forces(seed: int) -> None:
+    contacts = inverse_contacts(random_problem(seed))
+    lam = np.array([0.7, 0.4, 0.9])
+    r = exact_at(contacts, lam)
+    slope = exact_slope(contacts, lam, r, Budget(100, np.inf))
+    for j in range(3):
+        t = np.zeros(3)
+        t[j] = 1e-6
+        found = (exact_at(contacts, lam + t, r) - exact_at(contacts, lam - t, r)) / 2e-6
+        u = contacts.W @ (found - slope[:, j])  # forces of redundant contacts are not unique
+        assert np.abs(u).max() < 1e-4 * max(1.0, np.abs(contacts.W @ found).max())
+
+
+@pytest.mark.parametrize("singles", [0, 3])
+def test_what_is_returned_is_exact_within_limits_and_no_worse_than_hold(singles: int) -> None:
+    for seed in range(4):
+        problem = random_problem(seed, singles, limits=8.0)
+        program = problem.program
+        for solves in (2, 4, 8, 200):
+            found = solve_friction_inverse(
+                problem, np.full(3, 0.3), settings=FrictionSettings(solves=solves)
+            )
+            assert found.status in (Status.OK, Status.MAX_PIVOTS)
+            assert found.error <= EXACT
+            assert found.objective <= found.held
+            rows = program.G @ np.concatenate([found.lam_a, found.forces])
+            assert np.abs(rows).max() <= 8.0 + LIMIT
+            assert (found.lam_a >= 0.0).all()
+            assert (found.lam_a <= 3.0).all()
+            friction = found.forces[singles:].reshape(-1, 3)
+            allowed = problem.friction * friction[:, 0]
+            assert (np.linalg.norm(friction[:, 1:], axis=1) <= allowed + 1e-7).all()
+
+
+def test_without_friction_it_is_the_qpcc_of_the_normals() -> None:
+    """Contacts without friction have one answer, whether their rows are three or one."""
+    for seed in range(4):
+        given = random_problem(seed)
+        program = given.program
+        z = np.concatenate([np.arange(3), 3 + np.arange(0, 15, 3)])
+        normal = replace(
+            program,
+            Q=program.Q[z[:, None], z],
+            c=program.c[z],
+            G=program.G[:, z],
+            M=program.M[::3][:, z],
+            m=program.m[::3],
+        )
+        best = solve_qpcc(normal)
+        at_best = FrictionInverse(program, np.full(5, 1e-9))
+        found = solve_friction_inverse(at_best, best.lam_a)
+        assert found.held == pytest.approx(best.objective, rel=1e-6, abs=1e-9)
+        assert found.objective <= found.held
+        as_rows = solve_friction_inverse(FrictionInverse(normal, np.zeros(0)), best.lam_a)
+        assert as_rows.objective <= found.held * (1.0 + 1e-6) + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("friction", "said"),
+    [
+        (np.array([0.5, -0.1, 0.5, 0.5, 0.5]), "negative or not finite"),
+        (np.array([0.5, np.nan, 0.5, 0.5, 0.5]), "negative or not finite"),
+        (np.full(6, 0.5), "found 6 contacts of three rows"),
+    ],
+)
+def test_friction_that_does_not_fit_is_refused(friction: Array, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        FrictionInverse(random_problem(0).program, friction)
+
+
+def test_numbers_that_are_none_are_a_status() -> None:
+    problem = random_problem(0)
+    broken = replace(problem.program, m=np.full(15, np.nan))
+    found = solve_friction_inverse(FrictionInverse(broken, problem.friction), np.zeros(3))
+    assert found.status is Status.NOT_FINITE
+
+
+def test_some_stored_problems_are_solved(reference: Path) -> None:
+    stored = {one.name: one for one in read_inverse(reference / "friction_inverse")}
+    check([inverse_run(stored[name]) for name in FEW], at_least=1.0)
+    assert frictionless_difference(stored["step_a3_c2_r19_012"]) < 1e-4
+
+
+@pytest.mark.slow
+def test_all_stored_problems_are_solved_as_well_as_is_claimed(reference: Path) -> None:
+    runs = [inverse_run(one) for one in read_inverse(reference / "friction_inverse")]
+    steps = [run for run in runs if run.name.startswith("step")]
+    cases = [run for run in runs if run.name.startswith("case")]
+    assert (len(steps), len(cases)) == (97, 7)
+    check(cases, at_least=1.0)
+    check([run for run in steps if run.n_a == 1], at_least=0.98)
+    check(steps, at_least=0.80)
+
+
+def check(runs: list[InverseRun], at_least: float) -> None:
+    """A share of the answers is within 1 % of the best known, and all are exact and within limits."""
+    assert np.mean([run.excess <= ENOUGH for run in runs]) >= at_least
+    for run in runs:
+        assert not run.stayed, run
+        assert max(run.error, run.cut[0]) <= EXACT, run
+        assert max(run.violation, run.cut[1]) <= LIMIT, run
+        assert run.cut[2] <= 1.0, run
