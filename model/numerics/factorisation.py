@@ -284,12 +284,27 @@ class Pardiso(Analysed):
 
     name = "pardiso"
 
-    def __init__(self, indptr: Ints, indices: Ints, threads: int) -> None:
+    def __init__(
+        self, indptr: Ints, indices: Ints, threads: int, other: Pardiso | None = None
+    ) -> None:
+        """Prepare for matrices of a pattern, which is analysed before the first of them.
+
+        Args:
+            indptr: (n + 1,) CSC column pointers.
+            indices: (nnz,) row indices, sorted in each column.
+            threads: of every phase.
+            other: for the same pattern, whose triangle and ordering are taken over.
+        """
         super().__init__(indptr, indices, threads)
         # The lower triangle by columns is the upper triangle by rows, which PARDISO expects.
-        lower_ptr, lower, self._places = triangle(indptr, indices)
-        self._ia, self._ja = (lower_ptr + 1).astype(np.int32), (lower + 1).astype(np.int32)
-        self._a = np.zeros(len(lower))
+        if other is None:
+            lower_ptr, lower, self._places = triangle(indptr, indices)
+            self._ia, self._ja = (lower_ptr + 1).astype(np.int32), (lower + 1).astype(np.int32)
+        else:
+            self._ia, self._ja, self._places = other._ia, other._ja, other._places
+        self._ordering = None if other is None else other._ordering
+        self._is_analysed = False
+        self._a = np.zeros(len(self._ja))
         self._n = len(indptr) - 1
         # calling the library without pypardiso spares a conversion of the pattern in every phase
         self._pardiso, self._set_threads = mkl().pardiso, mkl().MKL_Set_Num_Threads_Local
@@ -303,16 +318,29 @@ class Pardiso(Analysed):
             array_argument(self._ia, ctypes.c_int32), array_argument(self._ja, ctypes.c_int32),
             int_argument(0), array_argument(self._iparm, ctypes.c_int32), int_argument(0),
         )  # fmt: skip
+
+    def fork(self) -> Pardiso:
+        """See `Factorisation`."""
+        return Pardiso(*self._pattern, self.threads, self)
+
+    def _prepare(self) -> None:
+        """Analyse the pattern, with the ordering that takes fewer operations."""
+        columns = np.repeat(np.arange(1, self._n + 1), np.diff(self._ia))
         # a diagonally dominant probe for the analysis; later matrices share only the pattern
-        self._a[:] = np.where(lower == np.repeat(np.arange(self._n), np.diff(lower_ptr)), 1.0, 0.0)
-        if self._analyse(MINIMUM_DEGREE) <= self._analyse(NESTED_DISSECTION):
-            self._analyse(MINIMUM_DEGREE)
+        self._a[:] = np.where(self._ja == columns, 1.0, 0.0)
+        tried = [MINIMUM_DEGREE, NESTED_DISSECTION] if self._ordering is None else [self._ordering]
+        operations = [self._analyse(ordering) for ordering in tried]
+        best = tried[operations.index(min(operations))]
+        if best != tried[-1]:
+            self._analyse(best)
+        self._ordering, self._is_analysed = best, True
 
     def _analyse(self, ordering: int) -> int:
         """Analyse with an ordering; returns the millions of operations that a factorisation takes."""
-        if self._pt.any():
-            self._call(RELEASE, np.zeros(1), np.zeros(1), 1)  # release the analysis before
-            self._pt[:] = 0
+        with self._in_use:  # one that was interrupted may not have ended
+            if self._pt.any():
+                self._call(RELEASE, np.zeros(1), np.zeros(1), 1)  # release the analysis before
+                self._pt[:] = 0
         self._iparm[1], self._iparm[18] = ordering, -1
         self._call(11, np.zeros(1), np.zeros(1), 1)
         return int(self._iparm[18])
@@ -344,6 +372,8 @@ class Pardiso(Analysed):
 
     def refactor(self, values: Array) -> None:
         """See `Factorisation`."""
+        if not self._is_analysed:
+            self._prepare()
         np.take(values, self._places, out=self._a)
         self._call(22, np.zeros(1), np.zeros(1), 1)
 

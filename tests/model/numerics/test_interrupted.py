@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from tauten.model.numerics import installed_backends, make_factorisation
-from tauten.model.numerics.factorisation import LONG
+from tauten.model.numerics import factorisation, installed_backends, make_factorisation
 
 CALL = "factorisation"  # name of the thread of the library
 
@@ -36,11 +35,18 @@ def like_a_body(side: int) -> sp.csc_array:
 @pytest.mark.skipif(
     "pardiso" not in installed_backends(), reason="tauten[pardiso] is not installed"
 )
-def test_a_signal_is_heard_within_a_long_factorisation(monkeypatch: pytest.MonkeyPatch) -> None:
-    matrix = like_a_body(20)
+@pytest.mark.parametrize("analysed", [False, True])
+def test_a_signal_is_heard_within_a_long_factorisation(
+    monkeypatch: pytest.MonkeyPatch, analysed: bool
+) -> None:
+    """In the analysis of the pattern, and in the factorisation of a matrix."""
+    monkeypatch.setattr(factorisation, "LONG", 5_000)
+    matrix = like_a_body(12)
     n = matrix.shape[0]
-    assert n >= LONG
+    assert n >= factorisation.LONG
     factors = make_factorisation(matrix.indptr, matrix.indices, "pardiso")
+    if analysed:
+        factors.refactor(matrix.data)
     heard: list[bool] = []
 
     def handler(_signal: int, _frame: FrameType | None) -> None:
@@ -68,8 +74,9 @@ def test_a_signal_is_heard_within_a_long_factorisation(monkeypatch: pytest.Monke
         signal.signal(signal.SIGUSR1, before)
 
 
-def test_errors_of_the_library_arrive() -> None:
-    matrix = like_a_body(20)
+def test_errors_of_the_library_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(factorisation, "LONG", 1_000)
+    matrix = like_a_body(8)
     factors = make_factorisation(matrix.indptr, matrix.indices, installed_backends()[0])
     with pytest.raises(RuntimeError, match="not positive definite"):
         factors.refactor(-matrix.data)
