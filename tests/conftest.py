@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+from collections import Counter
 from collections.abc import Generator
 from pathlib import Path
 
@@ -23,6 +24,9 @@ from support.robots.thumb import coarse_finger
 from tauten.model import Robot, load_robot
 from tauten.model.tetra import NodalBody
 
+EARLY = 0.8  # share of the suite in which files that wait for processes are begun
+MOST_CORES = 8  # that the suite uses; each process of it needs about half a gigabyte
+
 # The same examples every time, so that what fails here fails there; see CONTRIBUTING for others.
 # Without deadlines: how long an example takes depends on what else the machine does.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -30,12 +34,35 @@ settings.load_profile("repeatable")
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Two where the whole suite runs; none for single files, a debugger, and times of the real clock."""
+    """One more than there are cores where the whole suite runs: tests of processes mostly wait for them.
+
+    None for single files, a debugger, and times of the real clock.
+    """
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
     if whole and "realtime" not in config.option.markexpr.replace("not realtime", ""):
-        return 2
+        config.option.loadscopereorder = False  # `pytest_collection_modifyitems` has an order
+        return min(os.cpu_count() or 1, MOST_CORES) + 1
     config.option.dist = "no"
     return 0
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Files that wait for processes are spread among the others, so that neither are left at the end.
+
+    Of both kinds those with most tests come first. Each process of the suite takes the next file.
+    """
+    if os.environ.get("PYTEST_XDIST_WORKER") is None:
+        return
+    sizes = Counter(item.path for item in items)
+    own = config.rootpath / "tests"
+    places: dict[Path, float] = {}
+    for waits, end in ((True, EARLY), (False, 1.0)):
+        files = [
+            path for path in sizes if (path.parent == own or own / "e2e" in path.parents) == waits
+        ]
+        files.sort(key=lambda path: -sizes[path])
+        places |= {path: end * (i + 0.5) / len(files) for i, path in enumerate(files)}
+    items.sort(key=lambda item: places[item.path])
 
 
 @pytest.hookimpl(wrapper=True)

@@ -43,7 +43,7 @@ def make(new: NewRobot, folder: Path) -> object:
 def test_a_box_becomes_a_robot_that_bends(tmp_path: Path) -> None:
     part = write_stl(tmp_path / "bar.stl", *box())
     made = make_new_robot(
-        NewRobot("bar", read(part), size=4e-3),
+        NewRobot("bar", read(part), size=6e-3),
         tmp_path / "bar",
         StopFlag(),
         lambda done, what: None,
@@ -75,7 +75,7 @@ def test_a_surface_that_is_inside_out_is_turned(tmp_path: Path) -> None:
     vertices, triangles = box()
     part = write_stl(tmp_path / "bar.stl", vertices, triangles[:, ::-1])
     made = make_new_robot(
-        NewRobot("bar", read(part), size=6e-3),
+        NewRobot("bar", read(part), size=9e-3),
         tmp_path / "bar",
         StopFlag(),
         lambda done, what: None,
@@ -89,7 +89,7 @@ def test_holes_are_refused_and_repaired(tmp_path: Path) -> None:
     with pytest.raises(PartError, match=r"open.stl: the surface has holes, 3 edges .*--repair"):
         read(part)
     pytest.importorskip("wildmeshing", reason="the extra repair has no wheels for this Python")
-    new = NewRobot("bar", read(part, repair=True), size=6e-3)
+    new = NewRobot("bar", read(part, repair=True), size=9e-3)
     made = make_new_robot(new, tmp_path / "bar", StopFlag(), lambda done, what: None)
     assert load_robot(made.file).body.n_elements > 100
 
@@ -99,7 +99,7 @@ def test_triangles_that_cross_are_refused(tmp_path: Path) -> None:
     vertices = np.vstack([first[0], second[0]])
     part = write_stl(tmp_path / "two.stl", vertices, np.vstack([first[1], second[1] + 8]))
     with pytest.raises(PartError, match="cross each other near"):
-        make(NewRobot("two", read(part), size=6e-3), tmp_path / "two")
+        make(NewRobot("two", read(part), size=9e-3), tmp_path / "two")
 
 
 def test_a_surface_of_too_many_triangles_is_refused_before_it_is_searched(
@@ -118,7 +118,7 @@ def test_a_triangle_that_is_turned_is_refused(tmp_path: Path) -> None:
     triangles[0] = triangles[0, ::-1]
     part = write_stl(tmp_path / "turned.stl", vertices, triangles)
     with pytest.raises(PartError, match="inside out beside others"):
-        make(NewRobot("turned", read(part), size=6e-3), tmp_path / "turned")
+        make(NewRobot("turned", read(part), size=9e-3), tmp_path / "turned")
 
 
 def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
@@ -127,9 +127,9 @@ def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
     solid.WriteStep(str(tmp_path / "one.step"))
     occ.Compound([solid, occ.Box((30, 0, 0), (42, 12, 60))]).WriteStep(str(tmp_path / "two.step"))
     with pytest.raises(PartError, match=r"two.step: holds 2 solids, one is needed"):
-        make(NewRobot("two", read(tmp_path / "two.step"), size=6e-3), tmp_path / "two")
+        make(NewRobot("two", read(tmp_path / "two.step"), size=9e-3), tmp_path / "two")
     made = make_new_robot(
-        NewRobot("one", read(tmp_path / "one.step"), size=6e-3),
+        NewRobot("one", read(tmp_path / "one.step"), size=9e-3),
         tmp_path / "one",
         StopFlag(),
         lambda done, what: None,
@@ -141,7 +141,7 @@ def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
 def test_tetrahedra_of_a_file_are_taken_as_they_are(tmp_path: Path) -> None:
     part = write_stl(tmp_path / "bar.stl", *box())
     first = make_new_robot(
-        NewRobot("bar", read(part), size=6e-3),
+        NewRobot("bar", read(part), size=9e-3),
         tmp_path / "bar",
         StopFlag(),
         lambda done, what: None,

@@ -125,7 +125,7 @@ def test_the_cable_follows_the_side_of_a_tapered_part_to_its_tip(tmp_path: Path)
 
 def test_a_closed_cavity_becomes_a_chamber(tmp_path: Path) -> None:
     hollow = occ.Box((0, 0, 0), (20, 20, 80)) - occ.Box((9, 4, 8), (16, 16, 72))
-    made = made_of(hollow, tmp_path, size=6e-3)
+    made = made_of(hollow, tmp_path, size=9e-3)
     robot = load_robot(made.file)
     assert robot.actuators.kinds == (ActuatorKind.CHAMBER,)
     assert made.guess.cavities[0].volume == pytest.approx(7e-3 * 12e-3 * 64e-3, rel=0.02)

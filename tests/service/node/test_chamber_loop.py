@@ -107,14 +107,22 @@ def holding(
     return loop, goal, seen
 
 
-@pytest.mark.parametrize("why", ["hold", "wait", "late", "unmeasured", "unusable", "no target"])
+LOCKS = (
+    (LockOrder("tendon", position=0.008),),
+    (LockOrder("tendon", force=1.0),),
+    (LockOrder("bellows", force=1e4),),
+    (LockOrder("bellows", position=2e-7), LockOrder("tendon", position=0.004)),
+)
+REASONS = ("hold", "wait", "late", "unmeasured", "unusable", "no target")
+
+
 @pytest.mark.parametrize(
-    "locks",
+    ("why", "locks"),
     [
-        (LockOrder("tendon", position=0.008),),
-        (LockOrder("tendon", force=1.0),),
-        (LockOrder("bellows", force=1e4),),
-        (LockOrder("bellows", position=2e-7), LockOrder("tendon", position=0.004)),
+        # of each reason one with two locks, of each lock one in a hold; the others are slow
+        pytest.param(why, locks, marks=[] if why == "hold" or len(locks) > 1 else pytest.mark.slow)
+        for why in REASONS
+        for locks in LOCKS
     ],
 )
 def test_no_lock_moves_anything_while_the_node_does_not_follow(

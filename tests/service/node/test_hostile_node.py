@@ -32,6 +32,7 @@ from tauten.service.wire import (
     TEXT,
     Joints,
     Keys,
+    Mode,
     Network,
     OperatorCommand,
     Role,
@@ -96,6 +97,8 @@ class Rig:
         for _ in range(RELEASED):
             self.send([order(OperatorCommand.RESET)])
             self.tick()
+            if self.node._loop.state.mode is not Mode.STOP:
+                break
         for _ in range(5):
             at = self.node._loop.controller.effector
             places = [encode_point(Point(0, "", tuple(point))) for point in at]

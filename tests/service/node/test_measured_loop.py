@@ -85,7 +85,7 @@ def swing(robot: Robot, ticks: int) -> list[Array]:
 
 def test_right_measurements_are_followed(beam: Robot) -> None:
     rig = Rig(beam, lambda where: where + 1e-3)
-    causes = rig.follow(swing(beam, 300))
+    causes = rig.follow(swing(beam, 150))
     assert set(causes) == {Cause.NONE}
     assert rig.measured.diagnostic().level is Level.OK
 

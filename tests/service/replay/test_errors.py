@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
-from tauten.model import load_robot
+from tauten.model import Actuators, Robot
 from tauten.model.schema import COMPONENTS, EffectorKind
 from tauten.service.plots import draw_run
 from tauten.service.replay import (
@@ -28,6 +28,12 @@ from tauten.service.replay.report import digits, error
 from tauten.service.wire import Cause, Mode
 
 LOG = Path(__file__).parents[2] / "reference" / "runs" / "finger.mcap"
+
+
+@pytest.fixture(scope="module")
+def actuators(shipped_finger: Robot) -> Actuators:
+    """The finger's cable."""
+    return shipped_finger.actuators
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-3, 0.5, 2.0, 3.1, np.pi])
@@ -75,7 +81,11 @@ def test_components_that_are_left_free_do_not_count() -> None:
     ],
 )
 def test_only_what_has_a_goal_is_drawn(
-    weights: tuple[int, ...], drawn: list[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    weights: tuple[int, ...],
+    drawn: list[str],
+    actuators: Actuators,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
 ) -> None:
     """The plate of the tripod follows in height and tilt; sideways it goes where these lead it."""
     figures: list[Figure] = []
@@ -87,7 +97,7 @@ def test_only_what_has_a_goal_is_drawn(
         assert report.model_error.max_mm is not None and report.model_error.max_mm < 15.0
     else:
         assert report.model_error.rms_mm is None
-    draw_run(run, load_robot("finger").actuators, tmp_path / "run.png")
+    draw_run(run, actuators, tmp_path / "run.png")
     labels = [axes.get_ylabel() for axes in figures[0].axes]
     assert [label for label in labels if "[m" in label and "pull" not in label][
         : len(drawn)
@@ -117,7 +127,7 @@ def test_a_run_that_is_held_from_the_start_says_so_and_is_as_long_as_its_targets
 
 
 def test_the_figure_starts_where_the_robot_follows(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    actuators: Actuators, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """At the start of a demo the first decisions are late, for longer than the figure is to show."""
     figures: list[Figure] = []
@@ -129,7 +139,7 @@ def test_the_figure_starts_where_the_robot_follows(
         for i, tick in enumerate(run.ticks)
     )
     for shown, start in ((run, first), (replace(run, ticks=ticks), first + 40)):
-        draw_run(shown, load_robot("finger").actuators, tmp_path / "run.png")
+        draw_run(shown, actuators, tmp_path / "run.png")
         assert figures[-1].axes[-1].get_xlim()[0] == pytest.approx(run.time[start] - 0.5)
 
 
@@ -171,7 +181,7 @@ def run_of(kind: EffectorKind, size: int) -> RecordedRun:
     ],
 )
 def test_a_run_of_any_kind_is_reported_and_drawn(
-    kind: EffectorKind, size: int, unit: str, tmp_path: Path
+    kind: EffectorKind, size: int, unit: str, actuators: Actuators, tmp_path: Path
 ) -> None:
     run = run_of(kind, size)
     report = make_report(run)
@@ -181,7 +191,7 @@ def test_a_run_of_any_kind_is_reported_and_drawn(
     distance, angle = errors_to_goal(run, run.plant)
     assert np.isfinite(distance).any()
     assert np.isfinite(angle).any() == (kind == "frame")
-    draw_run(run, load_robot("finger").actuators, tmp_path / "run.png")
+    draw_run(run, actuators, tmp_path / "run.png")
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
 
 
