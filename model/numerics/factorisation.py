@@ -302,7 +302,7 @@ class Pardiso(Analysed):
             self._ia, self._ja = (lower_ptr + 1).astype(np.int32), (lower + 1).astype(np.int32)
         else:
             self._ia, self._ja, self._places = other._ia, other._ja, other._places
-        self._ordering = None if other is None else other._ordering
+        self._ordering: int | None = None if other is None else other._ordering
         self._is_analysed = False
         self._a = np.zeros(len(self._ja))
         self._n = len(indptr) - 1
