@@ -6,11 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.friction.problem import FrictionProblem
-from tauten.model.numerics import Array, Bools
+from tauten.model.friction.problem import FrictionProblem, into_cone
+from tauten.model.numerics import Array, Bools, kernel
 
 RANK = 1e-10  # eigenvalues below this, relative to the largest, count as zero
 STILL = 1e-7  # of the largest |q|, slip that counts as none
+PROJECTIONS = 2000  # on cones and null space, at most
+NONE = 1e-3  # of unit normal forces; a nearest point that is smaller is zero
+WITHIN = 1e-4  # of the mean normal force, by which a point may lie beside the cones
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +29,8 @@ class FrictionCertificate:
         sticking: (m,) those of them that do not slip.
         margin: (m,) distance to slip μ r_n − |r_t| of sticking contacts, 0 of others [unit of r].
         indeterminate: whether other forces give the same motion: W of the closed contacts is singular.
+        jammed: whether forces of any size in the cones of the closed contacts hold each other: the null
+            space of their W meets the cones.
     """
 
     error: float
@@ -36,6 +41,7 @@ class FrictionCertificate:
     sticking: Bools
     margin: Array
     indeterminate: bool
+    jammed: bool
 
 
 def certify_friction(problem: FrictionProblem, r: Array) -> FrictionCertificate:
@@ -59,7 +65,8 @@ def certify_friction(problem: FrictionProblem, r: Array) -> FrictionCertificate:
     opposite = -np.einsum("ij,ij->i", pushed, slip)[slipping] / (friction * speed)[slipping]
     reserve = problem.mu * forces[:, 0] - friction
     rows = np.flatnonzero(closed.repeat(problem.dim))
-    values = np.linalg.eigvalsh(problem.W[rows[:, None], rows]) if len(rows) else np.ones(1)
+    values, vectors = np.linalg.eigh(problem.W[rows[:, None], rows])
+    null = vectors[:, values <= RANK * values.max(initial=0.0)]
     return FrictionCertificate(
         error=problem.error(r),
         cone=float(np.max(-reserve)),
@@ -68,5 +75,41 @@ def certify_friction(problem: FrictionProblem, r: Array) -> FrictionCertificate:
         closed=closed,
         sticking=sticking,
         margin=np.where(sticking, reserve, 0.0),
-        indeterminate=bool(values[0] <= RANK * values[-1]),
+        indeterminate=null.shape[1] > 0,
+        jammed=_meets_cones(np.ascontiguousarray(null), problem.mu[closed]),
     )
+
+
+@kernel
+def _meets_cones(null: Array, mu: Array) -> bool:
+    """Whether a subspace has forces in the cones that are not all zero.
+
+    The point of the subspace within the cones that is nearest to unit normal forces is zero exactly where
+    there are none, since the normal forces of all others have a positive sum. Dykstra's projections lead to
+    it (Boyle and Dykstra, Advances in Order Restricted Statistical Inference, 1986).
+
+    Args:
+        null: (m d, z) an orthonormal basis of the subspace.
+        mu: (m,) coefficients of friction.
+    """
+    m, size = len(mu), null.shape[0]
+    if null.shape[1] == 0:
+        return False
+    d = size // m
+    near, offset = np.zeros(size), np.zeros(size)  # offset of the cones; a subspace needs none
+    near[::d] = 1.0
+    for _ in range(PROJECTIONS):
+        inside = near + offset
+        for i in range(m):
+            into_cone(inside[i * d : (i + 1) * d], mu[i])
+        offset += near - inside
+        near = np.dot(null, np.dot(null.T, inside))
+        total, outside = near[::d].sum(), 0.0
+        if total < NONE * m:
+            return False
+        for i in range(m):
+            across = np.sqrt((near[i * d + 1 : (i + 1) * d] ** 2).sum())
+            outside = max(outside, across - mu[i] * near[i * d])
+        if outside <= WITHIN * total / m:
+            return True
+    return False

@@ -9,8 +9,9 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model.contacts import ContactForces, Contacts
-from tauten.model.numerics import Array, solve_lcp
+from tauten.model.contacts import ContactForces
+from tauten.model.friction import FrictionCertificate
+from tauten.model.numerics import Array
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.simulation.commands import checked_command
@@ -18,6 +19,7 @@ from tauten.model.simulation.converged_step import converged_step
 from tauten.model.simulation.equilibrium import Ending, Report, make_report
 from tauten.model.simulation.relaxation import relaxed
 from tauten.model.simulation.search import EquilibriumSearch
+from tauten.model.simulation.smooth_forces import smooth_contact_forces
 from tauten.model.simulation.travel import travel
 from tauten.model.state import State
 from tauten.model.step import (
@@ -26,17 +28,15 @@ from tauten.model.step import (
     Enrichment,
     Forces,
     ForwardStep,
+    PredictedStep,
     condense_step,
     contact_model,
     forward_step,
     no_forces,
-    row_compliance,
+    step_certificate,
 )
 from tauten.model.threads import one_blas_thread
 
-SMOOTHING = (
-    1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
-)
 LEAST_LOAD_STEP = 1.0 / 64.0  # share of the way to the command
 LOAD_STEP_ITERATIONS = 60  # of the search for a share of the load, so that smaller ones are tried
 STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
@@ -120,7 +120,7 @@ class Simulator:
         """
         given = no_forces(self.robot.n_a, self._space.k) if forces is None else forces.copy()
         self._state, self._forces = state.copy(), given
-        self._stepped: tuple[State, Contacts] | None = None  # after a time step, with its contacts
+        self._stepped: tuple[State, PredictedStep] | None = None  # a state, and the step there
         self._moved: Command | None = None  # command of the last `move`
 
     def load(self, gravity: Array, effector_force: Array) -> None:
@@ -182,8 +182,15 @@ class Simulator:
     def contacts(self) -> ContactForces:
         """The contacts in range in the last step: their forces, and which slide."""
         if self._stepped is not None and self._stepped[0] is self._state:
-            return self._forces.on(self._stepped[1], self._space)
+            return self._forces.on(self._stepped[1].step.rows.contacts.found, self._space)
         return self._forces.on(self.robot.rows(self._state).contacts.found, self._space)
+
+    @property
+    def certificate(self) -> FrictionCertificate | None:
+        """Of the contacts with friction in the last time step; None where none pushed, or after settling."""
+        if self._stepped is None or self._stepped[0] is not self._state:
+            return None
+        return step_certificate(self._stepped[1])
 
     @property
     def contact_forces(self) -> Array:
@@ -249,14 +256,14 @@ class Simulator:
             self._robot, self._space, self._enrichment, self._state, self._forces, before, command, steps
         )  # fmt: skip
         self._state, self._forces, self._moved = done.state, done.forces, command
-        self._stepped = done.state, done.last.prediction.step.rows.contacts.found
+        self._stepped = done.state, done.last.prediction
         return make_report(self._robot, done.state, done.last, steps, done.movement)
 
     def _converged_step(self, command: Command) -> Report:
         model = self.robot, self._space, self._enrichment
         done = converged_step(*model, self._state, self._forces, command)
         self._state, self._forces = done.state, done.forces
-        self._stepped = done.state, done.last.prediction.step.rows.contacts.found
+        self._stepped = done.state, done.last.prediction
         end = done.state, done.last, done.iterations, done.movement, done.ending
         return make_report(self.robot, *end)
 
@@ -366,26 +373,12 @@ class Simulator:
 
     @one_blas_thread()
     def smooth_contact_forces(self) -> Array:
-        """The equilibrium's contact forces of nearly least norm: (n_c,) [N].
+        """Normal forces of nearly least norm at the equilibrium: (n_c,) [N]; the state does not change.
 
         Pointwise forces are not unique where candidates are finer than the mesh; snapshots need the
-        smooth ones. The state does not change.
+        smooth ones.
         """
-        rows = self.robot.rows(self._state)
-        lam_c, static = np.zeros(self.robot.n_c), replace(self.robot.integration, static=True)
-        if len(rows.contacts) == 0:
-            return lam_c
-        system = self.robot.linearise(self._state, self._forces.effort, static)
-        H = np.vstack([rows.actuators.dense(), rows.contacts.rows.dense()])
-        response = row_compliance(
-            system, H, np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
-        )
-        layout = self.robot.layout.without_effectors()
-        a, c = layout.actuators, layout.contacts
-        W = response.W[c, c]
-        delta = response.delta_free[c] + response.W[c, a] @ self._forces.effort
-        lam_c[rows.contacts.slots] = solve_lcp(W, delta, rho=SMOOTHING).lam
-        return lam_c
+        return smooth_contact_forces(self.robot, self._state, self._forces)
 
     def _advance(self, command: Command) -> tuple[ForwardStep, float]:
         """One time step, and the largest displacement of a node in it [m]."""
@@ -396,5 +389,5 @@ class Simulator:
         movement = self.robot.displacement(self._state, system.h * (system.v + solved.dv))
         self._state = self.robot.advance(self._state, system, solved.dv)
         self._forces = solved.step.split(solved.lam, self._space.k)
-        self._stepped = self._state, step.rows.contacts.found
+        self._stepped = self._state, solved
         return result, movement

@@ -19,7 +19,12 @@ from tauten.model.step.enrichment import (
 )
 from tauten.model.step.forces import Forces, TangentialForces, no_forces
 from tauten.model.step.forward_step import ForwardStep, eliminate_rows, forward_step
-from tauten.model.step.friction_blocks import FrictionBlocks, friction_blocks, under_friction
+from tauten.model.step.friction_blocks import (
+    FrictionBlocks,
+    friction_blocks,
+    step_certificate,
+    under_friction,
+)
 from tauten.model.step.sorted_rows import sorted_rows
 
 __all__ = [
@@ -47,6 +52,7 @@ __all__ = [
     "recondensed",
     "row_compliance",
     "sorted_rows",
+    "step_certificate",
     "under_friction",
     "worst_rows",
 ]

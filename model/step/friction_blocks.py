@@ -10,9 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tauten.model.friction import FrictionCertificate, FrictionProblem, certify_friction
 from tauten.model.numerics import Array, Ints
 from tauten.model.step.compliance import Compliance
 from tauten.model.step.condensed_step import CondensedStep
+from tauten.model.step.enrichment import PredictedStep
 from tauten.model.step.forces import Forces
 from tauten.model.step.friction_law import unit_start
 
@@ -84,6 +86,24 @@ def friction_blocks(step: CondensedStep, previous: Forces) -> FrictionBlocks:
         found.friction[step.extra], found.slots[step.extra], found.normal[step.extra],
         found.tangents()[step.extra], unit_start(step, previous),
     )  # fmt: skip
+
+
+def step_certificate(solved: PredictedStep) -> FrictionCertificate | None:
+    """The certificate of the contacts with friction of a solved step; None where none pushes.
+
+    Its W is that under given efforts, so that forces are indeterminate where others give the same motion
+    without a change of the efforts.
+
+    Args:
+        solved: the step and its forces.
+    """
+    step = solved.step
+    if not step.frictional or not solved.contacts_push:
+        return None
+    c = slice(step.layout.n_e + step.layout.n_a + len(step.reduced), None)
+    W, r = step.compliance.W[c, c], solved.lam[c]
+    mu = step.rows.contacts.found.friction[step.extra]
+    return certify_friction(FrictionProblem(W, solved.delta[c] - W @ r, mu), r)
 
 
 def under_friction(step: CondensedStep, previous: Forces) -> CondensedStep:

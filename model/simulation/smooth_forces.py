@@ -1,0 +1,47 @@
+"""Contact forces of nearly least norm, which do not depend on which candidates pushed before."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tauten.model.numerics import Array, solve_lcp
+from tauten.model.robot import Robot
+from tauten.model.state import State
+from tauten.model.step import Forces, row_compliance
+
+SMOOTHING = (
+    1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
+)
+
+
+def smooth_contact_forces(robot: Robot, state: State, forces: Forces) -> Array:
+    """Normal forces of nearly least norm at an equilibrium, with its friction as a load: (n_c,) [N].
+
+    Args:
+        robot: its factorisation workspace is in use.
+        state: the equilibrium.
+        forces: there.
+    """
+    rows = robot.rows(state)
+    contacts = rows.contacts
+    lam_c, static = np.zeros(robot.n_c), replace(robot.integration, static=True)
+    if len(contacts) == 0:
+        return lam_c
+    system = robot.linearise(state, forces.effort, static)
+    H = np.vstack([rows.actuators.dense(), contacts.rows.dense()])
+    response = row_compliance(
+        system, H, np.concatenate([rows.actuators.delta, contacts.rows.delta])
+    )
+    layout = robot.layout.without_effectors()
+    a, c = layout.actuators, layout.contacts
+    W = response.W[c, c]
+    delta = response.delta_free[c] + response.W[c, a] @ forces.effort
+    if forces.friction is not None and contacts.tangents is not None:
+        _, own, at = np.intersect1d(contacts.slots, forces.extra, return_indices=True)
+        tangents = contacts.found.tangents()[own]
+        across = np.einsum("rti,ri->rt", tangents, forces.friction.force[at]).ravel()
+        delta += system.h**2 * (response.X[c] @ (contacts.tangents.chosen(own).T @ across))
+    lam_c[contacts.slots] = solve_lcp(W, delta, rho=SMOOTHING).lam
+    return lam_c
