@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -22,8 +23,10 @@ from tauten.model import (
     ContactSpace,
     Enrichment,
     Forces,
+    ObstaclePoses,
     Report,
     Robot,
+    RobotModel,
     Simulator,
     State,
     Target,
@@ -35,7 +38,7 @@ from tauten.model import (
 from tauten.model.numerics import Array, Bools, FactorisationError
 
 
-class Controller:
+class Controller(RobotModel):
     """Inverse control of a robot, one decision a time step. Arrays that it returns are copies.
 
     `step` does all of it; a node calls `decide` at the tick, publishes, and then `advance` and `prepare`,
@@ -43,7 +46,6 @@ class Controller:
     `decide` or `hold` counts, and each starts from the positions that left in the step before.
 
     Attributes:
-        robot: the robot, with a factorisation of its own.
         space: basis of its contact forces.
         horizon: how far its decisions look ahead.
         settings: of its decisions.
@@ -73,7 +75,7 @@ class Controller:
         """
         reduced = default_enrichment(robot.tolerance)
         self.space, default = contact_model(contact, robot.contacts, reduced)
-        self.robot = robot.fork()
+        self._robot = robot.fork()
         settings = settings or ControllerSettings()
         self.horizon = horizon_of(self.robot, settings.horizon)
         self.settings = DecideSettings(
@@ -109,6 +111,7 @@ class Controller:
         """Return to the start without locks: rest without forces, unless `settle_start` found another one."""
         self._locks = no_locks(self.robot.n_a)
         self.start_from(*self._origin)
+        self.set_obstacles(self.robot.obstacles.at_start())
 
     def settle_start(self) -> Report:
         """Start from the equilibrium under the loads with the actuators at rest, also after each `reset`.
@@ -152,21 +155,12 @@ class Controller:
         """
         self.start_from(state, other._forces, other.position)
         self._left, self.status, self._locks = other.actuation, other.status, other.locks
+        self.set_obstacles(other.obstacles)
 
     @property
     def period(self) -> float:
         """Time between two steps [s]."""
         return self.robot.h
-
-    @property
-    def state(self) -> State:
-        """Configuration and velocity of the model."""
-        return self._state.copy()
-
-    @property
-    def forces(self) -> Forces:
-        """Constraint forces of the last step."""
-        return self._forces.copy()
 
     @property
     def lam_c(self) -> Array:
@@ -189,11 +183,6 @@ class Controller:
         if self._prepared is not None:  # which has computed them
             return self._prepared.step.rows.effectors.positions.copy()
         return self.robot.effector(self._state).copy()
-
-    @property
-    def tip(self) -> Array:
-        """The model's own position of the first effector: (3,) [m]."""
-        return np.array(self.effector[0])
 
     @property
     def effector_values(self) -> Array:
@@ -230,6 +219,12 @@ class Controller:
         """
         return self._last_decision
 
+    def set_obstacles(self, poses: ObstaclePoses) -> None:
+        """Have the obstacles in other poses from the next step on that is not decided yet."""
+        super().set_obstacles(poses)
+        if self._decision is None:
+            self._prepared = None
+
     @property
     def candidates_in_range(self) -> int:
         """Contact candidates within the alarm distance in the prepared step."""
@@ -247,8 +242,9 @@ class Controller:
         if self._prepared is not None:
             return
         now = self._state, self._forces, self._left.position
+        horizon = replace(self.horizon, robot=self._after_step())
         try:
-            self._prepared = prepare(self.horizon, self.space, *now, self.settings.enrichment)
+            self._prepared = prepare(horizon, self.space, *now, self.settings.enrichment)
         except FactorisationError:
             self.status = Status.NOT_FINITE
 
@@ -352,6 +348,7 @@ class Controller:
         """Move the model by what was decided."""
         if self._decision is None or self._pending is None:
             return
+        self._robot = self._after_step()
         try:
             moved = advance(
                 self.robot, self.space, self.settings, self._decision, self._left, self._pending

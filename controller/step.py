@@ -193,7 +193,8 @@ def prepare(
     system = robot.system(assembled, robot.integration)
     step = farther = condensed(robot, space, state, forces, system, contacts, effectors=True)
     if ahead is not None:
-        farther = recondensed(robot, step, ahead.system(assembled, horizon.integration))
+        there = ahead.system(assembled, horizon.integration)
+        farther = recondensed(robot, space, step, there)
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
     loaded = under_friction(farther, forces)
     held = forward_step(loaded, enrichment, forces, Command.of(here, None)).prediction

@@ -1,5 +1,6 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
+from tauten.model.contact import ObstaclePoses
 from tauten.model.contacts import ContactForces, Contacts
 from tauten.model.layout import Layout, row_layout
 from tauten.model.load.robot import load_robot
@@ -33,7 +34,7 @@ from tauten.model.signals import (
     cable_actuators,
     point_layout,
 )
-from tauten.model.simulation import Ending, Report, Simulator, Travel, travel
+from tauten.model.simulation import Ending, Report, RobotModel, Simulator, Travel, travel
 from tauten.model.state import Assembled, RobotRows, State
 from tauten.model.step import (
     Compliance,
@@ -95,6 +96,7 @@ __all__ = [
     "Limits",
     "MeshError",
     "NO_CONTACTS",
+    "ObstaclePoses",
     "PairSlots",
     "Pose",
     "PredictedStep",
@@ -103,6 +105,7 @@ __all__ = [
     "ReducedContacts",
     "Report",
     "Robot",
+    "RobotModel",
     "RobotFileError",
     "RobotRows",
     "Rows",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,6 +23,7 @@ class Contacts:
         point: (m, 3) where the candidate is [m].
         normal: (m, 3) unit direction in which the gap grows when the candidate moves.
         friction: (m,) coefficient of friction.
+        surface: (m, 3) velocity of the obstacle at its nearest point [m/s]; None where nothing moves.
     """
 
     n_slots: int
@@ -32,6 +33,12 @@ class Contacts:
     point: Array
     normal: Array
     friction: Array
+    surface: Array | None = field(default=None, kw_only=True)
+
+    @property
+    def closing(self) -> Array | None:
+        """How fast obstacles alone close each gap: (m,) [m/s]; None where none moves."""
+        return None if self.surface is None else np.einsum("mi,mi->m", self.normal, self.surface)
 
     def __len__(self) -> int:
         return len(self.gap)
@@ -55,6 +62,7 @@ class Contacts:
         return Contacts(
             self.n_slots, self.slots[chosen], self.pair[chosen], self.gap[chosen],
             self.point[chosen], self.normal[chosen], self.friction[chosen],
+            surface=None if self.surface is None else self.surface[chosen],
         )  # fmt: skip
 
     def gaps(self) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -145,6 +145,14 @@ class ContactRows:
     def out_of_range(cls, H: Jacobian, n_slots: int) -> ContactRows:
         """No candidate in range: no rows, H (0, n)."""
         return cls(Rows(H, np.zeros(0)), no_contacts(n_slots))
+
+    def later(self, seconds: float) -> ContactRows:
+        """The same rows with the gaps where obstacles are a time later, to first order."""
+        closing = self.found.closing
+        if closing is None:
+            return self
+        rows = replace(self.rows, delta=self.rows.delta - seconds * closing)
+        return replace(self, rows=rows)
 
     @property
     def slots(self) -> Ints:

@@ -50,6 +50,8 @@ def describe(setup: Setup, start: Array | None = None) -> RobotDescription:
             obstacles=tuple(
                 DescribedObstacle(
                     name=one.name,
+                    position=tuple(one.pose.position.tolist()),
+                    quaternion=tuple(one.pose.quaternion.tolist()),
                     vertices=tuple((x, y, z) for x, y, z in one.vertices.tolist()),
                     triangles=one.triangles,
                 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from benchmarks.commands.contact import contact_basis, finger, manipulator
+from benchmarks.commands.contact import contact_basis, finger, manipulator, obstacles
 from benchmarks.commands.control import closed_loop
 from benchmarks.commands.first_hour import first_hour
 from benchmarks.commands.friction import friction, friction_inverse
@@ -24,6 +24,7 @@ app.callback()(general_options)
 _COMMANDS = (
     *(finger, manipulator, gallery, load_errors, sofa_meshes, reduced_meshes, qpcc, contact_basis),
     *(elements, energy, equilibria, view, closed_loop, first_hour, friction, friction_inverse),
+    obstacles,
 )
 for _command in _COMMANDS:
     app.command()(_command)

@@ -1,4 +1,4 @@
-"""`python -m benchmarks finger`, `manipulator`, `contact-basis`: contact, and what its reduction changes."""
+"""Contact in `python -m benchmarks`: `finger`, `manipulator`, `contact-basis`, distances to `obstacles`."""
 
 from __future__ import annotations
 
@@ -112,3 +112,13 @@ def contact_basis(
     show_mesh_error(setup.path, setup.robot)
     if figure is not None:
         draw_contact_basis(result, figure)
+
+
+def obstacles(json_file: Json = None, markdown: Markdown = None) -> None:
+    """Times of the distances of 2,000 contact candidates to an obstacle of 10,000 triangles."""
+    from benchmarks.steps import bench_mesh_distance
+    from benchmarks.tables import obstacles_page
+
+    with progress_bar("distances to a mesh") as report:
+        result = bench_mesh_distance(report)
+    show_result(result, obstacles_page(result), json_file, markdown)

@@ -4,6 +4,7 @@ from benchmarks.steps.control import ControlBench, bench_control
 from benchmarks.steps.gallery import GalleryBench, bench_gallery
 from benchmarks.steps.load_bench import LoadBench, LoadRow, RobotLoads, bench_load_errors
 from benchmarks.steps.load_comparison import ForeignLoadError, load_errors
+from benchmarks.steps.mesh_distance import DistanceBench, bench_mesh_distance
 from benchmarks.steps.reduced_meshes import MeshCase, ReducedMeshes, bench_reduced_meshes
 from benchmarks.steps.sofa_meshes import SofaMeshBench, bench_sofa_meshes
 from benchmarks.steps.stages import STAGES, WHOLE, StepTimes, time_controller
@@ -12,6 +13,7 @@ __all__ = [
     "ForeignLoadError",
     "load_errors",
     "ControlBench",
+    "DistanceBench",
     "GalleryBench",
     "LoadBench",
     "LoadRow",
@@ -25,6 +27,7 @@ __all__ = [
     "bench_control",
     "bench_gallery",
     "bench_load_errors",
+    "bench_mesh_distance",
     "bench_reduced_meshes",
     "bench_sofa_meshes",
     "time_controller",

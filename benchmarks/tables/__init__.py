@@ -7,6 +7,7 @@ from benchmarks.tables.elements import element_page
 from benchmarks.tables.friction import friction_page
 from benchmarks.tables.friction_inverse import friction_inverse_page
 from benchmarks.tables.gallery import gallery_page, load_errors_page
+from benchmarks.tables.obstacles import obstacles_page
 from benchmarks.tables.physics import energy_page, equilibria_page
 from benchmarks.tables.qpcc import qpcc_page
 from benchmarks.tables.start import first_hour_page
@@ -27,6 +28,7 @@ __all__ = [
     "friction_page",
     "gallery_page",
     "load_errors_page",
+    "obstacles_page",
     "pairs_of",
     "qpcc_page",
     "reduced_meshes_page",

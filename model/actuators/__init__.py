@@ -13,6 +13,7 @@ from tauten.model.actuators.enclosure import (
     chamber_surface,
     enclosed_volume,
     inside_out,
+    open_edges,
     winding,
 )
 from tauten.model.actuators.force import ForceSet, make_forces
@@ -52,6 +53,7 @@ __all__ = [
     "make_transmissions",
     "no_drives",
     "nodal_curvature",
+    "open_edges",
     "second_derivative",
     "volumes",
     "winding",

@@ -1,12 +1,18 @@
 """Contact: from surfaces to gap rows."""
 
 from tauten.model.contact.broad_phase import BLOCK
-from tauten.model.contact.detection import (
-    ContactPair,
-    ContactSet,
-    blocks_of,
-    contact_rows,
+from tauten.model.contact.detection import ContactSet, blocks_of, contact_rows
+from tauten.model.contact.mesh_shape import MeshShape, heights_of_file, mesh_of_file
+from tauten.model.contact.obstacle import (
+    Obstacle,
+    ObstaclePath,
+    ObstaclePose,
+    ObstaclePoses,
+    PoseStream,
+    pose_at,
+    velocity_between,
 )
+from tauten.model.contact.pair import ContactPair
 from tauten.model.contact.self_contact import (
     ALARM_EDGES,
     EDGES_AWAY,
@@ -14,20 +20,29 @@ from tauten.model.contact.self_contact import (
     mean_edge,
     neighbours_at_rest,
 )
-from tauten.model.contact.shapes import SHAPES, DrawnShape, Shape
+from tauten.model.contact.shapes import SHAPES, Shape
 
 __all__ = [
     "ALARM_EDGES",
     "BLOCK",
     "ContactPair",
     "ContactSet",
-    "DrawnShape",
     "EDGES_AWAY",
+    "MeshShape",
+    "Obstacle",
+    "ObstaclePath",
+    "ObstaclePose",
+    "ObstaclePoses",
+    "PoseStream",
     "SHAPES",
     "Shape",
     "WALL_ALARMS",
     "blocks_of",
     "contact_rows",
+    "heights_of_file",
     "mean_edge",
+    "mesh_of_file",
     "neighbours_at_rest",
+    "pose_at",
+    "velocity_between",
 ]

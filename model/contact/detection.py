@@ -1,4 +1,4 @@
-"""Contact: candidate points of one surface against the triangles of another, or against a fixed shape.
+"""Contact: candidate points of one surface against the triangles of another, or against an obstacle.
 
 A candidate is a point of a surface triangle, fixed in it. Its *contact point* is the nearest point of
 the target surface within the alarm distance that
@@ -20,8 +20,9 @@ point:
 with the candidate's weights w over its triangle's vertices x and the closest point's weights b over
 the target triangle's vertices y.
 
-The gap to a fixed shape (`tauten.model.contact.shapes`) is its signed distance, at any depth, with the
-gradient nᵀ Σ_j w_j dx_j.
+The gap to an obstacle (`tauten.model.contact.obstacle`) is its signed distance, at any depth, with the
+gradient nᵀ Σ_j w_j dx_j. Obstacles that move are where they are at the end of the step that is taken: the gap
+after it is then gap + h n · v of the candidate, as of one that stands still.
 
 **Open surfaces.** A face selected from a body has a border, and the side of a point beyond the border is
 undefined. By rule 2 a candidate beyond the border, above or below the face, has no row: the border does
@@ -36,7 +37,8 @@ body: in a thinner wall a candidate of one side is also behind the other side.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from copy import copy
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -46,7 +48,8 @@ from scipy.sparse.csgraph import connected_components
 
 from tauten.model.contact.broad_phase import BLOCK
 from tauten.model.contact.narrow_phase import no_closest_points, search
-from tauten.model.contact.shapes import Shape
+from tauten.model.contact.obstacle import ObstaclePoses, poses_at_start
+from tauten.model.contact.pair import ContactPair, check_pair
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Ints, kernel
@@ -54,29 +57,6 @@ from tauten.model.points import Entries, Placed
 from tauten.model.rows import ContactRows, PairSlots, dense
 
 SHORT = 16  # candidates; blocks of connected parts have at least as many
-
-
-@dataclass(frozen=True, slots=True)
-class ContactPair:
-    """Candidate points of one surface against triangles of another, or of the same one, or against a shape.
-
-    Attributes:
-        name: in messages and tables.
-        nodes: (m, 3) vertex ids of the triangle each candidate lies in.
-        weights: (m, 3) its barycentric weights, row sums 1.
-        triangles: (t, 3) vertex ids of the target, counter-clockwise seen from outside; none with a shape.
-        apart: (k, 2) candidate and triangle that are not compared, beside those that share a vertex.
-        shape: the target instead of triangles; None: these are.
-        friction: coefficient of friction.
-    """
-
-    name: str
-    nodes: Ints
-    weights: Array
-    triangles: Ints
-    apart: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
-    shape: Shape | None = None
-    friction: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +83,7 @@ class ContactSet:
         distance: at which surfaces are held from each other [m]; the gap is what remains to it.
         n_slots: number of candidates n_c.
         frictional: whether any pair has friction.
+        poses: where the obstacles are.
     """
 
     def __init__(
@@ -144,9 +125,11 @@ class ContactSet:
         self.frictional = bool(self._friction.any())
         self._first: Ints = np.cumsum([0, *(len(pair.nodes) for pair in pairs)]).astype(np.int64)
         blocks = blocks_of([pair.nodes for pair in pairs], n_vertices)
-        shaped = np.array([pair.shape is not None for pair in pairs], dtype=bool)
+        shaped = np.array([pair.obstacle is not None for pair in pairs], dtype=bool)
         self._blocks: Ints = blocks[~shaped[blocks[:, 2]]]
         self._shaped = np.flatnonzero(shaped).tolist()
+        named = {one.obstacle.name: one.obstacle for one in pairs if one.obstacle is not None}
+        self.poses = poses_at_start(tuple(named.values()))
         self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
             [pair.nodes.astype(np.int64) for pair in pairs],
@@ -164,6 +147,12 @@ class ContactSet:
         """The pairs' names and slots, in order."""
         slots = pairwise(self._first.tolist())
         return tuple(PairSlots(p.name, *s) for p, s in zip(self.pairs, slots, strict=True))
+
+    def placed(self, poses: ObstaclePoses) -> ContactSet:
+        """The same contacts with the obstacles (those of `poses`) elsewhere."""
+        other = copy(self)
+        other.poses = poses
+        return other
 
     def positions(self, x: Array) -> Array:
         """Positions of all candidates at vertex positions x (n_vertices, 3): (n_c, 3) [m]."""
@@ -194,12 +183,13 @@ class ContactSet:
         return merged([found, *(self._touching(number, x) for number in self._shaped)])
 
     def _touching(self, number: int, x: Array) -> Detection:
-        """Candidates within reach of the shape of a pair, by its number."""
+        """Candidates within reach of the obstacle of a pair, by its number."""
         pair, first = self.pairs[number], int(self._first[number])
-        assert pair.shape is not None
+        assert pair.obstacle is not None
+        pose = self.poses.poses[self.poses.number(pair.obstacle.name)]
         points = np.einsum("mj,mji->mi", pair.weights, x[pair.nodes])
         place = np.flatnonzero(np.isfinite(points).all(axis=1))
-        gap, normal = pair.shape.closest(points[place])
+        gap, normal = pair.obstacle.closest(points[place], pose, self.alarm_distance)
         near = gap < self.alarm_distance
         place, gap, normal = place[near], gap[near], normal[near]
         nodes, weights = pair.nodes[place], pair.weights[place]
@@ -213,6 +203,7 @@ class ContactSet:
             friction=np.full(len(place), pair.friction),
             vertices=np.hstack([nodes, nodes]),
             coefficients=np.hstack([weights, np.zeros_like(weights)]),
+            surface=pose.velocity_at(points[place] - gap[:, None] * normal) if pose.moves else None,
         )
 
 
@@ -226,38 +217,17 @@ def merged(parts: list[Detection]) -> Detection:
     return Detection(
         parts[0].n_slots, joined("slots"), joined("pair"), joined("gap"), joined("point"),
         joined("normal"), joined("friction"), joined("vertices"), joined("coefficients"),
+        surface=_surfaces(parts, order),
     )  # fmt: skip
 
 
-def check_pair(pair: ContactPair, n_vertices: int) -> None:
-    """Raise a ValueError that names the pair when its arrays do not make a contact."""
-    targets = [("candidates", pair.nodes), ("triangles", pair.triangles)]
-    for what, ids in targets if pair.shape is None else targets[:1]:
-        if ids.ndim != 2 or ids.shape[1] != 3 or len(ids) == 0:
-            raise ValueError(
-                f"{pair.name}: {what} have shape {ids.shape}, expected (m, 3) with m > 0"
-            )
-        if ids.min() < 0 or ids.max() >= n_vertices:
-            raise ValueError(
-                f"{pair.name}: {what} name vertices {ids.min()} to {ids.max()}, "
-                f"there are 0 to {n_vertices - 1}"
-            )
-    if not 0.0 <= pair.friction < np.inf:
-        raise ValueError(
-            f"{pair.name}: friction is {pair.friction}, expected 0 or more, and finite"
-        )
-    weights = pair.weights
-    if weights.shape != pair.nodes.shape:
-        raise ValueError(
-            f"{pair.name}: weights have shape {weights.shape}, the candidates {pair.nodes.shape}"
-        )
-    good = (weights >= -1e-9).all(axis=1) & (np.abs(weights.sum(axis=1) - 1.0) < 1e-9)
-    if not good.all():
-        worst = int(np.flatnonzero(~good)[0])
-        raise ValueError(
-            f"{pair.name}: candidate {worst} has weights {weights[worst].tolist()}, "
-            "they must not be negative and sum to 1"
-        )
+def _surfaces(parts: list[Detection], order: Ints) -> Array | None:
+    """Velocities of the surfaces that are touched, in an order; None where nothing moves."""
+    if all(part.surface is None for part in parts):
+        return None
+    found = [np.zeros((len(p), 3)) if p.surface is None else p.surface for p in parts]
+    joined: Array = np.concatenate(found)[order]
+    return joined
 
 
 def blocks_of(candidates: list[Ints], n_vertices: int) -> Ints:

@@ -64,6 +64,27 @@ def rod(start: Array, along: Array, radius: float) -> tuple[Array, Ints]:
     return vertices, np.concatenate([first, second])
 
 
+def cylinder(centre: Array, half: Array, radius: float) -> tuple[Array, Ints]:
+    """A rod with flat ends: vertices (v, 3) [m] and triangles (t, 3).
+
+    Args:
+        centre: (3,) of it [m].
+        half: (3,) from there to the centre of one end [m].
+        radius: [m].
+    """
+    u, v = across(half / np.linalg.norm(half))
+    turn = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
+    rim = radius * (np.outer(np.cos(turn), u) + np.outer(np.sin(turn), v))  # (_AROUND, 3)
+    vertices = centre + np.concatenate([rim - half, rim + half, [-half, half]])
+    here = np.arange(_AROUND)
+    beside, bottom, top = (here + 1) % _AROUND, np.full_like(here, 2 * _AROUND), 2 * _AROUND + 1
+    faces = [
+        (here, beside, _AROUND + here), (beside, _AROUND + beside, _AROUND + here),
+        (bottom, beside, here), (np.full_like(here, top), _AROUND + here, _AROUND + beside),
+    ]  # fmt: skip
+    return vertices, np.concatenate([np.stack(face, axis=1) for face in faces])
+
+
 def across(axis: Array) -> tuple[Array, Array]:
     """Two unit vectors (3,) at right angles to a unit vector (3,) and to each other, right-handed with it."""
     u = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])

@@ -1,4 +1,4 @@
-"""Fixed shapes that a robot may touch, given by their signed distance: obstacles in the robot's frame.
+"""Shapes that a robot may touch, given by their signed distance in a frame of their own.
 
 Other packages add shapes of the same interface by entry points (docs/extend.md). Each takes its parameters as
 keywords, and refuses those that make no shape by a ValueError.
@@ -10,7 +10,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from tauten.model.contact.outlines import box, rod, square
+from tauten.model.contact.outlines import across, box, cylinder, rod, square
 from tauten.model.numerics import Array, Ints
 
 _SHORTEST = 1e-9  # m, below which a length is none
@@ -24,6 +24,19 @@ class Shape(Protocol):
 
         The gradient of a distance is a unit vector, which points from the nearest point of the shape to the
         point, and inside the other way.
+        """
+
+
+@runtime_checkable
+class NearShape(Shape, Protocol):
+    """A shape that is faster where only points near it count."""
+
+    def closest_within(self, points: Array, reach: float) -> tuple[Array, Array]:
+        """As `closest`; the distance of a point farther than `reach` outside may be +inf.
+
+        Args:
+            points: (m, 3) [m].
+            reach: distance up to which all are wanted [m].
         """
 
 
@@ -120,8 +133,51 @@ class CapsuleShape:
         return rod(self._start, self._along, self._radius)
 
 
+class CylinderShape:
+    """A rod with flat ends."""
+
+    def __init__(self, start: Array, end: Array, radius: float) -> None:
+        """A rod with flat ends.
+
+        Args:
+            start: (3,) centre of one end [m].
+            end: (3,) centre of the other [m].
+            radius: [m].
+
+        Raises:
+            ValueError: a centre is not three numbers, they coincide, or the radius is not positive.
+        """
+        first, self._radius = vector("start", start), positive("radius", radius)
+        along = vector("end", end) - first
+        self._half = 0.5 * float(np.linalg.norm(along))
+        if self._half < _SHORTEST:
+            raise ValueError("end: coincides with start; a cylinder has a length")
+        self._centre, self._axis = first + 0.5 * along, along / (2.0 * self._half)
+
+    def closest(self, points: Array) -> tuple[Array, Array]:
+        """Distances (m,) of points (m, 3) [m], inside to the nearest face, and their gradients (m, 3)."""
+        away = points - self._centre
+        height = away @ self._axis  # (m,)
+        flat = away - height[:, None] * self._axis
+        width = np.linalg.norm(flat, axis=1)  # (m,)
+        flat = np.where((width > 0.0)[:, None], flat, across(self._axis)[0])
+        side = flat / np.where(width > 0.0, width, 1.0)[:, None]
+        end = np.copysign(1.0, height)[:, None] * self._axis  # (m, 3)
+        beyond = np.stack([np.abs(height) - self._half, width - self._radius], axis=1)
+        inside = beyond.max(axis=1) <= 0.0
+        nearest = np.eye(2)[beyond.argmax(axis=1)]  # (m, 2), the face of points inside
+        out = np.where(inside[:, None], nearest, np.maximum(beyond, 0.0))
+        length = np.linalg.norm(out, axis=1)
+        gap = np.where(inside, beyond.max(axis=1), length)
+        return gap, (out[:, :1] * end + out[:, 1:] * side) / length[:, None]
+
+    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
+        """Vertices (v, 3) [m] and triangles (t, 3) of the rod."""
+        return cylinder(self._centre, self._half * self._axis, self._radius)
+
+
 class BoxShape:
-    """A box along the axes of the robot's frame."""
+    """A box along the axes of its frame."""
 
     def __init__(self, lower: Array, upper: Array) -> None:
         """A box.
@@ -154,7 +210,10 @@ class BoxShape:
         return box(self._centre - self._half, self._centre + self._half)
 
 
-SHAPES = {"plane": PlaneShape, "sphere": SphereShape, "capsule": CapsuleShape, "box": BoxShape}
+SHAPES = {
+    "plane": PlaneShape, "sphere": SphereShape, "capsule": CapsuleShape, "cylinder": CylinderShape,
+    "box": BoxShape,
+}  # fmt: skip
 
 
 def around(away: Array, radius: float) -> tuple[Array, Array]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -14,9 +15,16 @@ from tauten.model.contact import (
     WALL_ALARMS,
     ContactPair,
     ContactSet,
+    Obstacle,
+    ObstaclePath,
+    ObstaclePose,
+    PoseStream,
     Shape,
+    heights_of_file,
     mean_edge,
+    mesh_of_file,
     neighbours_at_rest,
+    pose_at,
 )
 from tauten.model.load.extensions import extension, extension_names, made
 from tauten.model.mesh import Selector, spread_points, triangle_areas, vertex_points
@@ -29,9 +37,14 @@ from tauten.model.schema import (
     RobotConfig,
     RobotFileError,
     RobotSettings,
+    RotationSettings,
 )
 
 CONTACT_SHAPES = "tauten.contact_shapes"
+FROM_FILES: dict[str, Callable[..., Shape]] = {
+    "mesh": mesh_of_file,
+    "height-field": heights_of_file,
+}
 NO_TRIANGLES = np.zeros((0, 3), dtype=np.int64)
 
 
@@ -64,45 +77,80 @@ def contact_set(
         RobotFileError: a surface without area, or an obstacle that is none.
     """
     alarm = alarm_distance(config, vertices, surfaces)
-    targets: dict[str | None, Ints | Shape] = {
+    targets: dict[str | None, Ints | Obstacle] = {
         **surfaces,
         **{one.name: build_obstacle(one, source) for one in config.obstacles},
     }
     pairs = [
-        contact_pair(contact, f"{source}: contacts.{index}", vertices, targets, alarm)
+        contact_pair(
+            contact,
+            f"{source}: contacts.{index}",
+            vertices,
+            targets,
+            alarm,
+            config.contact.tolerance,
+        )
         for index, contact in enumerate(config.contacts)
     ]
     return ContactSet(pairs, len(vertices), alarm, config.contact.distance)
 
 
-def build_obstacle(item: ObstacleSettings, source: str) -> Shape:
-    """The shape of an obstacle.
+def build_obstacle(item: ObstacleSettings, source: str) -> Obstacle:
+    """An obstacle.
 
     Args:
         item: the table.
-        source: the robot file's path, for errors.
+        source: the robot file's path, for errors and for files beside it.
 
     Raises:
         RobotFileError: a shape that nobody has, or parameters that it does not take.
     """
+    path = stream = None
+    if item.path is not None:
+        times = np.array([one.time for one in item.path.waypoints])
+        poses = tuple(frame_pose(one.position, one.rotation) for one in item.path.waypoints)
+        path = ObstaclePath(times, poses, item.path.loop)
+    if item.stream is not None:
+        spin = float(np.radians(item.stream.largest_spin_deg))
+        stream = PoseStream(item.stream.largest_speed, spin, item.stream.timeout)
+    pose = frame_pose(item.position, item.rotation)
+    return Obstacle(item.name, build_shape(item, source), pose, path, stream)
+
+
+def build_shape(item: ObstacleSettings, source: str) -> Shape:
+    """The shape of an obstacle, see `build_obstacle`."""
     field = f"{source}: obstacles.{item.name}"
+    if item.shape in FROM_FILES:
+        folder = Path(source).parent
+        from_file: Shape = made(FROM_FILES[item.shape], field, item.parameters, folder)
+        return from_file
     make = SHAPES.get(item.shape) or extension(CONTACT_SHAPES, item.shape)
     if make is None:
-        known = ", ".join([*SHAPES, *extension_names(CONTACT_SHAPES)])
+        known = ", ".join([*SHAPES, *FROM_FILES, *extension_names(CONTACT_SHAPES)])
         raise RobotFileError(f"{field}.shape: {item.shape!r} is unknown, found are {known}")
     shape: Shape = made(make, field, item.parameters)
     return shape
 
 
-def check_shape(shape: Shape, points: Array, where: str) -> None:
-    """Raise a RobotFileError where a shape does not give distances with their gradients.
+def frame_pose(
+    position: tuple[float, float, float], rotation: RotationSettings | None
+) -> ObstaclePose:
+    """A pose at standstill of a position [m] and a rotation of a robot file."""
+    quaternion = None if rotation is None else np.array(rotation.unit_quaternion)
+    return pose_at(np.array(position), quaternion)
+
+
+def check_obstacle(obstacle: Obstacle, points: Array, depth: float, where: str) -> None:
+    """Raise a RobotFileError where a shape gives no distances with their gradients, or is in the robot.
 
     Args:
-        shape: of a package.
+        obstacle: whose shape may be of a package.
         points: (m, 3) of the candidates at rest [m].
+        depth: that is accepted [m].
         where: file and name of the table, for errors.
     """
-    gap, normal = shape.closest(points)
+    start = obstacle.pose if obstacle.path is None else obstacle.path.at(0.0)
+    gap, normal = obstacle.shape.closest((points - start.position) @ start.Q)
     m = len(points)
     if np.shape(gap) != (m,) or np.shape(normal) != (m, 3):
         raise RobotFileError(
@@ -116,6 +164,13 @@ def check_shape(shape: Shape, points: Array, where: str) -> None:
         raise RobotFileError(
             f"{where}.against: the shape gives the normal {np.round(normal[off.argmax()], 6).tolist()} at "
             f"{np.round(points[off.argmax()], 6).tolist()} m, which must have the length 1"
+        )
+    if gap.min() < -depth:
+        deepest = np.round(points[gap.argmin()], 6).tolist()
+        raise RobotFileError(
+            f"{where}.against: the obstacle {obstacle.name!r} is in the robot at rest: the surface is "
+            f"{-1e3 * gap.min():.3g} mm deep in it at {deepest} m, allowed is contact.tolerance, "
+            f"{1e3 * depth:.3g} mm; move the obstacle"
         )
 
 
@@ -166,8 +221,9 @@ def contact_pair(
     contact: ContactSettings,
     where: str,
     vertices: Array,
-    targets: Mapping[str | None, Ints | Shape],
+    targets: Mapping[str | None, Ints | Obstacle],
     alarm: float,
+    tolerance: float,
 ) -> ContactPair:
     """One contact.
 
@@ -177,9 +233,10 @@ def contact_pair(
         vertices: (v, 3) of the surfaces at rest [m].
         targets: triangles of each surface, and the obstacles, by name.
         alarm: the alarm distance [m].
+        tolerance: depth of obstacles in the surfaces at rest that is accepted [m].
 
     Raises:
-        RobotFileError: a surface without area.
+        RobotFileError: a surface without area, or an obstacle within the robot.
     """
     triangles = targets[contact.candidates]
     assert isinstance(triangles, np.ndarray)
@@ -189,9 +246,10 @@ def contact_pair(
         target = targets[contact.against]
         if isinstance(target, np.ndarray):
             return ContactPair(name, nodes, weights, target, friction=contact.friction)
-        check_shape(target, np.einsum("mj,mji->mi", weights, vertices[nodes]), where)
+        points = np.einsum("mj,mji->mi", weights, vertices[nodes])
+        check_obstacle(target, points, tolerance, where)
         return ContactPair(
-            name, nodes, weights, NO_TRIANGLES, shape=target, friction=contact.friction
+            name, nodes, weights, NO_TRIANGLES, obstacle=target, friction=contact.friction
         )
     edge = mean_edge(vertices, triangles)
     along = contact.neighbour_distance or max(EDGES_AWAY * edge, 2.0 * alarm)

@@ -15,7 +15,7 @@ from tauten.model.load.contacts import (
     all_triangles,
     build_obstacle,
     candidates_on,
-    check_shape,
+    check_obstacle,
 )
 from tauten.model.mesh import Selector
 from tauten.model.numerics import Array, Ints
@@ -79,13 +79,14 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
     ]
     check_driven(parts, source)
     own = [robot.contacts for robot in robots]
-    between = contact_between(config, parts, loaded, source)
+    tolerance = smallest_tolerance(config.contact, robots)
+    between = contact_between(config, parts, loaded, tolerance, source)
     assembly = Assembly(
         name=config.name,
         frame=config.frame,
         digest=digest_of(config, parts, between),
         gravity=gravity,
-        tolerance=smallest_tolerance(config.contact, robots),
+        tolerance=tolerance,
         alarm_distance=config.contact.alarm_distance
         or common_alarm(own, config.contact.distance, source),
         distance=common_distance(own, config.contact.distance, source),
@@ -231,7 +232,11 @@ def known_surface(named: Mapping[str, T], source: str, name: str) -> T:
 
 
 def contact_between(
-    config: PartsConfig, parts: Sequence[Part], loaded: Sequence[LoadedPart], source: str
+    config: PartsConfig,
+    parts: Sequence[Part],
+    loaded: Sequence[LoadedPart],
+    tolerance: float,
+    source: str,
 ) -> Between:
     """Contact between parts.
 
@@ -239,10 +244,11 @@ def contact_between(
         config: the robot file.
         parts: the parts.
         loaded: the same with their surfaces.
+        tolerance: depth of obstacles in the surfaces at rest that is accepted [m].
         source: the robot file's path, for errors.
 
     Raises:
-        RobotFileError: a surface is unknown or has no area, an obstacle is none.
+        RobotFileError: a surface is unknown or has no area, an obstacle is none or in the robot.
     """
     names = [part.name for part in parts]
     surfaces: dict[tuple[int, str | None], Ints] = {}
@@ -289,10 +295,11 @@ def contact_between(
             pairs.append(ContactPair(name, nodes, weights, other, friction=contact.friction))
             continue
         assert isinstance(contact.against, str)
-        shape = obstacles[contact.against]
-        check_shape(shape, np.einsum("mj,mji->mi", weights, at_rest[nodes]), where)
+        obstacle = obstacles[contact.against]
+        check_obstacle(obstacle, np.einsum("mj,mji->mi", weights, at_rest[nodes]), tolerance, where)
+        mu = contact.friction
         pairs.append(
-            ContactPair(name, nodes, weights, NO_TRIANGLES, shape=shape, friction=contact.friction)
+            ContactPair(name, nodes, weights, NO_TRIANGLES, obstacle=obstacle, friction=mu)
         )
     return Between(tuple(used), tuple(pairs))
 

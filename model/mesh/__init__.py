@@ -9,6 +9,7 @@ from tauten.model.mesh.surface import (
     triangle_areas,
     uncancelled_triangles,
     vertex_points,
+    welded,
 )
 from tauten.model.mesh.tet_mesh import (
     EDGES,
@@ -48,4 +49,5 @@ __all__ = [
     "vertex_points",
     "uncancelled_triangles",
     "wall_thickness",
+    "welded",
 ]

@@ -13,6 +13,7 @@ FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 SAMPLES_PER_POINT = 40  # how much denser the surface is sampled than it is to be covered
 TIE = 1e-6  # of lengths relative to the spacing; what differs by less is a tie, won by the lower number
 NEAREST = 8  # points among which a sample has its nearest one; more are not equally near
+SAME_POINT = 1e-7  # of the size; STL repeats the corners of its triangles
 RELAXATIONS = 20  # Lloyd steps; positions move by less than a sample spacing after about ten
 
 
@@ -226,3 +227,16 @@ def nearest_of(points: Array, samples: Array, tie: float) -> Ints:
     equal = distance <= distance[:, :1] + tie
     nearest[tied] = np.where(equal, number, count).min(axis=1, initial=count)
     return nearest
+
+
+def welded(corners: Array) -> tuple[Array, Ints]:
+    """Vertices (v, 3) and triangles (t, 3) of triangles (t, 3, 3) that repeat their corners."""
+    points = corners.reshape(-1, 3)
+    low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
+    cells = np.round((points - low) / (SAME_POINT * size)) if size > 0.0 else np.zeros_like(points)
+    _, first, number = np.unique(
+        cells.astype(np.int64), axis=0, return_index=True, return_inverse=True
+    )
+    triangles = number.reshape(-1, 3)
+    a, b, c = triangles.T
+    return points[first], triangles[(a != b) & (b != c) & (a != c)]

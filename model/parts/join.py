@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from tauten.model.actuators import Coupling
-from tauten.model.contact import ContactPair, ContactSet, DrawnShape, Shape
-from tauten.model.numerics import Array, Ints
+from tauten.model.contact import ContactPair, ContactSet, ObstaclePose, pose_at
+from tauten.model.numerics import matrix_quaternion
 from tauten.model.parts.actuators import PartsActuators
 from tauten.model.parts.assembly import Assembly, Between
 from tauten.model.parts.body import PartsBody
@@ -107,44 +107,19 @@ def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
     sets, pairs = [part.robot.contacts for part in parts], []
     for part, own, span in zip(parts, sets, slices([one.n_vertices for one in sets]), strict=True):
         for pair in own.pairs:
-            shape = pair.shape and PlacedShape(pair.shape, part.placement)
-            pairs.append(replace(moved(pair, f"{part.name}: {pair.name}", span.start), shape=shape))
+            one, name = pair.obstacle, f"{part.name}: {pair.name}"
+            if one is not None:
+                one = one.within(part.named(one.name), frame_of(part.placement))
+            pairs.append(replace(moved(pair, name, span.start), obstacle=one))
     first = sum(one.n_vertices for one in sets)
     pairs += [moved(pair, pair.name, first) for pair in assembly.between.pairs]
     count = first + sum(len(ids) for ids in assembly.between.vertices)
     return ContactSet(pairs, count, assembly.alarm_distance, assembly.distance)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PlacedShape:
-    """An obstacle of a part in the robot's frame; a `Shape`.
-
-    Attributes:
-        own: the shape in the part's frame.
-        placement: where that stands.
-    """
-
-    own: Shape
-    placement: Placement
-
-    def closest(self, points: Array) -> tuple[Array, Array]:
-        """Signed distances (m,) of points (m, 3) to it [m], and their gradients (m, 3)."""
-        place = self.placement
-        gap, normal = self.own.closest(place.into_part(points - place.position))
-        return gap, place.vectors(normal)
-
-    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
-        """Vertices (v, 3) [m] and triangles (t, 3) of its surface; none of a shape that is not drawn.
-
-        Args:
-            centre: (3,) that shapes without end are drawn around [m].
-            extent: how much of them is drawn [m].
-        """
-        place = self.placement
-        if not isinstance(self.own, DrawnShape):
-            return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
-        found, triangles = self.own.outline(place.into_part(centre - place.position), extent)
-        return place.position + place.vectors(found), triangles
+def frame_of(placement: Placement) -> ObstaclePose:
+    """Where the frame of a part stands, as a pose."""
+    return pose_at(placement.position, matrix_quaternion(placement.Q))
 
 
 def moved(pair: ContactPair, name: str, first: int) -> ContactPair:

@@ -17,7 +17,7 @@ from typing_extensions import TypeVar
 
 from tauten.model.actuators import ActuatorRows
 from tauten.model.body import Body
-from tauten.model.contact import ContactSet, contact_rows
+from tauten.model.contact import ContactSet, ObstaclePoses, contact_rows
 from tauten.model.effectors import Effectors
 from tauten.model.layout import Layout, row_layout
 from tauten.model.numerics import Array, Ints
@@ -162,6 +162,17 @@ class Robot(Generic[B_co]):
         """The robot under another gravity (3,) [m/s²] and forces on its effectors (3 p,) [N]."""
         body = self.body.loaded(np.asarray(gravity), np.asarray(effector_force), self.effectors)
         return dataclasses.replace(self, body=body)
+
+    @property
+    def obstacles(self) -> ObstaclePoses:
+        """Where its obstacles are at the end of the step that is taken."""
+        return self.contacts.poses
+
+    def with_obstacles(self, poses: ObstaclePoses) -> Robot[B_co]:
+        """The same robot with its obstacles in other poses."""
+        if poses is self.contacts.poses:
+            return self
+        return dataclasses.replace(self, contacts=self.contacts.placed(poses))
 
     def with_integration(self, integration: Integration) -> Robot[B_co]:
         """The same robot with another time step or scheme."""

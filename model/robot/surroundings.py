@@ -1,4 +1,4 @@
-"""What stands still around a robot, for drawing: where it is held, and the obstacles that it may touch."""
+"""What is around a robot, for drawing: where it is held, and the obstacles that it may touch."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.contact import DrawnShape
+from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array, Ints
 from tauten.model.robot.robot import Robot
 from tauten.model.robot.skin import SkinMesh
@@ -17,18 +17,20 @@ _AROUND = 2.0  # how much of an obstacle without end is drawn, as a multiple of 
 
 
 @dataclass(frozen=True, slots=True)
-class Obstacle:
-    """A shape that stands still.
+class ObstacleOutline:
+    """An obstacle as it is drawn.
 
     Attributes:
-        name: of the contact that it belongs to.
-        vertices: (v, 3) of its surface [m].
+        name: of the obstacle.
+        vertices: (v, 3) of its surface in its own frame [m].
         triangles: (t, 3) of them.
+        pose: of that frame.
     """
 
     name: str
     vertices: Array
     triangles: Ints
+    pose: ObstaclePose
 
 
 def held_vertices(robot: Robot, skin: SkinMesh) -> Ints:
@@ -45,12 +47,11 @@ def held_vertices(robot: Robot, skin: SkinMesh) -> Ints:
     return np.flatnonzero(moved <= _STILL * _TRIAL)
 
 
-def obstacles_of(robot: Robot) -> tuple[Obstacle, ...]:
+def obstacles_of(robot: Robot) -> tuple[ObstacleOutline, ...]:
     """The obstacles that a robot may touch; without those of packages that say not how they are drawn."""
-    centre = robot.points(robot.rest()).mean(axis=0)
-    found: dict[int, Obstacle] = {}
-    for pair in robot.contacts.pairs:
-        if isinstance(pair.shape, DrawnShape) and id(pair.shape) not in found:
-            drawn = pair.shape.outline(centre, _AROUND * robot.size)
-            found[id(pair.shape)] = Obstacle(pair.name, *drawn)
-    return tuple(one for one in found.values() if len(one.triangles))
+    centre, found = robot.points(robot.rest()).mean(axis=0), robot.obstacles
+    outlines = [
+        ObstacleOutline(one.name, *one.outline(pose, centre, _AROUND * robot.size), pose)
+        for one, pose in zip(found.obstacles, found.poses, strict=True)
+    ]
+    return tuple(one for one in outlines if len(one.triangles))

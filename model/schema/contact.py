@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from tauten.model.schema.body import RotationSettings
 from tauten.model.schema.region import Box, Facing, Intersection, Region
 from tauten.model.schema.section import (
     Direction,
@@ -14,11 +16,15 @@ from tauten.model.schema.section import (
     Name,
     NonNegative,
     Parameters,
+    Point,
     Section,
+    in_range,
 )
 
 ITSELF = "itself"  # instead of the name of a surface: the surface of the candidates
 ALARM_DISTANCE = 2e-3  # m, by default between surfaces with names
+SHORTEST_LEG = 1e-3  # s, between two waypoints
+SHAPE_NAME = r"^[A-Za-z][A-Za-z0-9_-]*$"
 
 
 class SurfaceSettings(Section):
@@ -43,18 +49,104 @@ class SurfaceSettings(Section):
         return Intersection(kind="intersection", of=[self.box, facing])
 
 
+class WaypointSettings(Section):
+    """Where an obstacle is at a time."""
+
+    time: Annotated[NonNegative, Field(le=1e6)] = Field(
+        description="Time from the start [s]; that of the first waypoint is 0."
+    )
+    position: Point = Field(
+        default=(0.0, 0.0, 0.0),
+        description="Where the origin of the obstacle's frame is [m], by default in the robot's origin.",
+    )
+    rotation: RotationSettings | None = Field(
+        default=None, description="Rotation of the frame about its origin; by default none."
+    )
+
+
+class ObstaclePathSettings(Section):
+    """A motion of an obstacle, which is even between waypoints."""
+
+    waypoints: Annotated[tuple[WaypointSettings, ...], Field(min_length=2, max_length=10_000)] = (
+        Field(description="Two or more, with ascending times.")
+    )
+    loop: bool = Field(
+        default=False,
+        description="Whether the motion starts again after the last waypoint, which is then where the first "
+        "one is; by default the obstacle stays at the last one.",
+    )
+
+    @model_validator(mode="after")
+    def _runs_forward(self) -> ObstaclePathSettings:
+        times = [one.time for one in self.waypoints]
+        if times[0] != 0.0 or any(b - a < SHORTEST_LEG for a, b in pairwise(times)):
+            raise ValueError(
+                f"the times of waypoints start with 0 and ascend by at least {SHORTEST_LEG:g} s, found "
+                f"{', '.join(f'{one:g}' for one in times[:5])}{', ...' if len(times) > 5 else ''}"
+            )
+        first, last = self.waypoints[0], self.waypoints[-1]
+        if self.loop and (first.position, first.rotation) != (last.position, last.rotation):
+            raise ValueError("a path with loop ends where it starts: repeat the first waypoint")
+        return self
+
+
+class PoseStreamSettings(Section):
+    """Poses of an obstacle that may arrive at run time."""
+
+    largest_speed: Annotated[float, in_range(0.0, 100.0, "m/s")] = Field(
+        description="Largest speed of the obstacle's origin [m/s]; poses that are farther away than it "
+        "travels are refused."
+    )
+    largest_spin_deg: Annotated[float, in_range(0.0, 36_000.0, "deg/s")] = Field(
+        default=360.0, description="Likewise of its turning [deg/s], by default 360."
+    )
+    timeout: Annotated[float, in_range(1e-3, 60.0, "s")] = Field(
+        default=0.3,
+        description="Time without a pose after which the obstacle stands still where it is [s], by default "
+        "0.3; older poses are refused.",
+    )
+
+
 class ObstacleSettings(Section):
-    """A shape that stands still in the robot's frame; contacts name it in `against`."""
+    """A shape that the robot may touch; contacts name it in `against`."""
 
     name: Name = Field(description="Name of the obstacle, used once and by no surface or region.")
-    shape: Name = Field(
+    shape: Annotated[str, Field(pattern=SHAPE_NAME)] = Field(
         description="Name of the shape: `plane` with the parameters `point` and `normal`, `sphere` with "
-        "`centre` and `radius`, `capsule` with `start`, `end` and `radius`, `box` with `lower` and `upper`, "
-        "or an entry point of the group `tauten.contact_shapes`, see docs/extend.md."
+        "`centre` and `radius`, `capsule` and `cylinder` with `start`, `end` and `radius`, `box` with "
+        "`lower` and `upper`, `mesh` with `file` and `length_unit`, `height-field` with `corner`, `spacing`, "
+        "`thickness` and `heights` or `file`, or an entry point of the group `tauten.contact_shapes`, see "
+        "docs/contact.md and docs/extend.md."
     )
     parameters: Parameters = Field(
         default_factory=dict, description="What the shape is made with [m]; by default nothing."
     )
+    position: Point = Field(
+        default=(0.0, 0.0, 0.0),
+        description="Where the origin of the shape's frame is [m], by default in the robot's origin.",
+    )
+    rotation: RotationSettings | None = Field(
+        default=None, description="Rotation of the shape's frame about its origin; by default none."
+    )
+    path: ObstaclePathSettings | None = Field(
+        default=None, description="Along which it moves, instead of a position; by default none."
+    )
+    stream: PoseStreamSettings | None = Field(
+        default=None,
+        description="What poses may arrive at run time on `tauten/<robot>/obstacle/<name>`; by default none.",
+    )
+
+    @model_validator(mode="after")
+    def _one_motion(self) -> ObstacleSettings:
+        if self.path is None:
+            return self
+        if self.stream is not None:
+            raise ValueError("an obstacle has a path or a stream, not both")
+        if "position" in self.model_fields_set or self.rotation is not None:
+            raise ValueError(
+                "path: where it starts is its first waypoint, without a position beside"
+            )
+        return self
 
 
 class ContactSettings(Section):

@@ -229,6 +229,9 @@ class _Writer:
             isinstance(section, ChamberSettings) and name == "stl"
         ):
             return hashlib.sha256((self.folder / value).read_bytes()).hexdigest()
+        if isinstance(section, ObstacleSettings) and name == "parameters" and "file" in value:
+            content = (self.folder / str(value["file"])).read_bytes()
+            return self.plain({**value, "file": hashlib.sha256(content).hexdigest()})
         if isinstance(section, ContactSettings) or name in ("region", "surface", "to"):
             return self._selection(value)
         return self.selections(value) if name == "of" else self.plain(value)
@@ -254,4 +257,6 @@ def _counts(section: Section, name: str) -> bool:
         return name != "friction"  # candidates are the same without
     if isinstance(section, SolidMaterialSettings):
         return name != "viscosity"  # bases are made at rest
+    if isinstance(section, ObstacleSettings) and name == "stream":
+        return False
     return not (isinstance(section, Region | ObstacleSettings) and name == "name")

@@ -83,7 +83,7 @@ class PartsConfig(NamedRobot):
         "by default nothing.",
     )
     obstacles: tuple[ObstacleSettings, ...] = Field(
-        default=(), description="Shapes that stand still, one table each; by default none."
+        default=(), description="Shapes that the robot may touch, one table each; by default none."
     )
     contact: ContactRange = Field(
         default=ContactRange(),

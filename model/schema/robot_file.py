@@ -153,7 +153,7 @@ class RobotSettings(NamedRobot):
     )
     obstacles: tuple[ObstacleSettings, ...] = Field(
         default=(),
-        description="What stands still around the robot, one table each; by default nothing.",
+        description="What the robot may touch beside itself, one table each; by default nothing.",
     )
     contacts: tuple[ContactSettings, ...] = Field(
         default=(),

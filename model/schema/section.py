@@ -113,8 +113,8 @@ Thickness = Annotated[float, in_range(1e-6, 10.0, "m")]  # of solid parts
 Distance = Annotated[float, in_range(1e-9, 1.0, "m")]  # alarm distance and tolerance of contact
 Rate = Annotated[float, Field(gt=0.0, le=10_000.0), in_range(1e-2, 1e4, "Hz")]
 
-# What a function of another package is made with: numbers, or lists of such.
-Parameters = dict[Name, float | list[float] | list[list[float]]]
+# What a function of another package is made with: numbers, lists of such, or texts such as names of files.
+Parameters = dict[Name, float | str | list[float] | list[list[float]]]
 
 MaxOutside = Annotated[
     NonNegative,

@@ -118,21 +118,39 @@ def converged_step(
         raise FactorisationError("the step leads to no finite state")
     still = replace(system, v=np.zeros_like(state.v))
     end = robot.advance(state, still, robot.body.velocity(state, iterate))
-    end = without_gain(robot, state, end, lam)
+    end = without_gain(robot, state, end, lam, _pushed(last, lam, space))
     return ConvergedStep(end, lam, last, movement, taken, ending)
 
 
-def without_gain(robot: Robot, before: State, after: State, forces: Forces) -> State:
-    """The end of a step, with a velocity that gains no energy beyond the work of the winches.
+def _pushed(last: ForwardStep, forces: Forces, space: ContactSpace) -> float:
+    """The work that obstacles do in a step by their motion [J].
+
+    Args:
+        last: iteration of the step.
+        forces: of it.
+        space: basis of the contact forces.
+    """
+    step = last.prediction.step
+    found, h = step.rows.contacts.found, step.system.h
+    if found.surface is None:
+        return 0.0
+    return h * float((forces.on(found, space).force * found.surface).sum())
+
+
+def without_gain(
+    robot: Robot, before: State, after: State, forces: Forces, pushed: float = 0.0
+) -> State:
+    """The end of a step, with a velocity that gains no energy beyond the work of winches and obstacles.
 
     Args:
         robot: the robot.
         before: the start of the step.
         after: the end of the step.
         forces: constraint forces at the end.
+        pushed: work of the obstacles [J].
     """
     positions = [robot.rows(at, contacts=False).actuators.delta for at in (before, after)]
-    work = float(forces.effort @ (positions[1] - positions[0]))
+    work = pushed + float(forces.effort @ (positions[1] - positions[0]))
     gain = robot.energy(after) - robot.energy(before) - work
     if not gain > 0.0:
         return after

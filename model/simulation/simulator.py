@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from tauten.model.contact import ObstaclePoses
 from tauten.model.contacts import ContactForces
 from tauten.model.friction import FrictionCertificate
 from tauten.model.numerics import Array
@@ -18,6 +19,7 @@ from tauten.model.simulation.commands import checked_command
 from tauten.model.simulation.converged_step import converged_step
 from tauten.model.simulation.equilibrium import Ending, Report, make_report
 from tauten.model.simulation.relaxation import relaxed
+from tauten.model.simulation.robot_model import RobotModel
 from tauten.model.simulation.search import EquilibriumSearch
 from tauten.model.simulation.smooth_forces import smooth_contact_forces
 from tauten.model.simulation.travel import travel
@@ -44,7 +46,7 @@ START_ITERATIONS = 60  # of each attempt to settle before the start
 LEFT_IN_TIME = (Ending.LIMIT_POINT, Ending.OUT_OF_ITERATIONS, Ending.BUCKLED)
 
 
-class Simulator:
+class Simulator(RobotModel):
     """Forward simulation of a robot. Arrays that its properties return are copies."""
 
     def __init__(
@@ -94,6 +96,7 @@ class Simulator:
     def reset(self) -> None:
         """Return to the start: rest without forces, unless `settle_start` found another one."""
         self.start_from(*self._start)
+        self.set_obstacles(self.obstacles.at_start())
 
     def settle_start(self) -> Report:
         """Start from the equilibrium under the loads with the actuators at rest, also after each `reset`.
@@ -127,30 +130,16 @@ class Simulator:
         """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N]."""
         self._robot, self._search = self._robot.loaded(gravity, effector_force), None
 
-    @property
-    def robot(self) -> Robot:
-        """The robot under the present loads, with a factorisation of its own; `load` changes it."""
-        return self._robot
-
-    @property
-    def state(self) -> State:
-        """Configuration and velocity."""
-        return self._state.copy()
-
-    @property
-    def forces(self) -> Forces:
-        """Constraint forces of the last step."""
-        return self._forces.copy()
+    def set_obstacles(self, poses: ObstaclePoses) -> None:
+        """Have the obstacles in other poses from the next step on."""
+        if poses is not self.obstacles:
+            super().set_obstacles(poses)
+            self._search = None
 
     @property
     def effector(self) -> Array:
         """Positions of the effectors: (p, 3) [m]."""
         return self.robot.effector(self._state).copy()
-
-    @property
-    def tip(self) -> Array:
-        """Position of the first effector: (3,) [m]."""
-        return np.array(self.effector[0])
 
     @property
     def effector_values(self) -> Array:
@@ -220,6 +209,7 @@ class Simulator:
             FactorisationError: the state has diverged.
         """
         command = checked_command(self.robot, position, effort)
+        self.set_obstacles(self.obstacles.after(self.robot.h))
         if converged and self.robot.integration.static:
             return self._attempt(command, command, STATIC_TOLERANCE, STATIC_ITERATIONS)
         if converged:
@@ -252,6 +242,7 @@ class Simulator:
             raise ValueError(f"steps: found {steps}, expected at least 1")
         command = checked_command(self.robot, position, effort)
         before = self._moved or Command(self.position, self.effort)
+        self.set_obstacles(self.obstacles.after(self.robot.h))
         done = travel(
             self._robot, self._space, self._enrichment, self._state, self._forces, before, command, steps
         )  # fmt: skip
@@ -342,15 +333,18 @@ class Simulator:
         taken += failed.iterations
         if share < 1.0 and last.ending in LEFT_IN_TIME:
             good = self._state, self._forces
-            self._state, self._forces = relaxed(
-                self.robot, self._space, self._enrichment, *good, command
-            )
+            model = self._at_rest(), self._space, self._enrichment
+            self._state, self._forces = relaxed(*model, *good, command)
             snapped = self._attempt(command, command, tolerance, LOAD_STEP_ITERATIONS)
             taken += snapped.iterations
             if snapped.converged:
                 return replace(snapped, iterations=taken)
             self._state, self._forces = good
         return replace(last, iterations=taken, share=share)
+
+    def _at_rest(self) -> Robot:
+        """The robot with obstacles that stand still, as an equilibrium has them."""
+        return self.robot.with_obstacles(self.obstacles.still())
 
     def _attempt(
         self, command: Command, start: Command, tolerance: float, max_iterations: int
@@ -364,7 +358,7 @@ class Simulator:
             max_iterations: linearised steps at most.
         """
         if self._search is None:
-            self._search = EquilibriumSearch(self.robot, self._space, self._enrichment)
+            self._search = EquilibriumSearch(self._at_rest(), self._space, self._enrichment)
         found = self._search.run(
             self._state, self._forces, command, start, tolerance, max_iterations
         )

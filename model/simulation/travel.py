@@ -83,7 +83,8 @@ def travel(
     """Move a robot by its period under actuators that move evenly from one command to another.
 
     Args:
-        robot: its factorisation workspace is in use until the next call.
+        robot: its factorisation workspace is in use until the next call. Its obstacles are where they are at
+            the end of the period, with the velocities that they have in it.
         space: basis of the contact forces.
         enrichment: when unit columns join.
         state: where the period starts.
@@ -140,7 +141,8 @@ def _in_steps(
         rest = stages
         if not static:
             share = (number + STAGE) / steps
-            middle = stages.solve(state, forces, command.between(position, effort, share))
+            part = command.between(position, effort, share)
+            middle = stages.at(share).solve(state, forces, part)
             done.append(middle)
             if middle.correction > farthest:
                 break
@@ -150,8 +152,9 @@ def _in_steps(
                 state = _beyond(stages.robot, state, middle.state, stages.scheme.h)
             forces = middle.forces
         last = number + 1 == steps
-        now = command if last else command.between(position, effort, (number + 1) / steps)
-        end = rest.solve(state, forces, now)
+        share = (number + 1) / steps
+        now = command if last else command.between(position, effort, share)
+        end = rest.at(share).solve(state, forces, now)
         done.append(end)
         if end.correction > farthest:
             break
@@ -215,6 +218,11 @@ class _Stages:
         state = robot.advance(start, system, solved.dv)
         after = solved.step.split(solved.lam, space.k)
         return Travel(state, after, last, movement, correction, last.converged)
+
+    def at(self, share: float) -> _Stages:
+        """The same with the obstacles where they are at the end of a share of the period."""
+        there = self.robot.obstacles.after((share - 1.0) * self.robot.h)
+        return replace(self, robot=self.robot.with_obstacles(there))
 
     def over_the_rest(self) -> _Stages:
         """Steps that are as long as what the first stage leaves of the whole step."""

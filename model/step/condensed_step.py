@@ -72,7 +72,7 @@ class CondensedStep:
 
     def with_unit_columns(self, chosen: Ints) -> CondensedStep:
         """The step with unit columns for more rows (r,) of `rows.contacts`."""
-        added = unit_rows(self.rows.contacts, chosen, self.slid)
+        added = unit_rows(self.rows.contacts, chosen, self.system.h, self.slid)
         return replace(
             self,
             extra=np.concatenate([self.extra, chosen]),
@@ -179,7 +179,7 @@ def condensed(
         H.insert(0, rows.effectors.dense())
         delta.insert(0, rows.effectors.delta)
     if len(extra) > 0:
-        units = unit_rows(rows.contacts, extra, slid)
+        units = unit_rows(rows.contacts, extra, system.h, slid)
         H.append(units[0])
         delta.append(units[1])
     layout = robot.layout if effectors else robot.layout.without_effectors()
@@ -189,24 +189,27 @@ def condensed(
     )
 
 
-def recondensed(robot: Robot, step: CondensedStep, system: System) -> CondensedStep:
+def recondensed(
+    robot: Robot, space: ContactSpace, step: CondensedStep, system: System
+) -> CondensedStep:
     """The same rows at the same state, condensed through another system.
 
     Args:
         robot: of the step.
-        step: its rows and contacts are kept.
+        space: basis of the contact forces.
+        step: its rows and contacts are kept; obstacles that move are where they are after the new step.
         system: another scheme's, linearised at the same state.
     """
-    rows, n_e = step.rows, step.layout.n_e
-    delta = [rows.effectors.delta[:n_e], rows.actuators.delta, step.reduced.delta]
+    rows, reduced, n_e = step.rows, step.reduced, step.layout.n_e
+    if rows.contacts.found.surface is not None:
+        rows = replace(rows, contacts=rows.contacts.later(system.h - step.system.h))
+        reduced = space.reduce(rows.contacts.without_friction())
+    delta = [rows.effectors.delta[:n_e], rows.actuators.delta, reduced.delta]
     if len(step.extra) > 0:
-        delta.append(unit_values(rows.contacts, step.extra))
+        delta.append(unit_values(rows.contacts, step.extra, system.h))
     H = step.compliance.H
-    return replace(
-        step,
-        system=system,
-        compliance=_through(robot, system, H, np.concatenate(delta), step.layout),
-    )
+    compliance = _through(robot, system, H, np.concatenate(delta), step.layout)
+    return replace(step, system=system, rows=rows, reduced=reduced, compliance=compliance)
 
 
 def _through(robot: Robot, system: System, H: Array, delta: Array, layout: Layout) -> Compliance:
@@ -221,13 +224,14 @@ def _through(robot: Robot, system: System, H: Array, delta: Array, layout: Layou
 
 
 def unit_rows(
-    contacts: ContactRows, chosen: Ints, slid: Array | None = None
+    contacts: ContactRows, chosen: Ints, h: float, slid: Array | None = None
 ) -> tuple[Array, Array]:
     """Dense H and values [m] of single candidates: gaps (r,), and with friction slip too (3 r,).
 
     Args:
         contacts: candidates in range.
         chosen: (r,) some of them.
+        h: time step [s].
         slid: (n,) displacement since the start of the step [m]; None: none.
     """
     normal = contacts.rows.chosen(chosen)
@@ -235,20 +239,24 @@ def unit_rows(
         return normal, contacts.rows.delta[chosen]
     across, n = contacts.tangents.chosen(chosen), normal.shape[1]
     H = np.concatenate([normal[:, None], across.reshape(-1, 2, n)], axis=1).reshape(-1, n)
-    delta = unit_values(contacts, chosen)
+    delta = unit_values(contacts, chosen, h)
     if slid is not None:
-        delta.reshape(-1, 3)[:, 1:] = (across @ slid).reshape(-1, 2)
+        delta.reshape(-1, 3)[:, 1:] += (across @ slid).reshape(-1, 2)
     return H, delta
 
 
-def unit_values(contacts: ContactRows, chosen: Ints) -> Array:
-    """Gaps (r,) of single candidates, and with friction their slip, which is zero at first (3 r,) [m].
+def unit_values(contacts: ContactRows, chosen: Ints, h: float) -> Array:
+    """Gaps (r,) of single candidates, and with friction their slip without motion of the robot (3 r,) [m].
 
     Args:
         contacts: candidates in range.
         chosen: (r,) some of them.
+        h: time step, in which obstacles move [s].
     """
-    gaps = contacts.rows.delta[chosen]
+    gaps, found = contacts.rows.delta[chosen], contacts.found
     if contacts.tangents is None:
         return gaps
-    return np.stack([gaps, np.zeros_like(gaps), np.zeros_like(gaps)], axis=1).ravel()
+    slip = np.zeros((len(chosen), 2))
+    if found.surface is not None:
+        slip -= h * np.einsum("rti,ri->rt", found.tangents()[chosen], found.surface[chosen])
+    return np.concatenate([gaps[:, None], slip], axis=1).ravel()

@@ -14,6 +14,7 @@ from tauten.model.mesh import (
     read_triangles,
     read_unchecked_mesh,
     uncancelled_triangles,
+    welded,
 )
 from tauten.model.numerics import Array, Ints
 from tauten.service.new.crossing import first_crossing
@@ -22,7 +23,6 @@ from tauten.service.process import Progress
 SURFACES = (".stl", ".obj", ".ply")
 SOLIDS = (".step", ".stp", ".brep")
 Kind = Literal["surface", "solid", "tetrahedra"]
-SAME_POINT = 1e-7  # of the size; STL repeats the corners of its triangles
 MOST_TRIANGLES = 1_000_000  # of a surface; a mesher takes hours for more
 
 
@@ -113,19 +113,6 @@ def read_outside(path: Path) -> Surface:
     return Surface(
         mesh.nodes, uncancelled_triangles(tets), "was meshed anew from that of its tetrahedra"
     )
-
-
-def welded(corners: Array) -> tuple[Array, Ints]:
-    """Vertices (v, 3) and triangles (t, 3) of triangles (t, 3, 3) that repeat their corners."""
-    points = corners.reshape(-1, 3)
-    low, size = points.min(axis=0), float(np.ptp(points, axis=0).max())
-    cells = np.round((points - low) / (SAME_POINT * size)) if size > 0.0 else np.zeros_like(points)
-    _, first, number = np.unique(
-        cells.astype(np.int64), axis=0, return_index=True, return_inverse=True
-    )
-    triangles = number.reshape(-1, 3)
-    a, b, c = triangles.T
-    return points[first], triangles[(a != b) & (b != c) & (a != c)]
 
 
 def refuse_holes(path: Path, triangles: Ints) -> None:

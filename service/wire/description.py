@@ -204,9 +204,19 @@ class DescribedEffector(RunEffector):
 
 
 class DescribedObstacle(_Described):
-    """What stands still beside the robot: vertices of its surface [m], and triangles (t, 3) of them."""
+    """What the robot may touch, with its surface.
+
+    Attributes:
+        name: of the obstacle.
+        position: of the origin of its frame at the start [m].
+        quaternion: w, x, y, z of the rotation of its frame at the start.
+        vertices: of its surface in its frame [m].
+        triangles: (t, 3) of them.
+    """
 
     name: _Text
+    position: tuple[_Number, _Number, _Number] = (0.0, 0.0, 0.0)
+    quaternion: tuple[_Number, _Number, _Number, _Number] = (1.0, 0.0, 0.0, 0.0)
     vertices: Annotated[tuple[tuple[_Number, _Number, _Number], ...], Field(max_length=100_000)]
     triangles: Annotated[Ints, _Coded(columns=3)]
 

@@ -139,7 +139,8 @@ def test_decisions_heed_the_ring(package: ModuleType, reduced: bool) -> None:
 def test_what_is_no_shape_is_refused(package: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     parameters = HOOP["parameters"]
     refused = {
-        "hoop.shape: 'cone' is unknown, found are plane, sphere, capsule, box, ring": {"shape": "cone"},
+        "hoop.shape: 'cone' is unknown, found are plane, sphere, capsule, cylinder, box, mesh, height-field, "
+        "ring": {"shape": "cone"},
         "hoop.parameters: thickness 1 m must be positive": {"parameters": {**parameters, "thickness": 1.0}},
         "hoop.parameters: missing a required argument: 'axis'": {"parameters": {"centre": [0.0, 0.0, 0.0]}},
     }  # fmt: skip

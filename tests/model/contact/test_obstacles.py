@@ -9,20 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 from support.robots.beam_robots import build, path_of_beams, rectangle
-from support.robots.bodies import CABLE, box_mesh
+from support.robots.blocks import BELOW, block, force_on
+from support.robots.bodies import CABLE
 from support.robots.small_bodies import small_body
 
 from tauten.model import Robot, RobotFileError, Simulator
-from tauten.model.contact import SHAPES, ContactPair, ContactSet, DrawnShape, Shape
-from tauten.model.load import build_robot
+from tauten.model.contact import SHAPES, ContactPair, ContactSet, Obstacle, Shape, pose_at
+from tauten.model.contact.shapes import DrawnShape
 from tauten.model.numerics import Array
-from tauten.model.schema import RobotConfig, validated
 from tauten.reduction.campaign import ramp
 from tauten.reduction.contact import ReduceSettings, reduce_robot
 from tauten.service.check.body_findings import thin_walls
 
-EVERYWHERE = {"lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
-BELOW = {"name": "below", "box": EVERYWHERE, "normal": [0.0, 0.0, -1.0]}
 FLOOR = {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
 g = 9.81
 
@@ -44,6 +42,16 @@ KNOWN: dict[str, tuple[dict[str, Any], Array, list[float], Array]] = {
         np.array([[2.0, 0.0, 2.0], [-3.0, 4.0, 0.0], [7.0, 0.0, 4.0], [1.0, 0.2, 0.0]]),
         [1.5, 4.5, 4.5, -0.3],
         np.array([[0.0, 0.0, 1.0], [-0.6, 0.8, 0.0], [0.6, 0.0, 0.8], [0.0, 1.0, 0.0]]),
+    ),
+    "cylinder": (
+        {"start": [0.0, 0.0, -1.0], "end": [0.0, 0.0, 3.0], "radius": 2.0},
+        np.array(
+            [[0.0, 5.0, 0.0], [5.0, 0.0, 7.0], [0.0, 0.5, 2.9], [0.0, 1.9, 1.0], [1.0, 0.0, -4.0]]
+        ),
+        [3.0, 5.0, -0.1, -0.1, 3.0],
+        np.array(
+            [[0.0, 1.0, 0.0], [0.6, 0.0, 0.8], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]
+        ),
     ),
     "box": (
         {"lower": [-1.0, -1.0, -1.0], "upper": [3.0, 1.0, 1.0]},
@@ -96,10 +104,11 @@ def test_pairs_of_both_kinds_have_their_slots() -> None:
     none = np.zeros((0, 3), dtype=np.int64)
     corners = np.eye(3)
     floor = shape("plane", {"point": [0.0, 0.0, -0.25], "normal": [1.0, 0.0, 1.0]})
+    obstacle = Obstacle("floor", floor, pose_at())
     contacts = ContactSet(
         [
             ContactPair("one", upper, centre, lower),
-            ContactPair("floor", np.tile(lower, (3, 1)), corners, none, shape=floor),
+            ContactPair("floor", np.tile(lower, (3, 1)), corners, none, obstacle=obstacle),
             ContactPair("other", upper, centre, lower),
         ],
         len(x), alarm_distance=0.6, distance=0.01,
@@ -114,34 +123,8 @@ def test_pairs_of_both_kinds_have_their_slots() -> None:
     assert contacts.detect(x).slots.tolist() == []
 
 
-def block(**changes: Any) -> Robot:
-    """A soft block that nothing holds, 2 cm a side, on a floor; a force that nobody uses."""
-    push = {
-        "name": "push", "region": {"kind": "all"}, "direction": [1.0, 0.0, 0.0],
-        "max_force": 1.0, "max_travel": 1e3, "max_rate": 1e3,
-    }  # fmt: skip
-    settings = {
-        "name": "block", "forces": [push], "surfaces": [BELOW],
-        "material": {"young_modulus": 1e5, "poisson_ratio": 0.3, "density": 1000.0},
-        "bodies": [{"name": "cube", "mesh": {"file": "cube.vtu"}, "free": True}],
-        "effectors": [{"name": "centre", "kind": "centre", "region": {"kind": "all"}}],
-        "contacts": [{"candidates": "below", "against": "floor", "points": "vertices"}],
-        "obstacles": [{"name": "floor", "shape": "plane",
-                       "parameters": {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}}],
-        "integration": {"rayleigh_stiffness": 0.05}, "controller": {"rate": 100.0}, **changes,
-    }  # fmt: skip
-    cube = box_mesh((0.02, 0.02, 0.02), (2, 2, 2))
-    return build_robot(validated(RobotConfig, settings, "block.toml"), [cube], "block.toml")
-
-
 def test_obstacles_have_no_walls_to_check() -> None:
     assert thin_walls(block(), 1.0).found == "all contacts are with obstacles"
-
-
-def force_on(simulator: Simulator) -> Array:
-    """Sum of all contact forces (3,) [N]."""
-    found: Array = simulator.contact_forces.sum(axis=0)
-    return found
 
 
 def test_a_floor_carries_the_weight_of_a_block() -> None:
@@ -285,6 +268,7 @@ def test_what_is_drawn_of_a_shape_lies_on_it(name: str) -> None:
 VOLUMES = {
     "sphere": 4.0 / 3.0 * np.pi * 8.0,
     "capsule": np.pi * 0.25 * (4.0 + 4.0 / 3.0 * 0.5),
+    "cylinder": 16.0 * np.pi,
     "box": 16.0,
 }
 

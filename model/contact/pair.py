@@ -1,0 +1,64 @@
+"""A contact pair: candidates, and what they may touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from tauten.model.contact.obstacle import Obstacle
+from tauten.model.numerics import Array, Ints
+
+
+@dataclass(frozen=True, slots=True)
+class ContactPair:
+    """Candidate points of one surface against triangles of another, or of the same one, or against a shape.
+
+    Attributes:
+        name: in messages and tables.
+        nodes: (m, 3) vertex ids of the triangle each candidate lies in.
+        weights: (m, 3) its barycentric weights, row sums 1.
+        triangles: (t, 3) vertex ids of the target, counter-clockwise seen from outside; none of an obstacle.
+        apart: (k, 2) candidate and triangle that are not compared, beside those that share a vertex.
+        obstacle: the target instead of triangles; None: these are.
+        friction: coefficient of friction.
+    """
+
+    name: str
+    nodes: Ints
+    weights: Array
+    triangles: Ints
+    apart: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    obstacle: Obstacle | None = None
+    friction: float = 0.0
+
+
+def check_pair(pair: ContactPair, n_vertices: int) -> None:
+    """Raise a ValueError that names the pair when its arrays do not make a contact."""
+    targets = [("candidates", pair.nodes), ("triangles", pair.triangles)]
+    for what, ids in targets if pair.obstacle is None else targets[:1]:
+        if ids.ndim != 2 or ids.shape[1] != 3 or len(ids) == 0:
+            raise ValueError(
+                f"{pair.name}: {what} have shape {ids.shape}, expected (m, 3) with m > 0"
+            )
+        if ids.min() < 0 or ids.max() >= n_vertices:
+            raise ValueError(
+                f"{pair.name}: {what} name vertices {ids.min()} to {ids.max()}, "
+                f"there are 0 to {n_vertices - 1}"
+            )
+    if not 0.0 <= pair.friction < np.inf:
+        raise ValueError(
+            f"{pair.name}: friction is {pair.friction}, expected 0 or more, and finite"
+        )
+    weights = pair.weights
+    if weights.shape != pair.nodes.shape:
+        raise ValueError(
+            f"{pair.name}: weights have shape {weights.shape}, the candidates {pair.nodes.shape}"
+        )
+    good = (weights >= -1e-9).all(axis=1) & (np.abs(weights.sum(axis=1) - 1.0) < 1e-9)
+    if not good.all():
+        worst = int(np.flatnonzero(~good)[0])
+        raise ValueError(
+            f"{pair.name}: candidate {worst} has weights {weights[worst].tolist()}, "
+            "they must not be negative and sum to 1"
+        )

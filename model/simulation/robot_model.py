@@ -1,0 +1,83 @@
+"""What a simulator and a controller have in common: a robot in a state, with its obstacles around it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+
+from tauten.model.contact import ObstaclePoses, pose_at
+from tauten.model.numerics import Array
+from tauten.model.robot import Robot
+from tauten.model.state import State
+from tauten.model.step import Forces
+
+
+class RobotModel(ABC):
+    """A robot in a state, with its obstacles around it. Arrays that it returns are copies."""
+
+    _robot: Robot
+    _state: State
+    _forces: Forces
+
+    @property
+    def robot(self) -> Robot:
+        """The robot, with a factorisation of its own and its obstacles where they are now."""
+        return self._robot
+
+    @property
+    def state(self) -> State:
+        """Configuration and velocity."""
+        return self._state.copy()
+
+    @property
+    def forces(self) -> Forces:
+        """Constraint forces of the last step."""
+        return self._forces.copy()
+
+    @property
+    @abstractmethod
+    def effector(self) -> Array:
+        """Positions of the effectors: (p, 3) [m]."""
+
+    @property
+    def tip(self) -> Array:
+        """Position of the first effector: (3,) [m]."""
+        return np.array(self.effector[0])
+
+    @property
+    def obstacles(self) -> ObstaclePoses:
+        """Where the obstacles are now."""
+        return self._robot.obstacles
+
+    def set_obstacles(self, poses: ObstaclePoses) -> None:
+        """Have the obstacles in other poses from the next step on."""
+        self._robot = self._robot.with_obstacles(poses)
+
+    def place(
+        self,
+        obstacle: str,
+        position: Sequence[float] | Array,
+        quaternion: Sequence[float] | Array | None = None,
+        velocity: Sequence[float] | Array | None = None,
+        spin: Sequence[float] | Array | None = None,
+    ) -> None:
+        """Put an obstacle elsewhere; from then on it moves at this velocity, and along no path.
+
+        Args:
+            obstacle: name.
+            position: (3,) of the origin of its frame [m].
+            quaternion: (4,) of its rotation, w, x, y, z; None: none.
+            velocity: (3,) [m/s]; None: it stands still.
+            spin: (3,) angular velocity about the axes of the robot's frame [rad/s]; None: zero.
+
+        Raises:
+            ValueError: no such obstacle, or numbers that are no pose.
+        """
+        pose = pose_at(position, quaternion, velocity, spin)
+        self.set_obstacles(self.obstacles.with_pose(obstacle, pose))
+
+    def _after_step(self) -> Robot:
+        """The robot with its obstacles where they are after another step."""
+        return self._robot.with_obstacles(self._robot.obstacles.after(self._robot.h))
