@@ -12,28 +12,29 @@ from tauten.service.wire import Cause, DescribedEffector, Mode, RobotDescription
 
 
 def positions_of(effectors: tuple[DescribedEffector, ...], values: Array) -> Array:
-    """Positions (p, 3) [m] among goal values (n_v,); NaN for effectors without one."""
-    found = np.full((len(effectors), 3), np.nan)
+    """Positions (..., p, 3) [m] among goal values (..., n_v); NaN for effectors without one."""
+    found = np.full((*values.shape[:-1], len(effectors), 3), np.nan)
     for i, (effector, place) in enumerate(zip(effectors, places_of(effectors), strict=True)):
         if effector.has_position:
-            found[i] = values[place][:3]
+            found[..., i, :] = values[..., place][..., :3]
     return found
 
 
 def targets_of(effectors: tuple[DescribedEffector, ...], goal: Array, values: Array) -> Array:
-    """Where targets are shown: (p, 3) [m]; coordinates that are left free are those of the effector.
+    """Where targets are shown: (..., p, 3) [m]; coordinates that are left free are those of the effector.
 
     Args:
         effectors: of the robot.
-        goal: (n_v,) goal values that are wanted.
-        values: (n_v,) goal values that are.
+        goal: (..., n_v) goal values that are wanted, at one or several times.
+        values: (..., n_v) goal values that are.
     """
     targets, now = positions_of(effectors, goal), positions_of(effectors, values)
     for i, effector in enumerate(effectors):
-        if effector.has_position and np.isfinite(targets[i][effector.wanted]).all():
-            targets[i] = np.where(effector.wanted, targets[i], now[i])
-            if not effector.wanted.any():
-                targets[i] = np.nan
+        if effector.has_position:
+            wanted, own = effector.wanted, targets[..., i, :]  # (3,), (..., 3)
+            shown = np.where(wanted, own, now[..., i, :]) if wanted.any() else np.nan
+            is_known = np.isfinite(own[..., wanted]).all(axis=-1, keepdims=True)
+            targets[..., i, :] = np.where(is_known, shown, own)
     return targets
 
 
@@ -71,12 +72,19 @@ class RobotLook:
     ghost: Ints | None = None
 
     def positions(self, values: Array) -> Array:
-        """Positions (p, 3) [m] among goal values (n_v,); NaN for effectors without one."""
+        """Positions (..., p, 3) [m] among goal values (..., n_v); NaN for effectors without one."""
         return positions_of(self.robot.effectors, values)
 
     def targets(self, frame: ViewFrame) -> Array:
         """Where the targets of a frame are shown: (p, 3) [m]; NaN for effectors without a position."""
         return targets_of(self.robot.effectors, frame.goal, frame.values)
+
+    def trails(self, frames: list[ViewFrame]) -> tuple[Array, Array]:
+        """Where the targets of frames are shown, and positions of the effectors: (m, p, 3) [m] each."""
+        shape = (len(frames), len(self.robot.rest))
+        goal = np.array([one.goal for one in frames]).reshape(shape)
+        values = np.array([one.values for one in frames]).reshape(shape)
+        return targets_of(self.robot.effectors, goal, values), self.positions(values)
 
     def error(self, frame: ViewFrame) -> float:
         """Largest distance of an effector from its target [m]; NaN without a target."""

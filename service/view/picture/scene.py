@@ -116,12 +116,11 @@ class RobotScene:
             for sphere, position in zip(shown, positions, strict=True):
                 _show_at(sphere, position)
         trail = trail[:: max(len(trail) // _TRAIL, 1)]
-        targets = np.array([look.targets(one) for one in trail])  # (m, p, 3)
-        effectors = np.array([look.positions(one.values) for one in trail])  # (m, p, 3)
+        targets, effectors = look.trails(trail)  # (m, p, 3)
         count = len(look.robot.effectors)
         for i in range(count):
-            self._trails[i].draw(targets.reshape(-1, count, 3)[:, i])
-            self._trails[count + i].draw(effectors.reshape(-1, count, 3)[:, i])
+            self._trails[i].draw(targets[:, i])
+            self._trails[count + i].draw(effectors[:, i])
 
     def show_skin(self, shown: bool) -> None:
         """Show or hide the skin in one colour."""

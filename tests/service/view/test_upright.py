@@ -88,6 +88,8 @@ def test_coordinates_that_are_left_free_have_no_target() -> None:
     assert targets_of(looks, goal, values)[0] == pytest.approx([0.0, 0.0, 0.012])
     nothing = np.full(7, np.nan)
     assert np.isnan(targets_of(looks, nothing, values)).all()
+    trail = targets_of(looks, np.stack([goal, nothing]), np.stack([values, values]))
+    assert trail[0, 0] == pytest.approx([0.0, 0.0, 0.012]) and np.isnan(trail[1]).all()
     turned = (effector("plate", "frame", *frame, weight=(0.0, 0.0, 0.0, 1.0, 1.0, 0.0)),)
     assert np.isnan(distance_between(turned, goal, values))
     assert np.isnan(targets_of(turned, goal, values)).all()
