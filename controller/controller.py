@@ -84,6 +84,7 @@ class Controller(RobotModel):
             qpcc=QpccSettings(qp or settings.qp_solver, settings.max_pivots),
             substeps=substeps_of(self.robot, settings.substeps),
             ahead=self.horizon.ticks,
+            friction_share=settings.friction_share,
         )
         self.settled, none = False, no_forces(self.robot.n_a, self.space.k)
         self._origin = self.robot.rest(), none, np.zeros(self.robot.n_a)

@@ -12,6 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tauten.controller.friction import (
+    FrictionInverse,
+    FrictionSettings,
+    as_solution,
+    solve_friction_inverse,
+)
 from tauten.controller.inverse import (
     exact_problem,
     held_back,
@@ -37,12 +43,22 @@ from tauten.model import (
     Enrichment,
     EnrichmentLoop,
     Forces,
+    FrictionBlocks,
     PredictedStep,
     Robot,
+    friction_blocks,
 )
 from tauten.model.numerics import Array, Bools
 
-EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
+EXACTLY = (
+    1e-7  # of the robot's size, within which an exact effector meets its target; error of forces
+)
+ENDLESSLY = 1e6  # s, in which every actuator can get everywhere
+NEAREST = 40  # candidates in range that a search for contact looks at
+NEARER = 1e-3  # of the distance of the effectors from their target, that a plan takes off it
+ARRIVED = 1e-5  # of the robot's size, distance from a target below which nothing is looked for
+PATH_STEPS, DESCENT = 25, 3  # of a plan with friction
+MET = 1e-3  # of the robot's size, distance from a target that needs no contact
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +91,7 @@ class DecideSettings:
         qpcc: settings of the solver.
         substeps: of second order that the model takes in a tick; 0: the decision's own step.
         ahead: ticks of the horizon; 0: decisions look one tick ahead.
+        friction_share: of the coefficients of friction, that plans count on.
     """
 
     epsilon: float
@@ -82,6 +99,7 @@ class DecideSettings:
     qpcc: QpccSettings
     substeps: int = 1
     ahead: int = 0
+    friction_share: float = 0.8
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,8 +154,55 @@ def make_plan(
     shorter than its winch can follow stands in nobody's way. Where other limits leave nothing, those in
     conflict are relaxed as little as possible; the status is RELAXED then.
 
+    Where contacts in range have friction, plans count on a share of it. Where such a plan brings the
+    effectors no nearer, another one with the nearest candidates in range and without rates looks for
+    contact. Where forces within the cones are not found, the friction of the last step is a load.
+
     Args:
         robot: limits, time step, weights of the effectors.
+        prepared: the step.
+        aim: targets of the effector rows.
+        position: (n_a,) positions of the actuators commanded last [m].
+        settings: weights and tolerances.
+        locks: what locked actuators keep; None: all are decided.
+    """
+    given = robot, prepared, aim, position, settings, locks
+    if not prepared.farther.frictional:
+        return _plan_from(prepared.held.step, robot.h, *given)
+    step = _with_held_columns(prepared)
+    plan = _plan_from(step, robot.h, *given)
+    if plan.status is Status.NOT_FOUND:
+        return _plan_from(prepared.held.step, robot.h, *given)
+    untouched = len(plan.predicted.step.extra) == 0 and not _brings_nearer(
+        robot, prepared, aim, plan
+    )
+    if untouched or plan.status is Status.SEEKING_CONTACT:
+        near = np.argsort(step.rows.contacts.rows.delta, kind="stable")[:NEAREST]
+        near = np.setdiff1d(near, step.extra)
+        if len(near) > 0:
+            step = step.with_unit_columns(near)
+        seeking = _plan_from(step, ENDLESSLY, *given)
+        if seeking.status.usable and _brings_nearer(robot, prepared, aim, seeking):
+            return replace(seeking, status=Status.SEEKING_CONTACT)
+    return plan
+
+
+def _plan_from(
+    step: CondensedStep,
+    h: float,
+    robot: Robot,
+    prepared: Prepared,
+    aim: Aim,
+    position: Array,
+    settings: DecideSettings,
+    locks: Command | None,
+) -> Plan:
+    """A plan from a step over the horizon; the other arguments are those of `make_plan`.
+
+    Args:
+        step: with its first unit columns.
+        h: time in which the actuators move [s].
+        robot: limits, weights of the effectors.
         prepared: the step.
         aim: targets of the effector rows.
         position: (n_a,) positions of the actuators commanded last [m].
@@ -150,7 +215,7 @@ def make_plan(
         aim.target + share * (held.delta[layout.effectors] - aim.target)
     )  # (n_e,)
     kept = held.delta[layout.actuators]
-    loop = EnrichmentLoop(held.step, settings.enrichment)
+    loop = EnrichmentLoop(step, settings.enrichment)
     while loop.prediction is None:
         reduced = None if locks is None else LockedStep(loop.step, locks)
         effort, pushing = _start(held, loop.step)
@@ -164,9 +229,7 @@ def make_plan(
             travelled, stay = position[free], kept[free]
             start = reduced.start(effort, pushing)
         W, delta_free = weighted_rows(rows.W, rows.delta_free, aim.scale)
-        problem = inverse_problem(
-            W, delta_free, target, travelled, limits, robot.h, weight, actuators
-        )
+        problem = inverse_problem(W, delta_free, target, travelled, limits, h, weight, actuators)
         problem = held_back(problem, W, places, share * weight, start.lam_a)
         problem = including_hold(problem, stay - delta_free[places.actuators])
         if reduced is not None:
@@ -177,7 +240,16 @@ def make_plan(
             problem = exact_problem(
                 problem, W, delta_free, met, chosen, kinds, EXACTLY * robot.size
             )
-        problem, solution = _solved(problem, start, settings.qpcc, not aim.equations.any())
+        elastic = not aim.equations.any()
+        if loop.step.frictional and len(loop.step.extra) > 0:
+            contacts = friction_blocks(loop.step, prepared.forces)
+            known = contacts, settings, robot.size
+            solution = _solved_with_friction(problem, start, *known)
+            if solution.status is Status.INFEASIBLE and elastic:
+                problem = relaxed(problem, solution)
+                solution = _solved_with_friction(problem, start, *known)
+        else:
+            problem, solution = _solved(problem, start, settings.qpcc, elastic)
         if reduced is not None:
             lam = reduced.forces(solution)
         else:
@@ -191,6 +263,47 @@ def make_plan(
         problem,
         start,
     )
+
+
+def _with_held_columns(prepared: Prepared) -> CondensedStep:
+    """The step over the horizon with friction, and the unit columns that joined in the hold."""
+    step, held = prepared.farther, prepared.held.step
+    joined = held.extra[len(step.extra) :]
+    return step if len(joined) == 0 else step.with_unit_columns(joined)
+
+
+def _brings_nearer(robot: Robot, prepared: Prepared, aim: Aim, plan: Plan) -> bool:
+    """Whether a plan moves the effectors towards a target that they have not met."""
+    effectors = robot.layout.effectors
+    before, after = (
+        float(np.linalg.norm(aim.scale * (step.delta[effectors] - aim.target)))
+        for step in (prepared.held, plan.predicted)
+    )
+    return before <= MET * robot.size or after < (1.0 - NEARER) * before
+
+
+def _solved_with_friction(
+    problem: Qpcc, start: Start, contacts: FrictionBlocks, settings: DecideSettings, size: float
+) -> Solution:
+    """Solve a problem whose last rows are contacts with friction, three of each.
+
+    Args:
+        problem: limits, objective, rows of the contacts.
+        start: efforts of holding.
+        contacts: these, with their forces in the last step.
+        settings: of the solver, and the share of friction.
+        size: of the robot [m].
+    """
+    forces, share = np.zeros(len(problem.m)), settings.friction_share
+    forces[len(forces) - len(contacts.r) :] = contacts.r
+    inverse = FrictionInverse(
+        problem, share * contacts.mu, EXACTLY * size, 0.5 * (ARRIVED * size) ** 2
+    )
+    solves = 2 * settings.qpcc.max_pivots
+    limited = FrictionSettings(
+        settings.qpcc.solver, solves, settings.qpcc.time_limit, PATH_STEPS, DESCENT, warm=True
+    )
+    return as_solution(problem, solve_friction_inverse(inverse, start.lam_a, forces, limited))
 
 
 def _start(held: PredictedStep, step: CondensedStep) -> tuple[Array, Bools]:

@@ -41,8 +41,16 @@ class ControllerSettings(Section):
         "implicit Euler that a decision predicts, which damps every motion. By default 1, and 0 for robots "
         "without damping, which would ring.",
     )
+    friction_share: Annotated[float, Field(gt=0.0, le=1.0)] = Field(
+        default=0.8,
+        description="Share of the coefficients of friction that decisions count on, by default 0.8. A "
+        "decision that counts on all of it squeezes to the border of the cone, and a little less friction or "
+        "more weight than the file says lets the object slip.",
+    )
     max_pivots: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
-        default=100, description="Pieces of the QPCC solved at most in a decision, by default 100."
+        default=100,
+        description="Pieces of the QPCC solved at most in a decision, by default 100; with friction twice as "
+        "many linear systems.",
     )
 
 

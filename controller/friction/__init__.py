@@ -4,6 +4,7 @@ from tauten.controller.friction.problem import FrictionInverse
 from tauten.controller.friction.solve import (
     FrictionSettings,
     InverseSolution,
+    as_solution,
     solve_friction_inverse,
 )
 
@@ -11,5 +12,6 @@ __all__ = [
     "FrictionInverse",
     "FrictionSettings",
     "InverseSolution",
+    "as_solution",
     "solve_friction_inverse",
 ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.controller.friction.problem import FrictionInverse
-from tauten.controller.qpcc import UNBOUNDED, Qp, qp_backend
+from tauten.controller.qpcc import UNBOUNDED, Backend, Qp, qp_backend
 from tauten.model.numerics import Array
 
 PULL = 100.0  # weight of violated limits against the objective, by their curvatures
@@ -37,7 +37,7 @@ class EffortProgram:
     """
 
     problem: FrictionInverse
-    solver: str
+    solver: str | Backend
 
     def objective(self, lam: Array, forces: Array) -> float:
         """The objective (I1) at efforts (n_a,) and forces on the problem's rows (s + 3 k,)."""

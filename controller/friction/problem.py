@@ -33,6 +33,7 @@ class FrictionInverse:
             objective is in the square of the unit of u.
         friction: (k,) coefficients of the last k contacts, which have three rows each.
         exact: error of the natural map up to which contact forces count as exact [unit of u].
+        enough: objective that need not become lower.
 
     Raises:
         ValueError: shapes or values that do not fit; the message says which.
@@ -41,6 +42,7 @@ class FrictionInverse:
     program: Qpcc
     friction: Array
     exact: float = 1e-8
+    enough: float = 0.0
 
     def __post_init__(self) -> None:
         """Check shapes and values."""

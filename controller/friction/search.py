@@ -14,7 +14,7 @@ from tauten.controller.friction.problem import (
     InverseContacts,
     inverse_contacts,
 )
-from tauten.controller.qpcc import Budget
+from tauten.controller.qpcc import Backend, Budget
 from tauten.model.numerics import Array
 
 WITHIN = 1e-7  # of the largest limit, by which a point may exceed one
@@ -65,6 +65,13 @@ class EffortSearch:
         """dr/dλ (3 m, n_a) on the piece of an exact point."""
         return exact_slope(self.contacts, point.lam, point.r, self.budget)
 
+    def reach(self, point: EffortPoint) -> float:
+        """By how much an effort within its range moves the effectors at most, on the piece of a point."""
+        slope, program = self.rows(self.slope(point)), self.problem.program
+        Z = np.concatenate([np.eye(len(point.lam)), slope])
+        curvature = np.einsum("ij,ij->j", Z, program.Q @ Z)  # (n_a,)
+        return float((np.sqrt(np.maximum(curvature, 0.0)) * self.span).max(initial=0.0))
+
     def feasible(self, point: EffortPoint) -> bool:
         """Whether a point is within the limits."""
         return self.program.excess(point.lam, self.rows(point.r)) <= self.allowed
@@ -108,12 +115,12 @@ class EffortSearch:
         return point if self.feasible(point) else None
 
 
-def effort_search(problem: FrictionInverse, solver: str, budget: Budget) -> EffortSearch:
+def effort_search(problem: FrictionInverse, solver: str | Backend, budget: Budget) -> EffortSearch:
     """Set up the search of a problem.
 
     Args:
         problem: the inverse problem.
-        solver: name of the QP library.
+        solver: name of the QP library, or a function.
         budget: linear systems and time.
     """
     p = problem.program

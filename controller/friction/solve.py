@@ -17,10 +17,11 @@ from tauten.controller.friction.descent import GONE, descend, predicted_gain
 from tauten.controller.friction.path import nested_path, one_shot_path
 from tauten.controller.friction.problem import EffortPoint, FrictionInverse
 from tauten.controller.friction.search import EffortSearch, effort_search
-from tauten.controller.qpcc import Budget, Status
+from tauten.controller.qpcc import Backend, Budget, Certificate, Qpcc, Solution, Status
 from tauten.model.numerics import Array
 
 LOWER = 1e-6  # of the objective of holding, by which a trial must be lower to replace what is known
+MOVED = 0.1  # of the way to the target, that efforts move effectors where nothing hides it
 SLOPING = 1e-3  # predicted gain, of the objective, from which a point counts as having a gradient
 
 
@@ -65,7 +66,7 @@ class FrictionSettings:
         warm: whether one narrow path is enough, as from step to step of a control loop.
     """
 
-    solver: str = "daqp"
+    solver: str | Backend = "daqp"
     solves: int = 2000
     time_limit: float = math.inf
     path_steps: int = 60
@@ -81,7 +82,8 @@ class InverseSolution:
         lam_a: (n_a,) efforts.
         forces: (s + 3 k,) contact forces that they cause.
         status: OK; SEEKING_CONTACT where holding has no gradient and nothing lower was found; MAX_PIVOTS
-            where the search was cut; NOT_FOUND where no exact forces of holding were found; NOT_FINITE.
+            where the search was cut; NOT_FOUND where no exact forces of holding were found; INFEASIBLE where
+            holding exceeds the limits and nothing within them was found; NOT_FINITE.
         objective: f of (I1).
         held: that of holding.
         error: of the natural map over all contacts [unit of u].
@@ -110,7 +112,7 @@ def solve_friction_inverse(
 ) -> InverseSolution:
     """The best efforts found; never worse than those that are held, and exact, also when the search is cut.
 
-    Limits that holding exceeds must have been widened by the caller, as `including_hold` does.
+    Where holding exceeds the limits, anything within them is better.
 
     Args:
         problem: the inverse problem.
@@ -130,18 +132,12 @@ def solve_friction_inverse(
     held = search.exact(np.clip(lam, program.lb, program.ub), start)
     if held is None:
         return _unsolved(problem, lam, Status.NOT_FOUND, budget.spent)
-    best = held
-    flat = predicted_gain(search, held) <= SLOPING
-    for number, trial in enumerate(FLAT if flat else WARM if settings.warm else SLOPED):
-        gained = best is not held
-        nothing_left = best.objective <= GONE * held.objective
-        if budget.exhausted or nothing_left or (number >= CONTINUED and gained):
-            break
-        found = _tried(search, trial, held if trial.from_hold else best, held, settings)
-        if found is not None and found.objective < best.objective - LOWER * held.objective:
-            best = found
+    flat = _flat(search, held, settings.warm)
+    best = _best(search, held, FLAT if flat else WARM if settings.warm else SLOPED, settings)
     status = Status.OK
-    if budget.exhausted:
+    if not search.feasible(best):
+        status = Status.INFEASIBLE
+    elif budget.exhausted:
         status = Status.MAX_PIVOTS
     elif flat and best is held:
         status = Status.SEEKING_CONTACT
@@ -155,6 +151,51 @@ def solve_friction_inverse(
         predicted_gain(search, best),
         budget.spent,
     )
+
+
+def _flat(search: EffortSearch, held: EffortPoint, warm: bool) -> bool:
+    """Whether descent from holding is out of sight.
+
+    In a control loop most points without gain are minima; there the efforts must also be unable to move the
+    effectors.
+
+    Args:
+        search: the problem.
+        held: the point of holding.
+        warm: whether it is a step of a control loop.
+    """
+    if warm:
+        way = math.sqrt(2.0 * max(held.objective, 0.0))
+        return held.objective > search.problem.enough and search.reach(held) <= MOVED * way
+    return predicted_gain(search, held) <= SLOPING
+
+
+def _best(
+    search: EffortSearch,
+    held: EffortPoint,
+    trials: tuple[PathTrial, ...],
+    settings: FrictionSettings,
+) -> EffortPoint:
+    """The best point of some trials; holding, where it is within the limits and none is lower.
+
+    Args:
+        search: the problem.
+        held: the point of holding.
+        trials: in their order.
+        settings: lengths of path and descent.
+    """
+    best, allowed = held, search.feasible(held)
+    enough = max(GONE * held.objective, search.problem.enough)
+    for number, trial in enumerate(trials):
+        continued = number < CONTINUED or best is held
+        if search.budget.exhausted or not continued or (allowed and best.objective <= enough):
+            break
+        found = _tried(search, trial, held if trial.from_hold else best, held, settings)
+        if found is None:
+            continue
+        if not allowed or found.objective < best.objective - LOWER * held.objective:
+            best, allowed = found, True
+    return best
 
 
 def _tried(
@@ -187,3 +228,38 @@ def _unsolved(problem: FrictionInverse, lam: Array, status: Status, solves: int)
     """No solution, with the reason."""
     none = np.zeros(len(problem.program.m))
     return InverseSolution(lam, none, status, np.inf, np.inf, np.inf, 0.0, solves)
+
+
+def as_solution(program: Qpcc, found: InverseSolution) -> Solution:
+    """An answer as that of a QPCC with the same rows; its pieces are the normal and single rows that push.
+
+    Args:
+        program: of the problem.
+        found: its answer.
+    """
+    rows = program.G @ np.concatenate([found.lam_a, found.forces])
+    excess = np.maximum(rows - program.g_hi, program.g_lo - rows)
+    limits = np.abs(np.concatenate([program.g_lo, program.g_hi]))
+    largest = float(limits[np.isfinite(limits)].max(initial=0.0))
+    gaps = float(np.abs(program.m).max(initial=0.0))
+    certificate = Certificate(
+        primal=max(0.0, float(excess.max(initial=0.0))) / (largest or 1.0),
+        complementarity=found.error / (gaps or 1.0),
+        stationarity=float(np.sqrt(max(found.gain, 0.0))),
+        deepest_gap=np.inf,
+    )
+    infeasible = found.status is Status.INFEASIBLE
+    conflict = tuple(
+        program.name_of_row(i, bool(rows[i] > program.g_hi[i]))
+        for i in np.flatnonzero(infeasible & (excess > 1e-6 * largest)).tolist()
+    )
+    return Solution(
+        found.lam_a,
+        found.forces,
+        found.status,
+        certificate,
+        found.objective,
+        found.solves,
+        found.forces > 0.0,
+        conflict,
+    )
