@@ -70,6 +70,7 @@ ORDER = (
     "service.cli",
     "benchmarks.robots",
     "benchmarks.robots.gallery",
+    "benchmarks.robots.grasping",
     "benchmarks.qpcc",
     "benchmarks.friction",
     "benchmarks.elements",

@@ -51,7 +51,7 @@ def draw_body(
         triangles: (t, 3).
         side: from which it is seen.
         alpha: opacity.
-        colour: (3,) red, green and blue.
+        colour: (3,) or (t, 3) red, green and blue.
     """
     corners = points[triangles]  # (t, 3, 3)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -60,7 +60,7 @@ def draw_body(
     light = 0.55 + 0.45 * np.clip(normal @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
     order = np.argsort(side.towards * corners[:, :, side.depth].mean(axis=1))
     order = order[to_eye[order] > 0.0]
-    colours = np.clip(light[order, None] * colour, 0.0, 1.0)
+    colours = np.clip((light[:, None] * colour)[order], 0.0, 1.0)
     faces = _MM * corners[order][:, :, [side.right, side.up]]
     axes.add_collection(
         PolyCollection(

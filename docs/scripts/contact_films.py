@@ -1,0 +1,242 @@
+"""Draws `docs/figures/NAME-light.webp` and `NAME-dark.webp` of the examples with friction.
+
+    python docs/scripts/contact_films.py crawler
+
+Forces of contacts that stick and of those that slide have different colours.
+"""
+
+from __future__ import annotations
+
+import argparse
+import runpy
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from film import FIGURES, MM, THEMES, Theme
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from PIL import Image
+
+from tauten.model import ContactForces, Simulator
+from tauten.model.load import load_robot
+from tauten.model.numerics import Array, Ints
+from tauten.service.plots.body import Side, draw_body
+
+EXAMPLES = FIGURES.parents[1] / "examples"
+STICKS, SLIDES = "#2e9e5b", "#e6862a"
+OBJECT = np.array([0.90, 0.66, 0.36])
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What a film shows.
+
+    Attributes:
+        example: name of the program in examples/.
+        run: from its names, the simulator after each step.
+        plots: titles and what is plotted, from a simulator.
+        every: steps between two frames.
+        rate: frames a second.
+        turn: from which side it is seen: azimuth and elevation [degrees].
+        floor: x and y between which a floor at z = 0 is drawn [m]; None: none.
+        force: length of an arrow [m/N].
+        objects: names of the parts that are objects.
+        shape: of an obstacle, its points and triangles; None: none.
+    """
+
+    example: str
+    run: Callable[[dict[str, Any]], Iterator[Simulator]]
+    plots: tuple[tuple[str, Callable[[Simulator], float]], ...]
+    every: int
+    rate: int
+    turn: tuple[float, float]
+    force: float
+    floor: tuple[tuple[float, float], tuple[float, float]] | None = None
+    objects: tuple[str, ...] = ()
+    shape: Callable[[], tuple[Array, Ints]] | None = None
+
+
+@dataclass(slots=True)
+class Film:
+    """What a run has shown.
+
+    Attributes:
+        triangles: (t, 3) of the surface.
+        coloured: (t,) which belong to an object.
+        h: time between two frames [s].
+        points: of the surface in each frame, (P, 3) [m].
+        contacts: in each frame.
+        values: of the plots in each frame.
+    """
+
+    triangles: Ints
+    coloured: Array
+    h: float
+    points: list[Array] = field(default_factory=list)
+    contacts: list[ContactForces] = field(default_factory=list)
+    values: list[list[float]] = field(default_factory=list)
+
+
+def crawler_scene() -> Scene:
+    """The strip from the side, two cycles."""
+    return Scene(
+        example="07_crawler",
+        run=lambda names: names["crawl"](load_robot(names["FILE"]), 2),
+        plots=(
+            ("front foot [mm]", lambda now: MM * now.tip[0]),
+            ("tension, rear cable [N]", lambda now: now.effort[0]),
+            ("tension, front cable [N]", lambda now: now.effort[1]),
+        ),
+        every=2, rate=15, turn=(-20.0, 14.0), force=0.4,
+        floor=((-0.06, 0.08), (-0.015, 0.015)),
+    )  # fmt: skip
+
+
+SCENES = {"crawler": crawler_scene}
+
+
+def filmed(scene: Scene) -> Film:
+    """Run a scene."""
+    names = runpy.run_path(str(EXAMPLES / f"{scene.example}.py"), run_name=scene.example)
+    film: Film | None = None
+    for number, simulator in enumerate(scene.run(names)):
+        robot = simulator.robot
+        if film is None:
+            film = Film(robot.triangles, of_objects(robot, scene.objects), scene.every * robot.h)
+        if number % scene.every == 0:
+            film.points.append(robot.points(simulator.state))
+            film.contacts.append(simulator.contacts)
+            film.values.append([value(simulator) for _, value in scene.plots])
+    assert film is not None
+    return film
+
+
+def of_objects(robot: Any, objects: tuple[str, ...]) -> Array:
+    """Which triangles belong to the objects among the parts: (t,)."""
+    if not objects:
+        return np.zeros(len(robot.triangles), dtype=bool)
+    owner = np.concatenate(
+        [np.full(part.robot.n_nodes, part.name in objects) for part in robot.body.parts]
+    )
+    found: Array = owner[robot.triangles[:, 0]]
+    return found
+
+
+def turned(turn: tuple[float, float]) -> Array:
+    """The rotation (3, 3) after which the eye looks along y."""
+    a, e = np.radians(turn)
+    azimuth = np.array([[np.cos(a), np.sin(a), 0], [-np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    tilt = np.array([[1, 0, 0], [0, np.cos(e), -np.sin(e)], [0, np.sin(e), np.cos(e)]])
+    found: Array = tilt @ azimuth
+    return found
+
+
+def draw_floor(axes: Axes, scene: Scene, R: Array, theme: Theme) -> None:
+    """A floor with a line every centimetre."""
+    if scene.floor is None:
+        return
+    (x0, x1), (y0, y1) = scene.floor
+    corners = np.array([[x0, y0, 0], [x1, y0, 0], [x1, y1, 0], [x0, y1, 0]]) @ R.T
+    axes.add_collection(
+        PolyCollection([MM * corners[:, [0, 2]]], facecolors=theme.ink, alpha=0.12, zorder=-2)
+    )
+    at = np.arange(np.ceil(100 * x0), np.floor(100 * x1) + 1) / 100
+    ends = np.stack([np.stack([at, 0 * at + y, 0 * at], axis=1) @ R.T for y in (y0, y1)], axis=1)
+    axes.add_collection(
+        LineCollection(
+            list(MM * ends[:, :, [0, 2]]), colors=theme.ink, lw=0.6, alpha=0.4, zorder=-1
+        )
+    )
+
+
+def draw_arrows(axes: Axes, found: ContactForces, scene: Scene, R: Array) -> None:
+    """The forces on what touches, by stick and slip."""
+    pushing = found.pushing & (np.linalg.norm(found.force, axis=1) * scene.force > 2e-4)
+    start = found.contacts.point[pushing] @ R.T
+    end = start + scene.force * found.force[pushing] @ R.T
+    colours = np.where(found.sliding[pushing], SLIDES, STICKS)
+    lines = MM * np.stack([start, end], axis=1)[:, :, [0, 2]]
+    axes.add_collection(LineCollection(list(lines), colors=list(colours), lw=1.8, zorder=4))
+    axes.scatter(*MM * start[:, [0, 2]].T, c=list(colours), s=6.0, zorder=5)
+
+
+def draw(film: Film, scene: Scene, theme: Theme) -> list[Image.Image]:
+    """The pictures of a film.
+
+    Args:
+        film: what they show.
+        scene: how.
+        theme: their colours.
+    """
+    R, count = turned(scene.turn), len(scene.plots)
+    figure = Figure(figsize=(8.4, 3.2), dpi=100, facecolor=theme.paper)
+    canvas = FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(
+        count, 2, width_ratios=(1.6, 1.0), left=0.01, right=0.975, top=0.92, bottom=0.14, hspace=0.6
+    )
+    body = figure.add_subplot(grid[:, 0])
+    plots = [figure.add_subplot(grid[row, 1]) for row in range(count)]
+    shape = scene.shape() if scene.shape else None
+    seen = [points @ R.T for points in film.points]
+    every = np.concatenate([*seen, *([shape[0] @ R.T] if shape else [])])
+    low, high = MM * every.min(axis=0) - 4.0, MM * every.max(axis=0) + 4.0
+    time, values = film.h * np.arange(len(seen)), np.array(film.values)
+    colour = np.where(film.coloured[:, None], OBJECT, np.array(theme.body))
+    pictures = []
+    for now, points in enumerate(seen):
+        body.clear()
+        body.set_axis_off()
+        body.set(xlim=(low[0], high[0]), ylim=(low[2], high[2]), aspect="equal", anchor="C")
+        draw_floor(body, scene, R, theme)
+        if shape:
+            draw_body(body, shape[0] @ R.T, shape[1], Side(), 0.6, np.array([0.6, 0.6, 0.6]))
+        draw_body(body, points, film.triangles, Side(), colour=colour)
+        draw_arrows(body, film.contacts[now], scene, R)
+        body.plot([], [], color=STICKS, lw=2, label="sticks")
+        body.plot([], [], color=SLIDES, lw=2, label="slides")
+        body.legend(
+            loc="upper left", frameon=False, labelcolor=theme.ink, fontsize=9, ncols=2,
+            bbox_to_anchor=(0.0, 1.08),
+        )  # fmt: skip
+        for axes, (title, _), row in zip(plots, scene.plots, values.T, strict=True):
+            axes.clear()
+            axes.set_facecolor(theme.paper)
+            axes.plot(time, row, color=theme.ink, lw=0.8, alpha=0.35)
+            axes.plot(time[: now + 1], row[: now + 1], color=theme.ink, lw=1.6)
+            axes.plot(time[now], row[now], "o", color=theme.accent, ms=5, clip_on=False)
+            axes.set_title(f"{title}: {row[now]:.2f}", loc="left", fontsize=10, color=theme.ink)
+            space = 0.08 * max(float(np.ptp(row)), 1e-9)
+            axes.set(xlim=(0.0, time[-1]), ylim=(row.min() - space, row.max() + space))
+            axes.tick_params(colors=theme.ink, labelsize=8, labelbottom=axes is plots[-1])
+            for name, spine in axes.spines.items():
+                spine.set(color=theme.ink, visible=name in ("left", "bottom"))
+        plots[-1].set_xlabel("time [s]", fontsize=9, color=theme.ink)
+        canvas.draw()
+        pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
+    return pictures
+
+
+def main() -> None:
+    """Run and draw."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", default=list(SCENES), choices=[*SCENES, []])
+    parser.add_argument("--folder", type=Path, default=FIGURES, help="where the films go")
+    arguments = parser.parse_args()
+    for name in arguments.names:
+        scene = SCENES[name]()
+        film = filmed(scene)
+        for theme, colours in THEMES.items():
+            first, *others = draw(film, scene, colours)
+            first.save(
+                arguments.folder / f"{name}-{theme}.webp", save_all=True, append_images=others,
+                loop=0, duration=1000 // scene.rate, quality=65, method=4,
+            )  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
