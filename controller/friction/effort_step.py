@@ -3,15 +3,190 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg.lapack import dpstrf
 
-from tauten.controller.friction.problem import FrictionInverse
+from tauten.controller.friction.dual_qp import solve_dual
+from tauten.controller.friction.problem import FrictionInverse, contact_rows
 from tauten.controller.qpcc import UNBOUNDED, Backend, Qp, qp_backend
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, kernel
 
 PULL = 100.0  # weight of violated limits against the objective, by their curvatures
 BEYOND = 1e-9  # of the largest row value, violation of a limit that is pulled back
+
+
+class EffortArrays(NamedTuple):
+    """Objective and limits of an inverse problem, on the rows of its contacts with three rows each.
+
+    Attributes:
+        root_a: (k, n_a) columns of the efforts of F with Q = Fᵀ F.
+        root_c: (k, 3 m) those of the contact forces.
+        c_a: (n_a,) linear term.
+        c_c: (3 m,) linear term.
+        lb: (n_a,) limits of the efforts.
+        ub: (n_a,) limits of the efforts.
+        G_a: (p, n_a) rows of the limits.
+        G_c: (p, 3 m) rows of the limits.
+        g_lo: (p,) limits of these.
+        g_hi: (p,) limits of these.
+    """
+
+    root_a: Array
+    root_c: Array
+    c_a: Array
+    c_c: Array
+    lb: Array
+    ub: Array
+    G_a: Array
+    G_c: Array
+    g_lo: Array
+    g_hi: Array
+
+
+def effort_arrays(problem: FrictionInverse) -> EffortArrays:
+    """The arrays of a problem; its Q is factorised."""
+    p, n_a, place = problem.program, problem.n_a, contact_rows(problem)
+    size = len(p.m) + 2 * problem.singles
+    factor, pivots, rank, _ = dpstrf(p.Q, lower=1)
+    root = np.zeros((rank, len(p.Q)))
+    root[:, pivots - 1] = np.tril(factor)[:, :rank].T
+    root_c, G_c, c_c = np.zeros((rank, size)), np.zeros((len(p.G), size)), np.zeros(size)
+    root_c[:, place], G_c[:, place], c_c[place] = root[:, n_a:], p.G[:, n_a:], p.c[n_a:]
+    given = (p.lb, p.ub, p.G[:, :n_a], G_c, p.g_lo, p.g_hi)
+    return EffortArrays(
+        np.ascontiguousarray(root[:, :n_a]), root_c, p.c[:n_a], c_c,
+        *(np.ascontiguousarray(values, dtype=float) for values in given),
+    )  # fmt: skip
+
+
+class EffortQp(NamedTuple):
+    """A QP (5) in variables of order one, and the way back from its solution.
+
+    Attributes:
+        H: (n_a, n_a).
+        f: (n_a,).
+        A: (p, n_a).
+        lower: (n_a + p,).
+        upper: (n_a + p,).
+        unit: (n_a,) change of each effort by a variable of one.
+        curvature: (n_a, n_a) of the objective.
+        gradient: (n_a,) of the objective.
+    """
+
+    H: Array
+    f: Array
+    A: Array
+    lower: Array
+    upper: Array
+    unit: Array
+    curvature: Array
+    gradient: Array
+
+
+@kernel
+def effort_qp(arrays: EffortArrays, lam: Array, r: Array, slope: Array, trust: Array) -> EffortQp:
+    """The QP for a change of the efforts.
+
+    Limits contain the present point: a violated one does not become worse, and pulls.
+
+    Args:
+        arrays: objective and limits.
+        lam: (n_a,) efforts.
+        r: (3 m,) contact forces there, or where the law of contact leads from them.
+        slope: (3 m, n_a) of the forces.
+        trust: (n_a,) largest change of each effort.
+    """
+    n_a, p = len(lam), len(arrays.g_lo)
+    T = arrays.root_a + np.dot(arrays.root_c, slope)
+    at = np.dot(arrays.root_a, lam) + np.dot(arrays.root_c, r)
+    H = np.dot(T.T, T)
+    f = np.dot(T.T, at) + arrays.c_a + np.dot(slope.T, arrays.c_c)
+    A = arrays.G_a + np.dot(arrays.G_c, slope)
+    rows = np.dot(arrays.G_a, lam) + np.dot(arrays.G_c, r)
+    lo, hi = arrays.g_lo - rows, arrays.g_hi - rows
+    H_all, f_all = with_pull(H, f, A, lo, hi, BEYOND * np.abs(rows).max() if p > 0 else 0.0)
+    unit, cost = np.empty(n_a), 1e-300
+    for j in range(n_a):
+        unit[j] = 1.0 / np.sqrt(max(H_all[j, j], 1e-300))
+        cost = max(cost, abs(f_all[j]) * unit[j])
+    lower, upper = np.empty(n_a + p), np.empty(n_a + p)
+    for j in range(n_a):
+        lower[j] = min(max(arrays.lb[j] - lam[j], -trust[j]), 0.0) / unit[j] / cost
+        upper[j] = max(min(arrays.ub[j] - lam[j], trust[j]), 0.0) / unit[j] / cost
+        f_all[j] *= unit[j] / cost
+        for i in range(n_a):
+            H_all[i, j] *= unit[j]
+            H_all[j, i] *= unit[j]
+        for i in range(p):
+            A[i, j] *= unit[j]
+    for i in range(p):
+        lower[n_a + i] = min(lo[i], 0.0) / cost
+        upper[n_a + i] = max(hi[i], 0.0) / cost
+    lower, upper = np.maximum(lower, -UNBOUNDED), np.minimum(upper, UNBOUNDED)
+    return EffortQp(H_all, f_all, A, lower, upper, cost * unit, H, f)
+
+
+@kernel
+def with_pull(
+    H: Array, f: Array, A: Array, lo: Array, hi: Array, margin: float
+) -> tuple[Array, Array]:
+    """H (n_a, n_a) and f (n_a,) with the square of what limits are exceeded by.
+
+    Args:
+        H: (n_a, n_a) curvature of the objective.
+        f: (n_a,) its gradient.
+        A: (p, n_a) rows of the limits.
+        lo: (p,) least change of the rows.
+        hi: (p,) largest change of the rows.
+        margin: that does not count as exceeded.
+    """
+    H_all, f_all, total = H.copy(), f.copy(), 0.0
+    for i in range(len(lo)):
+        if lo[i] > margin or hi[i] < -margin:
+            total += np.dot(A[i], A[i])
+    if total > 0.0:
+        weight = PULL * np.trace(H) / max(total, 1e-300)
+        for i in range(len(lo)):
+            if lo[i] > margin or hi[i] < -margin:
+                gap = lo[i] if lo[i] > margin else hi[i]
+                H_all += weight * np.outer(A[i], A[i])
+                f_all -= weight * gap * A[i]
+    return H_all, f_all
+
+
+@kernel
+def effort_change(qp: EffortQp, y: Array) -> tuple[Array, float]:
+    """The change of the efforts (n_a,) by variables y (n_a,), and by how much the objective falls.
+
+    Args:
+        qp: the QP.
+        y: (n_a,) its solution.
+    """
+    n_a = len(y)
+    change = np.minimum(np.maximum(y, qp.lower[:n_a]), qp.upper[:n_a]) * qp.unit
+    gain = -(np.dot(qp.gradient, change) + 0.5 * np.dot(change, np.dot(qp.curvature, change)))
+    return change, gain
+
+
+@kernel
+def effort_step(
+    arrays: EffortArrays, lam: Array, r: Array, slope: Array, trust: Array
+) -> tuple[bool, Array, float]:
+    """Whether the QP was solved, the change of the efforts (n_a,), and by how much the objective falls.
+
+    Args:
+        arrays: objective and limits.
+        lam: (n_a,) efforts.
+        r: (3 m,) contact forces there, or where the law of contact leads from them.
+        slope: (3 m, n_a) of the forces.
+        trust: (n_a,) largest change of each effort.
+    """
+    qp = effort_qp(arrays, lam, r, slope, trust)
+    solved, y = solve_dual(qp.H, qp.f, qp.A, qp.lower, qp.upper)
+    change, gain = effort_change(qp, y)
+    return solved, change, gain
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,63 +208,38 @@ class EffortProgram:
 
     Attributes:
         problem: limits and objective.
-        solver: name of the QP library, or a function.
+        arrays: the same for kernels.
+        solver: name of the QP library, or a function, for QPs that the kernel does not solve.
     """
 
     problem: FrictionInverse
+    arrays: EffortArrays
     solver: str | Backend
 
     def objective(self, lam: Array, forces: Array) -> float:
         """The objective (I1) at efforts (n_a,) and forces on the problem's rows (s + 3 k,)."""
         return self.problem.program.objective(lam, forces)
 
-    def excess(self, lam: Array, forces: Array) -> float:
+    def excess(self, lam: Array, r: Array) -> float:
         """Largest violation of the limits (I2), in the unit of their rows; bounds on λ are always met."""
-        program = self.problem.program
-        rows = program.G @ np.concatenate([lam, forces])
-        return float(np.maximum(rows - program.g_hi, program.g_lo - rows).max(initial=0.0))
+        rows = self.arrays.G_a @ lam + self.arrays.G_c @ r
+        beyond = np.maximum(rows - self.arrays.g_hi, self.arrays.g_lo - rows)
+        return float(beyond.max(initial=0.0))
 
-    def step(self, lam: Array, forces: Array, slope: Array, trust: Array) -> EffortStep | None:
+    def step(self, lam: Array, r: Array, slope: Array, trust: Array) -> EffortStep | None:
         """The best change of the efforts; None where the QP has no solution.
-
-        Limits contain the present point: a violated one does not become worse, and pulls.
 
         Args:
             lam: (n_a,) efforts.
-            forces: (s + 3 k,) contact forces there, or where the law of contact leads from them.
-            slope: (s + 3 k, n_a) of the forces.
+            r: (3 m,) contact forces there, or where the law of contact leads from them.
+            slope: (3 m, n_a) of the forces.
             trust: (n_a,) largest change of each effort.
         """
-        program, n_a = self.problem.program, len(lam)
-        z, Z = np.concatenate([lam, forces]), np.concatenate([np.eye(n_a), slope])
-        QZ = program.Q @ Z
-        H, f = Z.T @ QZ, QZ.T @ z + Z.T @ program.c
-        lb = np.minimum(np.maximum(program.lb - lam, -trust), 0.0)
-        ub = np.maximum(np.minimum(program.ub - lam, trust), 0.0)
-        A, rows = program.G @ Z, program.G @ z
-        lo, hi = program.g_lo - rows, program.g_hi - rows
-        H_all, f_all = H, f
-        margin = BEYOND * float(np.abs(rows).max(initial=0.0))
-        beyond = (lo > margin) | (hi < -margin)
-        if beyond.any():
-            B, gap = A[beyond], np.where(lo > margin, lo, hi)[beyond]
-            weight = PULL * np.trace(H) / max(float((B * B).sum()), 1e-300)
-            H_all, f_all = H + weight * B.T @ B, f - weight * B.T @ gap
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(H_all), 1e-300))  # variables of order one
-        cost = max(float(np.abs(f_all * scale).max()), 1e-300)
-        limited = np.isfinite(lo) | np.isfinite(hi)
-        low = np.concatenate([lb / scale, np.minimum(lo, 0.0)[limited]]) / cost
-        high = np.concatenate([ub / scale, np.maximum(hi, 0.0)[limited]]) / cost
-        answer = qp_backend(self.solver)(
-            Qp(
-                scale[:, None] * H_all * scale,
-                f_all * scale / cost,
-                np.ascontiguousarray(A[limited] * scale),
-                np.maximum(low, -UNBOUNDED),
-                np.minimum(high, UNBOUNDED),
-            )
-        )
+        solved, change, gain = effort_step(self.arrays, lam, r, slope, trust)
+        if solved:
+            return EffortStep(change, gain)
+        qp = effort_qp(self.arrays, lam, r, slope, trust)
+        answer = qp_backend(self.solver)(Qp(qp.H, qp.f, qp.A, qp.lower, qp.upper))
         if answer.infeasible or not np.isfinite(answer.y).all():
             return None
-        change = np.clip(answer.y * cost * scale, lb, ub)
-        return EffortStep(change, -float(f @ change + 0.5 * change @ H @ change))
+        return EffortStep(*effort_change(qp, answer.y))

@@ -9,12 +9,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.controller.friction.law import Widths, linear_law, smoothed_law, widths
-from tauten.controller.friction.problem import InverseContacts
+from tauten.controller.friction.law import (
+    LinearLaw,
+    Widths,
+    law_error,
+    law_size,
+    linear_law,
+    smoothed_law,
+    widths,
+)
+from tauten.controller.friction.problem import InverseContacts, displacements
 from tauten.controller.qpcc import Budget
-from tauten.model.friction import solve_friction
-from tauten.model.numerics import Array, kernel
+from tauten.model.friction import Cones, natural_error, newton_forces
+from tauten.model.numerics import Array, kernel, solve_linear
 
+PRECISELY = 1e-9  # of the largest |q|, error that exact forces are asked for
 NEWTON = 30  # steps on the exact law, at most
 SMOOTHED = 60  # steps on the smoothed law, at most
 NARROWEST = 1e-5  # κ at the end of the smoothed law
@@ -39,41 +48,72 @@ def exact_forces(
         budget: linear systems are counted; it does not end the solution.
         smoothed: whether the smoothed law is tried where the exact one fails.
     """
-    problem = contacts.forward(lam)
-    tolerance = contacts.tolerance(problem)
-    found = solve_friction(problem, start, tolerance, NEWTON)
-    budget.spent += found.newton
-    if found.error > contacts.exact and smoothed:
-        near = smoothed_forces(contacts, lam, start, budget)
-        found = solve_friction(problem, near, tolerance, NEWTON)
-        budget.spent += found.newton
-    return found.r if found.error <= contacts.exact else None
+    found, r, spent = forces_at(contacts, lam, start, smoothed)
+    budget.spent += spent
+    return r if found else None
 
 
-def smoothed_forces(contacts: InverseContacts, lam: Array, start: Array, budget: Budget) -> Array:
-    """Forces (3 m,) at efforts under the smoothed law, at the end of its widths.
+@kernel
+def forces_at(
+    contacts: InverseContacts, lam: Array, start: Array, smoothed: bool
+) -> tuple[bool, Array, int]:
+    """Whether forces at efforts are exact, the forces (3 m,), and linear systems that were solved.
 
     Args:
         contacts: the contacts.
         lam: (n_a,) efforts.
         start: (3 m,) forces to start from.
-        budget: linear systems are counted.
+        smoothed: whether the smoothed law is tried where the exact one fails.
     """
-    length = LENGTH * float(np.abs(contacts.q + contacts.W_ca @ lam).max())
+    q = contacts.q + np.dot(contacts.W_ca, lam)
+    cones = Cones(contacts.W, q, contacts.mu, contacts.w)
+    error = min(PRECISELY * np.abs(q).max(), 0.3 * contacts.exact)
+    found = newton_forces(cones, start, error, NEWTON)
+    spent = found.newton
+    if found.error > contacts.exact and smoothed:
+        near, systems = smoothed_forces(contacts, lam, start)
+        found = newton_forces(cones, near, error, NEWTON)
+        spent += systems + found.newton
+    return found.error <= contacts.exact, found.r, spent
+
+
+@kernel
+def forces_error(contacts: InverseContacts, lam: Array, r: Array) -> float:
+    """Error of the natural map of forces (3 m,) at efforts (n_a,) [unit of u].
+
+    Args:
+        contacts: the contacts.
+        lam: (n_a,) efforts.
+        r: (3 m,) forces.
+    """
+    u = displacements(contacts, lam, r)
+    return natural_error(u, r.reshape(u.shape), contacts.mu, contacts.w)
+
+
+@kernel
+def smoothed_forces(contacts: InverseContacts, lam: Array, start: Array) -> tuple[Array, int]:
+    """Forces (3 m,) at efforts under the smoothed law, at the end of its widths, and linear systems.
+
+    Args:
+        contacts: the contacts.
+        lam: (n_a,) efforts.
+        start: (3 m,) forces to start from.
+    """
+    length = LENGTH * np.abs(contacts.q + np.dot(contacts.W_ca, lam)).max()
     width = widths(contacts, start, 1.0, length)
     r = lifted(contacts, start, width)
-    for _ in range(SMOOTHED):
+    for step in range(SMOOTHED):
         law = linear_law(contacts, lam, r, width)
-        budget.spent += 1
-        F, r, share = shortened(contacts, lam, r, law.residual, width, law.F)
-        if width.error(F) <= 1.0:
+        F, r, share = shortened(contacts, r, law, width)
+        if law_error(width, F) <= 1.0:
             if width.share <= NARROWEST:
-                break
+                return r, step + 1
             factor = FASTER if share > 0.9 else SLOWER
             width = widths(contacts, r, factor * width.share, length)
-    return r
+    return r, SMOOTHED
 
 
+@kernel
 def lifted(contacts: InverseContacts, r: Array, width: Widths) -> Array:
     """Forces (3 m,) with normal forces that are positive, as the smoothed law has them.
 
@@ -83,57 +123,68 @@ def lifted(contacts: InverseContacts, r: Array, width: Widths) -> Array:
         width: of the law.
     """
     lifted = r.copy()
-    lifted[::3] = np.maximum(r[::3], 0.1 * width.share * width.normal / contacts.w)
+    for i in range(len(contacts.w)):
+        least = 0.1 * width.share * width.normal[i] / contacts.w[i]
+        lifted[3 * i] = max(r[3 * i], least)
     return lifted
 
 
-def inside(r: Array, change: Array, share: float) -> float:
+@kernel
+def inside(r: Array, change: Array, left: float) -> float:
     """The longest step, at most 1, that leaves a share of each normal force.
 
     Args:
         r: (3 m,) forces.
         change: (3 m,) of them.
-        share: what is left at least.
+        left: share that is left at least.
     """
-    normal, falling = r[::3], -change[::3]
-    shrinks = falling > 0.0
-    if not shrinks.any():
-        return 1.0
-    return min(
-        1.0,
-        float(
-            ((1.0 - share) * np.maximum(normal, 0.0) / np.where(shrinks, falling, 1.0))[
-                shrinks
-            ].min()
-        ),
-    )
+    longest = 1.0
+    for i in range(0, len(r), 3):
+        if change[i] < 0.0:
+            longest = min(longest, (1.0 - left) * max(r[i], 0.0) / -change[i])
+    return longest
 
 
+@kernel
 def shortened(
-    contacts: InverseContacts, lam: Array, r: Array, change: Array, width: Widths, F: Array
+    contacts: InverseContacts, r: Array, law: LinearLaw, width: Widths
 ) -> tuple[Array, Array, float]:
     """A step of the forces by line search on |F|: F (m, 3) and r (3 m,) after it, and its share.
 
     Args:
         contacts: the contacts.
-        lam: (n_a,) efforts.
         r: (3 m,) forces.
-        change: (3 m,) of them.
+        law: linearised at these.
         width: of the law.
-        F: (m, 3) before.
     """
-    share, before = inside(r, change, INSIDE), width.size(F)
-    least = share * SHORTEST
+    change = law.residual
+    share, before = inside(r, change, INSIDE), law_size(width, law.F)
+    du, least = np.dot(contacts.W, change).reshape(law.u.shape), share * SHORTEST
     while True:
         there = r + share * change
-        after = smoothed_law(contacts, lam, there, width)
-        if width.size(after) < (1.0 - 1e-4 * share) * before or 0.5 * share < least:
+        after = smoothed_law(contacts, law.u + share * du, there, width)
+        if law_size(width, after) < (1.0 - 1e-4 * share) * before or 0.5 * share < least:
             return after, there, share
         share *= 0.5
 
 
 def exact_slope(contacts: InverseContacts, lam: Array, r: Array, budget: Budget) -> Array:
     """dr/dλ (3 m, n_a) on the piece of exact forces.
+
+    Args:
+        contacts: the contacts.
+        lam: (n_a,) efforts.
+        r: (3 m,) exact forces.
+        budget: a linear system is counted.
+    """
+    systems, slope = slope_at(contacts, lam, r)
+    budget.spent += systems
+    return slope
+
+
+@kernel
+def slope_at(contacts: InverseContacts, lam: Array, r: Array) -> tuple[int, Array]:
+    """Linear systems that were solved, and dr/dλ (3 m, n_a) on the piece of exact forces.
 
     Open contacts keep r = 0, sticking ones u; of slipping ones u_n = 0 and r_t = −μ d r_n, where the
     direction d = u_t / |u_t| turns. Redundant contacts yield a little, so that there is a solution.
@@ -142,25 +193,28 @@ def exact_slope(contacts: InverseContacts, lam: Array, r: Array, budget: Budget)
         contacts: the contacts.
         lam: (n_a,) efforts.
         r: (3 m,) exact forces.
-        budget: a linear system is counted.
     """
-    slope = np.zeros((len(r), len(lam)))
-    u = contacts.displacements(lam, r)
-    largest = float(np.abs(contacts.q + contacts.W_ca @ lam).max())
+    slope, u = np.zeros((len(r), len(lam))), displacements(contacts, lam, r)
+    largest = np.abs(contacts.q + np.dot(contacts.W_ca, lam)).max()
     closed = np.flatnonzero(contacts.w * r[::3] > OPEN * largest)
     if len(closed) == 0:
-        return slope
-    rows = (3 * closed[:, None] + np.arange(3)).ravel()
-    W = contacts.W[rows[:, None], rows]
-    W[np.diag_indices_from(W)] += PROXIMAL * contacts.w.max()
+        return 0, slope
+    rows = np.empty(3 * len(closed), np.int64)
+    for i, contact in enumerate(closed):
+        for j in range(3):
+            rows[3 * i + j] = 3 * contact + j
+    W, yielding = np.empty((len(rows), len(rows))), PROXIMAL * contacts.w.max()
+    for i, row in enumerate(rows):
+        for j, column in enumerate(rows):
+            W[i, j] = contacts.W[row, column]
+        W[i, i] += yielding
     w, mu, pushed = contacts.w[closed], contacts.mu[closed], contacts.W_ca[rows]
-    J, b = piece_rows(u[closed], r.reshape(-1, 3)[closed], w, mu, W, pushed, STILL * largest)
-    budget.spent += 1
-    try:
-        slope[rows] = np.linalg.solve(J, b)
-    except np.linalg.LinAlgError:
-        slope[rows] = np.linalg.lstsq(J, b, rcond=None)[0]
-    return slope
+    forces = r[rows].reshape((len(closed), 3))
+    J, b = piece_rows(u[closed], forces, w, mu, W, pushed, STILL * largest)
+    _, found = solve_linear(J, b)
+    for i, row in enumerate(rows):
+        slope[row] = found[i]
+    return 1, slope
 
 
 @kernel

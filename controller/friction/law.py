@@ -11,16 +11,15 @@ against its force with a friction that rises over the width l.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from tauten.controller.friction.problem import InverseContacts
-from tauten.model.numerics import Array, kernel
+from tauten.controller.friction.problem import InverseContacts, displacements
+from tauten.model.numerics import Array, kernel, solve_linear
 
 
-@dataclass(frozen=True, slots=True)
-class Widths:
+class Widths(NamedTuple):
     """Widths of the smoothed law.
 
     Attributes:
@@ -33,15 +32,8 @@ class Widths:
     normal: Array
     slip: float
 
-    def error(self, F: Array) -> float:
-        """Largest |F| relative to the width of the contact."""
-        return float((np.abs(F).max(axis=1) / (self.share * self.normal)).max())
 
-    def size(self, F: Array) -> float:
-        """|F| with contacts weighed by their widths: what line searches reduce."""
-        return float(np.linalg.norm(F / self.normal[:, None]))
-
-
+@kernel
 def widths(contacts: InverseContacts, r: Array, share: float, length: float) -> Widths:
     """Widths of the law at given forces, one scale of force for all contacts.
 
@@ -53,42 +45,71 @@ def widths(contacts: InverseContacts, r: Array, share: float, length: float) -> 
         share: κ.
         length: displacement that matters, that from the target.
     """
-    largest = max(float(r[::3].max()), 0.0)
+    largest = max(r[::3].max(), 0.0)
     normal = np.sqrt(length * np.maximum(length, contacts.w * largest))
     return Widths(share, normal, length)
 
 
-@dataclass(frozen=True, slots=True)
-class LinearLaw:
+@kernel
+def law_error(width: Widths, F: Array) -> float:
+    """Largest |F| (m, 3) relative to the width of the contact."""
+    largest = 0.0
+    for i in range(len(F)):
+        k = width.share * width.normal[i]
+        for j in range(3):
+            largest = np.maximum(largest, abs(F[i, j]) / k)
+    return largest
+
+
+@kernel
+def law_size(width: Widths, F: Array) -> float:
+    """|F| (m, 3) with contacts weighed by their widths: what line searches reduce."""
+    total = 0.0
+    for i in range(len(F)):
+        for j in range(3):
+            total += (F[i, j] / width.normal[i]) ** 2
+    return float(np.sqrt(total))
+
+
+class LinearLaw(NamedTuple):
     """The smoothed law linearised: dr = residual + slope dλ meets it in the first order.
 
     Attributes:
+        u: (m, 3) displacements.
         F: (m, 3) of (I4).
         residual: (3 m,).
         slope: (3 m, n_a).
     """
 
+    u: Array
     F: Array
     residual: Array
     slope: Array
 
 
-def smoothed_law(contacts: InverseContacts, lam: Array, r: Array, width: Widths) -> Array:
+@kernel
+def smoothed_law(contacts: InverseContacts, u: Array, r: Array, width: Widths) -> Array:
     """F (m, 3) of (I4).
 
     Args:
         contacts: the contacts.
-        lam: (n_a,) efforts.
+        u: (m, 3) displacements.
         r: (3 m,) forces.
         width: of the law.
     """
-    F = np.empty((len(contacts.mu), 3))
-    u = contacts.displacements(lam, r)
-    k, slip = width.share * width.normal, width.share * width.slip
-    fill_law(u, r.reshape(-1, 3), contacts.w, contacts.mu, k, slip, F)
+    w, mu, F = contacts.w, contacts.mu, np.empty(u.shape)
+    slip = width.share * width.slip
+    for i in range(len(w)):
+        x, y, k = w[i] * r[3 * i], u[i, 0], width.share * width.normal[i]
+        F[i, 0] = 0.5 * (x + y - np.sqrt((x - y) ** 2 + 4.0 * k * k))
+        speed = np.sqrt(u[i, 1] ** 2 + u[i, 2] ** 2 + slip * slip)
+        pull = mu[i] * max(x, 0.0) / speed
+        F[i, 1] = w[i] * r[3 * i + 1] + pull * u[i, 1]
+        F[i, 2] = w[i] * r[3 * i + 2] + pull * u[i, 2]
     return F
 
 
+@kernel
 def linear_law(contacts: InverseContacts, lam: Array, r: Array, width: Widths) -> LinearLaw:
     """Linearise (I4) in the state form: one system of the rank of W_cc, with 1 + n_a right-hand sides.
 
@@ -100,83 +121,66 @@ def linear_law(contacts: InverseContacts, lam: Array, r: Array, width: Widths) -
         r: (3 m,) forces.
         width: of the law.
     """
-    n_a, u = len(lam), contacts.displacements(lam, r)
-    through = np.hstack([contacts.W_ca, contacts.G])
-    rows = np.empty((len(r), 1 + through.shape[1]))  # B⁻¹ (F, A W_ca, A G)
-    k, slip = width.share * width.normal, width.share * width.slip
-    F = fill_rows(u, r.reshape(-1, 3), contacts.w, contacts.mu, k, slip, through, rows)
-    system = contacts.G.T @ rows  # (rank, 1 + n_a + rank)
-    square = system[:, 1 + n_a :]
-    square[np.diag_indices_from(square)] += 1.0
-    y = np.linalg.solve(square, system[:, : 1 + n_a])
-    change = rows[:, 1 + n_a :] @ y - rows[:, : 1 + n_a]
-    return LinearLaw(F, change[:, 0], change[:, 1:])
+    n_a, u, G = len(lam), displacements(contacts, lam, r), contacts.G
+    F = smoothed_law(contacts, u, r, width)
+    start, blocks = law_blocks(contacts, u, r, width, F)
+    known = np.empty((len(r), 1 + n_a))  # B⁻¹ (F, A W_ca)
+    known[:, 0] = start
+    known[:, 1:] = through_blocks(blocks, contacts.W_ca)
+    moved = through_blocks(blocks, G)  # B⁻¹ A G
+    system = np.dot(G.T, moved)
+    for i in range(len(system)):
+        system[i, i] += 1.0
+    solved, y = solve_linear(system, np.dot(G.T, known))
+    change = np.dot(moved, y) - known if solved else np.full(known.shape, np.nan)
+    return LinearLaw(u, F, change[:, 0].copy(), change[:, 1:].copy())
 
 
 @kernel
-def fill_law(u: Array, r: Array, w: Array, mu: Array, k: Array, slip: float, F: Array) -> None:
-    """Fill F (m, 3) of (I4).
+def law_blocks(
+    contacts: InverseContacts, u: Array, r: Array, width: Widths, F: Array
+) -> tuple[Array, Array]:
+    """B⁻¹ F (3 m,) and the blocks B⁻¹ A (m, 3, 3) of (I4); they have no entries (0, 1) and (0, 2).
 
     Args:
+        contacts: the contacts.
         u: (m, 3) displacements.
-        r: (m, 3) forces.
-        w: (m,) compliances.
-        mu: (m,) coefficients of friction.
-        k: (m,) widths κ k.
-        slip: width κ l.
-        F: (m, 3), overwritten.
+        r: (3 m,) forces.
+        width: of the law.
+        F: (m, 3) of (I4).
     """
+    w, mu = contacts.w, contacts.mu
+    first, blocks, slip = np.empty(len(r)), np.zeros((len(w), 3, 3)), width.share * width.slip
     for i in range(len(w)):
-        x, y = w[i] * r[i, 0], u[i, 0]
-        F[i, 0] = 0.5 * (x + y - np.sqrt((x - y) ** 2 + 4.0 * k[i] * k[i]))
-        speed = np.sqrt(u[i, 1] ** 2 + u[i, 2] ** 2 + slip * slip)
-        pull = mu[i] * max(x, 0.0) / speed
-        F[i, 1] = w[i] * r[i, 1] + pull * u[i, 1]
-        F[i, 2] = w[i] * r[i, 2] + pull * u[i, 2]
-
-
-@kernel
-def fill_rows(
-    u: Array, r: Array, w: Array, mu: Array, k: Array, slip: float, through: Array, rows: Array
-) -> Array:
-    """Fill rows with B⁻¹ F and B⁻¹ A through, A and B the blocks of contacts of (I4); returns F (m, 3).
-
-    Args:
-        u: (m, 3) displacements.
-        r: (m, 3) forces.
-        w: (m,) compliances.
-        mu: (m,) coefficients of friction.
-        k: (m,) widths κ k.
-        slip: width κ l.
-        through: (3 m, n) displacements that something else causes.
-        rows: (3 m, 1 + n), overwritten.
-    """
-    F = np.empty(u.shape)
-    fill_law(u, r, w, mu, k, slip, F)
-    n = through.shape[1]
-    for i in range(len(w)):
-        x, y = w[i] * r[i, 0], u[i, 0]
-        s = (x - y) / np.sqrt((x - y) ** 2 + 4.0 * k[i] * k[i])
+        row, k = 3 * i, width.share * width.normal[i]
+        x, y, r_n = w[i] * r[row], u[i, 0], r[row]
+        root = (x - y) ** 2 + 4.0 * k * k
+        s = (x - y) / np.sqrt(root)
         # 1 − s without cancellation where the contact is closed
-        away = (
-            1.0 - s
-            if s < 0.9
-            else 4.0 * k[i] * k[i] / (((x - y) ** 2 + 4.0 * k[i] * k[i]) * (1.0 + s))
-        )
-        b, ratio = 0.5 * w[i] * away, (1.0 + s) / (w[i] * away)
+        away = 1.0 - s if s < 0.9 else 4.0 * k * k / (root * (1.0 + s))
         speed = np.sqrt(u[i, 1] ** 2 + u[i, 2] ** 2 + slip * slip)
-        push, ahead = mu[i] * max(r[i, 0], 0.0) / speed, mu[i] / speed if r[i, 0] > 0.0 else 0.0
+        push, ahead = mu[i] * max(r_n, 0.0) / speed, mu[i] / speed if r_n > 0.0 else 0.0
         e_1, e_2 = u[i, 1] / speed, u[i, 2] / speed
-        a_11, a_22, a_12 = push * (1.0 - e_1 * e_1), push * (1.0 - e_2 * e_2), -push * e_1 * e_2
         h_1, h_2 = ahead * u[i, 1], ahead * u[i, 2]
-        row = 3 * i
-        rows[row, 0] = F[i, 0] / b
-        rows[row + 1, 0] = F[i, 1] / w[i] - h_1 * rows[row, 0]
-        rows[row + 2, 0] = F[i, 2] / w[i] - h_2 * rows[row, 0]
-        for j in range(n):
-            normal = ratio * through[row, j]
-            t_1, t_2 = through[row + 1, j], through[row + 2, j]
-            rows[row, 1 + j] = normal
-            rows[row + 1, 1 + j] = a_11 * t_1 + a_12 * t_2 - h_1 * normal
-            rows[row + 2, 1 + j] = a_12 * t_1 + a_22 * t_2 - h_2 * normal
-    return F
+        ratio = (1.0 + s) / (w[i] * away)
+        first[row] = F[i, 0] / (0.5 * w[i] * away)
+        first[row + 1] = F[i, 1] / w[i] - h_1 * first[row]
+        first[row + 2] = F[i, 2] / w[i] - h_2 * first[row]
+        blocks[i, 0, 0], blocks[i, 1, 0], blocks[i, 2, 0] = ratio, -h_1 * ratio, -h_2 * ratio
+        blocks[i, 1, 1], blocks[i, 2, 2] = push * (1.0 - e_1 * e_1), push * (1.0 - e_2 * e_2)
+        blocks[i, 1, 2] = blocks[i, 2, 1] = -push * e_1 * e_2
+    return first, blocks
+
+
+@kernel
+def through_blocks(blocks: Array, X: Array) -> Array:
+    """Blocks (m, 3, 3) of `law_blocks` times X (3 m, n)."""
+    Y = np.empty(X.shape)
+    for i in range(len(blocks)):
+        row, C = 3 * i, blocks[i]
+        for j in range(X.shape[1]):
+            n, t_1, t_2 = X[row, j], X[row + 1, j], X[row + 2, j]
+            Y[row, j] = C[0, 0] * n
+            Y[row + 1, j] = C[1, 0] * n + C[1, 1] * t_1 + C[1, 2] * t_2
+            Y[row + 2, j] = C[2, 0] * n + C[2, 1] * t_1 + C[2, 2] * t_2
+    return Y

@@ -7,15 +7,28 @@ it takes three times as many linear systems and also arrives where hold has no g
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from tauten.controller.friction.effort_step import EffortArrays, effort_step
 from tauten.controller.friction.exact import inside, lifted, shortened
-from tauten.controller.friction.law import LinearLaw, Widths, linear_law, smoothed_law, widths
-from tauten.controller.friction.problem import EffortPoint
+from tauten.controller.friction.law import (
+    LinearLaw,
+    Widths,
+    law_error,
+    law_size,
+    linear_law,
+    smoothed_law,
+    widths,
+)
+from tauten.controller.friction.problem import EffortPoint, InverseContacts
 from tauten.controller.friction.search import EffortSearch
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, kernel
 
 NARROWEST = 1e-2  # κ at the end
+ENOUGH_NARROW = 2  # steps that meet the law there
+AT_ONCE = 8  # steps between two looks at the clock
 SHRINK = 0.6  # of κ, where the law is met
 GATE = 0.1  # error of the law, of its widths, below which they shrink
 ASTRAY = 20.0  # the same above which the efforts wait
@@ -36,6 +49,24 @@ def displacement_scale(search: EffortSearch, start: EffortPoint) -> float:
     return max(float(np.sqrt(2.0 * max(start.objective, 0.0))), least, 1e-300)
 
 
+class PathState(NamedTuple):
+    """Where a path is.
+
+    Attributes:
+        lam: (n_a,) efforts.
+        r: (3 m,) smoothed forces.
+        trust: (n_a,) largest change of each effort.
+        share: κ.
+        narrow: steps that have met the law at the end of κ; with two the path is at its end.
+    """
+
+    lam: Array
+    r: Array
+    trust: Array
+    share: float
+    narrow: int
+
+
 def one_shot_path(
     search: EffortSearch, start: EffortPoint, share: float, steps: int
 ) -> tuple[Array, Array]:
@@ -47,53 +78,82 @@ def one_shot_path(
         share: κ at first; 1 is wide.
         steps: linear systems, at most.
     """
-    contacts, length = search.contacts, displacement_scale(search, start)
-    width = widths(contacts, start.r, share, length)
-    lam, r, narrow = start.lam, lifted(contacts, start.r, width), 0
+    contacts, length, budget = search.contacts, displacement_scale(search, start), search.budget
+    r = lifted(contacts, start.r, widths(contacts, start.r, share, length))
     widest = TRUST * search.span
-    trust = widest
-    for _ in range(steps):
-        if not search.budget.spend():
-            break
-        width = widths(contacts, r, width.share, length)
+    state, end = PathState(start.lam, r, widest, share, 0), budget.spent + steps
+    while state.narrow < ENOUGH_NARROW and budget.spent < end and not budget.exhausted:
+        number = min(AT_ONCE, end - budget.spent, budget.pivots - budget.spent)
+        state, taken = path_steps(
+            contacts, search.program.arrays, state, length, WIDEST * widest, number
+        )
+        budget.spent += taken
+    return state.lam, state.r
+
+
+@kernel
+def path_steps(
+    contacts: InverseContacts,
+    arrays: EffortArrays,
+    state: PathState,
+    length: float,
+    widest: Array,
+    steps: int,
+) -> tuple[PathState, int]:
+    """Where some steps of a path lead to, and how many were taken until its end.
+
+    Args:
+        contacts: the contacts.
+        arrays: objective and limits.
+        state: where the path is.
+        length: displacement that matters.
+        widest: (n_a,) largest trust region.
+        steps: at most.
+    """
+    lam, r, trust, share, narrow = state
+    for step in range(steps):
+        width = widths(contacts, r, share, length)
         law = linear_law(contacts, lam, r, width)
-        change = np.zeros_like(lam)
-        if width.error(law.F) <= ASTRAY:
-            step = search.step(lam, r + law.residual, law.slope, trust)
-            change = change if step is None else step.change
-        taken, error, lam, r = _line_search(search, lam, r, change, law, width)
-        trust = np.minimum(GROW * trust, WIDEST * widest) if taken > ENOUGH else CUT * trust
+        change = np.zeros(len(lam))
+        if law_error(width, law.F) <= ASTRAY:
+            ahead = r + law.residual
+            solved, found, _ = effort_step(arrays, lam, ahead, law.slope, trust)
+            change = found if solved else change
+        taken, error, lam, r = line_search(contacts, lam, r, change, law, width)
+        trust = np.minimum(GROW * trust, widest) if taken > ENOUGH else CUT * trust
         if error <= GATE:
-            narrow += width.share <= NARROWEST
-            if narrow == 2:
-                break
-            width = widths(contacts, r, max(SHRINK * width.share, NARROWEST), length)
-    return lam, r
+            narrow += int(share <= NARROWEST)
+            if narrow == ENOUGH_NARROW:
+                return PathState(lam, r, trust, share, narrow), step + 1
+            share = max(SHRINK * share, NARROWEST)
+    return PathState(lam, r, trust, share, narrow), steps
 
 
-def _line_search(
-    search: EffortSearch, lam: Array, r: Array, change: Array, law: LinearLaw, width: Widths
+@kernel
+def line_search(
+    contacts: InverseContacts, lam: Array, r: Array, change: Array, law: LinearLaw, width: Widths
 ) -> tuple[float, float, Array, Array]:
     """The share of a step, the error of the law after it, efforts (n_a,) and forces (3 m,) there.
 
     Args:
-        search: the problem.
+        contacts: the contacts.
         lam: (n_a,) efforts.
         r: (3 m,) forces.
         change: (n_a,) of the efforts.
         law: linearised.
         width: of the law.
     """
-    follow = law.residual + law.slope @ change
-    taken, before = inside(r, follow, LEFT), width.size(law.F)
+    follow = law.residual + np.dot(law.slope, change)
+    du = (np.dot(contacts.W_ca, change) + np.dot(contacts.W, follow)).reshape(law.u.shape)
+    taken, before = inside(r, follow, LEFT), law_size(width, law.F)
     least = taken * SHORTEST
     while True:
-        there = lam + taken * change, r + taken * follow
-        F = smoothed_law(search.contacts, *there, width)
-        error = width.error(F)
-        better = error <= GATE or width.size(F) < (1.0 - 1e-4 * taken) * before
+        there = r + taken * follow
+        F = smoothed_law(contacts, law.u + taken * du, there, width)
+        error = law_error(width, F)
+        better = error <= GATE or law_size(width, F) < (1.0 - 1e-4 * taken) * before
         if better or 0.5 * taken < least:
-            return taken, error, *there
+            return taken, error, lam + taken * change, there
         taken *= 0.5
 
 
@@ -144,13 +204,29 @@ def _meet(search: EffortSearch, lam: Array, r: Array, width: Widths) -> tuple[Ar
         r: (3 m,) forces to start from.
         width: of the law.
     """
-    law = linear_law(search.contacts, lam, r, width)
-    error = width.error(law.F)
-    for _ in range(LAW_STEPS):
-        search.budget.spent += 1
-        if error <= MET or search.budget.exhausted:
-            break
-        _, r, _ = shortened(search.contacts, lam, r, law.residual, width, law.F)
-        law = linear_law(search.contacts, lam, r, width)
-        error = width.error(law.F)
-    return r, law.slope, error <= 10.0 * MET
+    left = 1 if search.budget.exhausted else search.budget.pivots - search.budget.spent
+    found, slope, error, spent = meet_law(search.contacts, lam, r, width, min(LAW_STEPS, left))
+    search.budget.spent += spent
+    return found, slope, error <= 10.0 * MET
+
+
+@kernel
+def meet_law(
+    contacts: InverseContacts, lam: Array, r: Array, width: Widths, systems: int
+) -> tuple[Array, Array, float, int]:
+    """Forces (3 m,) under the smoothed law, slope (3 m, n_a), error of the law, and linear systems.
+
+    Args:
+        contacts: the contacts.
+        lam: (n_a,) efforts.
+        r: (3 m,) forces to start from.
+        width: of the law.
+        systems: at most.
+    """
+    law = linear_law(contacts, lam, r, width)
+    spent, error = 1, law_error(width, law.F)
+    while error > MET and spent < systems:
+        _, r, _ = shortened(contacts, r, law, width)
+        law = linear_law(contacts, lam, r, width)
+        spent, error = spent + 1, law_error(width, law.F)
+    return r, law.slope, error, spent

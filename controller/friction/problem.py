@@ -12,16 +12,15 @@ basis are, come before them.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg.lapack import dpstrf
 
 from tauten.controller.qpcc import Qpcc
-from tauten.model.friction import FrictionProblem
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, kernel
 
 RANK = 1e-12  # of the largest diagonal entry, pivots of the factor of W_cc below which it ends
-PRECISELY = 1e-9  # error that a forward solution is asked for, relative to the largest |q|
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +66,7 @@ class FrictionInverse:
         return len(self.program.m) - 3 * len(self.friction)
 
 
-@dataclass(frozen=True, slots=True)
-class InverseContacts:
+class InverseContacts(NamedTuple):
     """The contacts of an inverse problem with three rows each; m contacts.
 
     A single row has two more, with its own compliance and neither motion nor friction.
@@ -80,7 +78,6 @@ class InverseContacts:
         mu: (m,) coefficients of friction.
         w: (m,) largest compliance of each contact's rows.
         G: (3 m, rank) with W = G Gᵀ but for the rows that were added: the state form.
-        place: (s + 3 k,) where each row of the problem is among these.
         exact: error of the natural map up to which forces count as exact.
     """
 
@@ -90,30 +87,32 @@ class InverseContacts:
     mu: Array
     w: Array
     G: Array
-    place: Ints
     exact: float
 
-    def forward(self, lam: Array) -> FrictionProblem:
-        """The contacts at efforts (n_a,)."""
-        return FrictionProblem(self.W, self.q + self.W_ca @ lam, self.mu)
 
-    def displacements(self, lam: Array, r: Array) -> Array:
-        """Displacements u (m, 3) at efforts (n_a,) and contact forces (3 m,)."""
-        u: Array = self.q + self.W_ca @ lam + self.W @ r
-        return u.reshape(-1, 3)
+@kernel
+def displacements(contacts: InverseContacts, lam: Array, r: Array) -> Array:
+    """Displacements u (m, 3) at efforts (n_a,) and contact forces (3 m,).
 
-    def tolerance(self, problem: FrictionProblem) -> float:
-        """Error that a forward solution is asked for, relative to its largest |q|, as the solver takes it."""
-        largest = float(np.abs(problem.q).max())
-        return min(PRECISELY, 0.3 * self.exact / largest) if largest > 0.0 else PRECISELY
+    Args:
+        contacts: the contacts.
+        lam: (n_a,) efforts.
+        r: (3 m,) contact forces.
+    """
+    u: Array = contacts.q + np.dot(contacts.W_ca, lam) + np.dot(contacts.W, r)
+    return u.reshape((len(contacts.mu), 3))
+
+
+def contact_rows(problem: FrictionInverse) -> Ints:
+    """Where each row (s + 3 k,) of a problem is among those of contacts with three rows each."""
+    s = problem.singles
+    return np.concatenate([3 * np.arange(s), np.arange(3 * s, 2 * s + len(problem.program.m))])
 
 
 def inverse_contacts(problem: FrictionInverse) -> InverseContacts:
     """Contacts with three rows each and a factor of their compliance, of a problem."""
     program, n_a, s = problem.program, problem.n_a, problem.singles
-    rows = len(program.m)
-    place = np.concatenate([3 * np.arange(s), np.arange(3 * s, 2 * s + rows)])
-    size = rows + 2 * s
+    place, size = contact_rows(problem), len(program.m) + 2 * s
     W, W_ca, q = np.zeros((size, size)), np.zeros((size, n_a)), np.zeros(size)
     W[place[:, None], place] = program.M[:, n_a:]
     W_ca[place], q[place] = program.M[:, :n_a], program.m
@@ -124,7 +123,7 @@ def inverse_contacts(problem: FrictionInverse) -> InverseContacts:
     W[added, added] = np.tile(np.diag(W)[place[:s]], 2)
     w = np.diag(W).reshape(-1, 3).max(axis=1)
     mu = np.concatenate([np.zeros(s), problem.friction])
-    return InverseContacts(W, W_ca, q, mu, w, G, place, problem.exact)
+    return InverseContacts(W, W_ca, q, mu, w, G, problem.exact)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,16 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.controller.friction.effort_step import EffortProgram, EffortStep
+from tauten.controller.friction.effort_step import EffortProgram, EffortStep, effort_arrays
 from tauten.controller.friction.exact import exact_forces, exact_slope
 from tauten.controller.friction.problem import (
     EffortPoint,
     FrictionInverse,
     InverseContacts,
+    contact_rows,
     inverse_contacts,
 )
 from tauten.controller.qpcc import Backend, Budget
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Ints
 
 WITHIN = 1e-7  # of the largest limit, by which a point may exceed one
 BACK = (0.7, 0.5, 0.25, 0.1)  # shares of the way from hold to a point beyond the limits
@@ -28,6 +29,7 @@ class EffortSearch:
     Attributes:
         problem: the inverse problem.
         contacts: with three rows each.
+        place: (s + 3 k,) where each row of the problem is among these.
         program: the QP in the efforts.
         span: (n_a,) range of the efforts [N, Pa].
         allowed: excess over the limits that counts as none, in the unit of their rows.
@@ -36,14 +38,15 @@ class EffortSearch:
 
     problem: FrictionInverse
     contacts: InverseContacts
+    place: Ints
     program: EffortProgram
     span: Array
     allowed: float
     budget: Budget
 
     def rows(self, r: Array) -> Array:
-        """Forces or slopes (3 m, …) on the problem's rows (s + 3 k, …)."""
-        chosen: Array = r[self.contacts.place]
+        """Forces (3 m,) on the problem's rows (s + 3 k,)."""
+        chosen: Array = r[self.place]
         return chosen
 
     def objective(self, lam: Array, r: Array) -> float:
@@ -59,7 +62,7 @@ class EffortSearch:
             slope: (3 m, n_a) of these.
             trust: (n_a,) largest change of each effort.
         """
-        return self.program.step(lam, self.rows(r), self.rows(slope), trust)
+        return self.program.step(lam, r, slope, trust)
 
     def slope(self, point: EffortPoint) -> Array:
         """dr/dλ (3 m, n_a) on the piece of an exact point."""
@@ -67,14 +70,13 @@ class EffortSearch:
 
     def reach(self, point: EffortPoint) -> float:
         """By how much an effort within its range moves the effectors at most, on the piece of a point."""
-        slope, program = self.rows(self.slope(point)), self.problem.program
-        Z = np.concatenate([np.eye(len(point.lam)), slope])
-        curvature = np.einsum("ij,ij->j", Z, program.Q @ Z)  # (n_a,)
-        return float((np.sqrt(np.maximum(curvature, 0.0)) * self.span).max(initial=0.0))
+        arrays = self.program.arrays
+        moved = np.linalg.norm(arrays.root_a + arrays.root_c @ self.slope(point), axis=0)  # (n_a,)
+        return float((moved * self.span).max(initial=0.0))
 
     def feasible(self, point: EffortPoint) -> bool:
         """Whether a point is within the limits."""
-        return self.program.excess(point.lam, self.rows(point.r)) <= self.allowed
+        return self.program.excess(point.lam, point.r) <= self.allowed
 
     def exact(self, lam: Array, start: Array) -> EffortPoint | None:
         """The exact point at efforts (n_a,), from forces (3 m,); None where none is found.
@@ -132,6 +134,6 @@ def effort_search(problem: FrictionInverse, solver: str | Backend, budget: Budge
     limits = np.abs(np.concatenate([p.g_lo, p.g_hi]))
     largest = float(limits[np.isfinite(limits)].max(initial=0.0))
     return EffortSearch(
-        problem, contacts, EffortProgram(problem, solver), span,
-        WITHIN * largest, budget,
+        problem, contacts, contact_rows(problem),
+        EffortProgram(problem, effort_arrays(problem), solver), span, WITHIN * largest, budget,
     )  # fmt: skip

@@ -14,6 +14,7 @@ from time import perf_counter
 import numpy as np
 
 from tauten.controller.friction.descent import GONE, descend, predicted_gain
+from tauten.controller.friction.exact import forces_error
 from tauten.controller.friction.path import nested_path, one_shot_path
 from tauten.controller.friction.problem import EffortPoint, FrictionInverse
 from tauten.controller.friction.search import EffortSearch, effort_search
@@ -58,7 +59,7 @@ class FrictionSettings:
     """How far the search goes.
 
     Attributes:
-        solver: QP library, see `qpcc.qp_backend`.
+        solver: QP library for what `solve_dual` leaves, see `qpcc.qp_backend`.
         solves: linear systems, after which only the forward solution at hand is completed.
         time_limit: the same as wall time [s].
         path_steps: of a path, at most.
@@ -128,7 +129,7 @@ def solve_friction_inverse(
     search = effort_search(problem, settings.solver, budget)
     start = np.zeros(len(search.contacts.q))
     if forces is not None:
-        start[search.contacts.place] = forces
+        start[search.place] = forces
     held = search.exact(np.clip(lam, program.lb, program.ub), start)
     if held is None:
         return _unsolved(problem, lam, Status.NOT_FOUND, budget.spent)
@@ -147,7 +148,7 @@ def solve_friction_inverse(
         status,
         best.objective,
         held.objective,
-        search.contacts.forward(best.lam).error(best.r),
+        forces_error(search.contacts, best.lam, best.r),
         predicted_gain(search, best),
         budget.spent,
     )

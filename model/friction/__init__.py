@@ -1,12 +1,15 @@
 """Contact with exact Coulomb friction: the problem, its solver and its certificate."""
 
 from tauten.model.friction.certificate import FrictionCertificate, certify_friction
-from tauten.model.friction.problem import FrictionProblem
-from tauten.model.friction.proximal_newton import solve_friction
+from tauten.model.friction.problem import FrictionProblem, natural_error
+from tauten.model.friction.proximal_newton import Cones, newton_forces, solve_friction
 
 __all__ = [
+    "Cones",
     "FrictionCertificate",
     "FrictionProblem",
     "certify_friction",
+    "natural_error",
+    "newton_forces",
     "solve_friction",
 ]

@@ -14,12 +14,13 @@ cycle between pieces of one residual mostly do not with another weight.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from tauten.model.friction.alart_curnier import jacobian, residual
-from tauten.model.friction.problem import FrictionProblem
-from tauten.model.numerics import Array
+from tauten.model.friction.problem import FrictionProblem, natural_error
+from tauten.model.numerics import Array, kernel, solve_linear
 
 TOLERANCE = 1e-9  # of the natural map, relative to the largest |q|
 BUDGET = 100  # Newton steps
@@ -69,71 +70,133 @@ def solve_friction(
         tolerance: of the natural map, relative to the largest |q|.
         budget: Newton steps, at most.
     """
-    largest = float(np.abs(problem.q).max())
-    r = np.zeros(len(problem.q)) if start is None else np.array(start, dtype=float)
-    error, newton, rounds, failures = problem.error(r), 0, 0, 0
-    alpha = WIDEST * min(error / largest, 1.0) if largest > 0.0 else WIDEST
-    best = error, r
-    while not error <= tolerance * largest and newton < budget:
+    first = np.zeros(len(problem.q)) if start is None else np.array(start, dtype=float)
+    given = (problem.W, problem.q, problem.mu, problem.diagonal)
+    cones = Cones(*(np.ascontiguousarray(values, dtype=float) for values in given))
+    error = tolerance * float(np.abs(cones.q).max())
+    found = newton_forces(cones, first, error, budget)
+    u = cones.W @ found.r + cones.q
+    return FrictionSolution(
+        found.r, u, found.error, found.newton, found.rounds, found.error <= error
+    )
+
+
+class Cones(NamedTuple):
+    """The arrays of a `FrictionProblem`.
+
+    Attributes:
+        W: (m d, m d) compliance.
+        q: (m d,) velocities or displacements without contact forces.
+        mu: (m,) coefficients of friction.
+        W_ii: (m,) largest compliance of each contact's rows.
+    """
+
+    W: Array
+    q: Array
+    mu: Array
+    W_ii: Array
+
+
+class NewtonForces(NamedTuple):
+    """What the steps arrive at.
+
+    Attributes:
+        r: (m d,) forces, the best ones.
+        error: of the natural map, in the unit of q.
+        newton: linear systems; a round without one counts as one.
+        rounds: of the proximal point.
+    """
+
+    r: Array
+    error: float
+    newton: int
+    rounds: int
+
+
+@kernel
+def newton_forces(cones: Cones, start: Array, error: float, budget: int) -> NewtonForces:
+    """Solve contact with friction, as `solve_friction` does.
+
+    Args:
+        cones: the contacts.
+        start: (m d,) forces to start from.
+        error: of the natural map that is enough [unit of q].
+        budget: Newton steps, at most.
+    """
+    largest = np.abs(cones.q).max()
+    r, now = start, error_of(cones, start)
+    newton, rounds, failures = 0, 0, 0
+    alpha = WIDEST * min(now / largest, 1.0) if largest > 0.0 else WIDEST
+    best, least = r, now
+    while not now <= error and newton < budget:
         weight = WEIGHTS[failures % len(WEIGHTS)]
         limit = min(ROUND_STEPS, budget - newton)
-        tried, steps, solved = _round(problem, r, alpha, weight, error, limit)
-        found, newton, rounds = problem.error(tried), newton + max(steps, 1), rounds + 1
-        if found < best[0]:
-            best = found, tried
-        if solved or found < 0.5 * error:
-            r, error, alpha = tried, found, max(EASIER * alpha, LEAST)
+        tried, steps, solved = newton_round(cones, r, alpha, weight, now, limit)
+        found = error_of(cones, tried)
+        newton, rounds = newton + max(steps, 1), rounds + 1
+        if found < least:
+            best, least = tried, found
+        if solved or found < 0.5 * now:
+            r, now, alpha = tried, found, max(EASIER * alpha, LEAST)
         else:
             failures, alpha = failures + 1, HARDER * alpha
-    error, r = best
-    converged = error <= tolerance * largest
-    return FrictionSolution(r, problem.W @ r + problem.q, error, newton, rounds, converged)
+    return NewtonForces(best, least, newton, rounds)
 
 
-def _round(
-    problem: FrictionProblem,
-    start: Array,
-    alpha: float,
-    c: float,
-    error: float,
-    limit: int,
+@kernel
+def error_of(cones: Cones, r: Array) -> float:
+    """Error of the natural map of forces (m d,) [unit of q]."""
+    shape = (len(cones.mu), len(cones.q) // len(cones.mu))
+    u = (np.dot(cones.W, r) + cones.q).reshape(shape)
+    return natural_error(u, r.reshape(shape), cones.mu, cones.W_ii)
+
+
+@kernel
+def newton_round(
+    cones: Cones, start: Array, alpha: float, c: float, error: float, limit: int
 ) -> tuple[Array, int, bool]:
     """Newton's steps for one proximal point: forces (m d,), steps, and whether they converged.
 
     Args:
-        problem: the contacts.
-        start: (m d,) forces, the proximal point.
+        cones: the contacts.
+        start: (m d,) forces of the start, the proximal point.
         alpha: weight of the distance from it, where every contact has a compliance of one.
         c: weight of the velocities in the residual.
         error: of the start [unit of q].
         limit: steps, at most.
     """
-    root = np.sqrt(problem.diagonal).repeat(problem.dim)  # (m d,)
-    W = problem.W / root[:, None] / root
-    W[np.diag_indices_from(W)] += alpha
-    r, shape = root * start, (len(problem.mu), problem.dim)
-    q = problem.q / root - alpha * r
-    u, F = W @ r + q, np.empty(shape)
-    squares = [residual(u.reshape(shape), r.reshape(shape), problem.mu, c, F)]
+    W, q, mu, W_ii = cones
+    rows, m = len(q), len(mu)
+    shape = (m, rows // m)
+    root, V = np.empty(rows), np.empty((rows, rows))  # V is W with scaled contacts, and α
+    for i in range(rows):
+        root[i] = np.sqrt(W_ii[i // shape[1]])
+    for i in range(rows):
+        for j in range(rows):
+            V[i, j] = W[i, j] / root[i] / root[j]
+        V[i, i] += alpha
+    r = root * start
+    u, F = np.dot(V, r) + (q / root - alpha * r), np.empty(shape)
+    squares = np.zeros(MEMORY)
+    squares[0] = residual(u.reshape(shape), r.reshape(shape), mu, c, F)
     # û has μ times the slip, which the residual has not
-    enough = ROUND_ERROR * error / (1.0 + problem.mu.max())
+    enough = ROUND_ERROR * error / (1.0 + mu.max())
     for step in range(limit):
         if np.abs(F.ravel() * root).max() <= enough:
             return r / root, step, True
-        J = jacobian(u.reshape(shape), r.reshape(shape), problem.mu, c, W)
-        try:
-            dr = np.linalg.solve(J, -F.ravel())
-        except np.linalg.LinAlgError:
+        J = jacobian(u.reshape(shape), r.reshape(shape), mu, c, V)
+        solved, X = solve_linear(J, -F.reshape((rows, 1)))
+        if not solved:
             return r / root, step + 1, False
-        du, t, best = W @ dr, 1.0, (np.inf, 0.0)
+        dr = X[:, 0].copy()
+        du, t, least, share = np.dot(V, dr), 1.0, np.inf, 0.0
         for _ in range(HALVINGS):
-            there = u + t * du, r + t * dr
-            square = residual(there[0].reshape(shape), there[1].reshape(shape), problem.mu, c, F)
-            best = min(best, (square, t))
-            if square <= (1.0 - ARMIJO * t) * max(squares[-MEMORY:]):
+            square = residual((u + t * du).reshape(shape), (r + t * dr).reshape(shape), mu, c, F)
+            if square < least or (square == least and t < share):
+                least, share = square, t
+            if square <= (1.0 - ARMIJO * t) * squares.max():
                 break
             t *= 0.5
-        square, t = best
-        u, r = u + t * du, r + t * dr
-        squares.append(residual(u.reshape(shape), r.reshape(shape), problem.mu, c, F))
+        u, r = u + share * du, r + share * dr
+        squares[(step + 1) % MEMORY] = residual(u.reshape(shape), r.reshape(shape), mu, c, F)
     return r / root, limit, bool(np.abs(F.ravel() * root).max() <= enough)

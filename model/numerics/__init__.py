@@ -15,6 +15,7 @@ from tauten.model.numerics.factorisation import (
 )
 from tauten.model.numerics.jit import kernel
 from tauten.model.numerics.lcp import LcpResult, complementarity, solve_lcp
+from tauten.model.numerics.linear import solve_linear
 from tauten.model.numerics.nnls import coordinates, distances, sparse_nnls
 from tauten.model.numerics.polar import (
     LANES,
@@ -106,6 +107,7 @@ __all__ = [
     "scale",
     "solve_in_place",
     "solve_lcp",
+    "solve_linear",
     "solve_rows",
     "solve_transposed",
     "solve_upper",
