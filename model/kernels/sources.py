@@ -7,6 +7,7 @@ numbers and whatever else is in the same file do not count.
 
 from __future__ import annotations
 
+import dis
 import enum
 import hashlib
 import uuid
@@ -95,9 +96,9 @@ def _constant(value: object) -> object:
 
 
 def _used(function: Callable[..., Any]) -> dict[str, Any]:
-    """Values outside of a function that its code may name."""
+    """Values outside of a function that its code names, and what it may name of modules among them."""
     names, values = _names(function.__code__), function.__globals__
-    found = {name: values[name] for name in names if name in values}
+    found = {name: values[name] for name in _globals(function.__code__) if name in values}
     cells = getattr(function, "__closure__", None) or ()
     for name, cell in zip(function.__code__.co_freevars, cells, strict=True):
         found[name] = cell.cell_contents
@@ -115,6 +116,14 @@ def _used(function: Callable[..., Any]) -> dict[str, Any]:
 def _names(code: CodeType) -> set[str]:
     inner = (_names(one) for one in code.co_consts if isinstance(one, CodeType))
     return set(code.co_names).union(*inner)
+
+
+@cache
+def _globals(code: CodeType) -> frozenset[str]:
+    """Names that code loads from its module: `co_names` has those of attributes and methods too."""
+    inner = (_globals(one) for one in code.co_consts if isinstance(one, CodeType))
+    loaded = (one.argval for one in dis.get_instructions(code) if one.opname == "LOAD_GLOBAL")
+    return frozenset(loaded).union(*inner)
 
 
 def _described(value: object) -> str:

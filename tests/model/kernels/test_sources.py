@@ -146,3 +146,10 @@ def test_fields_of_named_tuples_are_found_in_signatures() -> None:
     found = layouts([nb.float64, mixed, nb.Tuple([uniform, nb.int64]), nb.UniTuple(mixed, 2)])
     assert found == ("m.Pair(a, b)",) * 3
     assert layouts([nb.Optional(mixed), nb.float64]) == ("m.Pair(a, b)",)
+
+
+def test_a_method_is_not_what_has_its_name_in_the_file() -> None:
+    """`from copy import copy` made every kernel that copies an array compile anew in each process."""
+    text = "@njit\ndef outer(x):\n    return x.copy()\n"
+    for other in ("from copy import copy", "copy = object()"):
+        assert digest(f"{other}\n{text}") == digest(text)
