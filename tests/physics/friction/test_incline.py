@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.robots.bodies import beam_config, box_mesh
 
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, Simulator, State
 from tauten.model.load import build_robot
 from tauten.model.schema import RobotConfig, validated
 
@@ -70,3 +70,28 @@ def test_a_cube_sticks_below_the_angle_of_friction_and_slides_above_it(
         np.testing.assert_allclose(acceleration, expected, rtol=2e-3)
         assert contacts.sliding[contacts.pushing].all() and not contacts.margin.any()
         np.testing.assert_allclose(force[0], -mu * force[2], rtol=1e-6)
+
+
+def test_friction_only_takes_energy_and_stops_a_cube_where_coulomb_has_it() -> None:
+    """Way v² / (2 μ g), in steps of implicit Euler less by v h / 2; converged steps gain no energy."""
+    mu, speed = 0.4, 0.3
+    robot = cube(0.0, mu)
+    simulator, still = Simulator(robot), np.zeros(robot.n_a)
+    moved(simulator, 60)  # sagged
+    state = simulator.state
+    x0, v0 = simulator.tip, state.v.copy()
+    v0[0::3] += speed
+    simulator.start_from(State(state.q, v0, state.memory), simulator.forces)
+    energies = [robot.energy(simulator.state)]
+    for _ in range(round(1.3 * RATE * speed / (mu * G))):
+        assert simulator.step(effort=still, converged=True).converged
+        energies.append(robot.energy(simulator.state))
+        certificate = simulator.certificate
+        assert certificate is not None and certificate.work <= 1e-12
+    assert np.diff(energies).max() <= 1e-9 * energies[0]
+    way = (simulator.tip - x0)[0]
+    expected = speed**2 / (2.0 * mu * G) - 0.5 * speed / RATE
+    np.testing.assert_allclose(way, expected, rtol=0.01)
+    lost = (energies[0] - energies[-1]) / (0.5 * DENSITY * SIDE**3 * speed**2)
+    np.testing.assert_allclose(lost, 1.0, rtol=0.05)
+    assert np.abs(simulator.state.v).max() < 0.02 * speed

@@ -12,7 +12,7 @@ from tauten.model.mesh import TetMesh, checked
 from tauten.model.schema import RobotConfig
 
 G, DENSITY = 9.81, 1000.0
-RADIUS, WIDTH, SIDES = 0.02, 0.01, 600
+RADIUS, WIDTH, SIDES = 0.02, 0.01, 400
 
 
 def free_body(
