@@ -46,6 +46,7 @@ def default_enrichment(tolerance: float) -> Enrichment:
 
 # Pointwise contact: columns are added until no candidate is deeper than this [m].
 POINTWISE = Enrichment(tolerance=1e-8, rounds=60, per_pair=8)
+WITH_FRICTION = Enrichment(tolerance=1e-8, rounds=200, per_pair=2)  # few, of three rows each
 NO_ENRICHMENT = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
 
 
@@ -68,13 +69,13 @@ def contact_model(
     if contact == "none":
         return EmptySpace(n_c), NO_ENRICHMENT
     if contact == "full":
-        return EmptySpace(n_c), POINTWISE
+        return EmptySpace(n_c), WITH_FRICTION if candidates.frictional else POINTWISE
     if isinstance(contact, str):
         raise ValueError(f'contact is {contact!r}, allowed are "none", "full" or a basis')
     slots = len(contact.lift(np.zeros(contact.k)))
     if slots != n_c:
         raise ValueError(f"the contact basis has {slots} slots, the robot {n_c} candidates")
-    return contact, POINTWISE if candidates.frictional else reduced
+    return contact, WITH_FRICTION if candidates.frictional else reduced
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,10 @@ from tauten.model.step.forces import Forces
 
 TOLERANCE = 1e-9  # of the natural map, relative to the largest row value
 LEAST = 1e-13  # m, the same where all row values are small
+ACCEPTED = 1e-8  # m, of an answer that does not become better; as deep as pointwise contact may be
+BUDGET = 40  # Newton steps of an attempt
+CLIMB, ROUGH = 9, 1e-5  # shares of the friction on the way from none, and tolerance there
+CLOSINGS = 10  # times that contacts join because they close
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,15 +102,62 @@ def friction_forces(step: CondensedStep, W: Array, delta: Array, start: Array) -
         return FrictionForces(np.zeros_like(delta), residual, residual == 0.0)
     kept = np.flatnonzero(np.repeat(moves, 3))
     problem = FrictionProblem(rows.W[kept[:, None], kept], rows.q[kept], rows.mu[moves])
-    largest = float(np.abs(problem.q).max())
-    tolerance = max(TOLERANCE, LEAST / largest) if largest > 0.0 else TOLERANCE
-    found = solve_friction(problem, first[kept], tolerance)
-    if not found.converged and first.any():
-        again = solve_friction(problem, None, tolerance)
-        found = again if again.error < found.error else found
+    r, error, converged = _solved(problem, first[kept])
     lam = np.zeros(len(rows.q))
-    lam[kept] = found.r
-    return FrictionForces(lam[rows.place], found.error, found.converged)
+    lam[kept] = r
+    return FrictionForces(lam[rows.place], error, converged)
+
+
+def _solved(problem: FrictionProblem, start: Array) -> tuple[Array, float, bool]:
+    """Forces (3 k,), error of the natural map [m], and whether it is small enough.
+
+    Contacts that neither had a force nor close are left out until they close: W is singular where contacts
+    are more than the unknowns, and few of them take part.
+
+    Args:
+        problem: all contacts.
+        start: (3 k,) forces to start from [N].
+    """
+    largest = float(np.abs(problem.q).max())
+    enough = max(TOLERANCE * largest, LEAST)
+    r, error = start, problem.error(start)
+    use = np.zeros(len(problem.mu), np.bool_)
+    for _ in range(CLOSINGS):
+        if error <= enough:
+            break
+        gaps = (problem.W @ r + problem.q)[::3]
+        closing = ~use & ((r[::3] > 0.0) | (gaps < -enough))
+        if not closing.any():
+            break
+        use |= closing
+        rows = np.flatnonzero(np.repeat(use, 3))
+        chosen = FrictionProblem(problem.W[rows[:, None], rows], problem.q[rows], problem.mu[use])
+        found = _climbed(chosen, r[rows], enough)
+        r = np.zeros_like(start)
+        r[rows] = found
+        error = problem.error(r)
+    return r, error, error <= max(enough, ACCEPTED)
+
+
+def _climbed(problem: FrictionProblem, start: Array, enough: float) -> Array:
+    """Forces (3 k,): from those of the last step, or where that fails along growing friction from none.
+
+    Args:
+        problem: the contacts that take part.
+        start: (3 k,) forces to start from [N].
+        enough: error that is small enough [m].
+    """
+    largest = float(np.abs(problem.q).max())
+    tolerance = enough / largest if largest > 0.0 else TOLERANCE
+    found = solve_friction(problem, start, tolerance, BUDGET)
+    if found.converged or found.error <= ACCEPTED:
+        return found.r
+    r: Array | None = None
+    for share in np.linspace(0.0, 1.0, CLIMB):
+        part = FrictionProblem(problem.W, problem.q, share * problem.mu)
+        climbed = solve_friction(part, r, tolerance if share == 1.0 else ROUGH, BUDGET)
+        r = climbed.r
+    return climbed.r if climbed.error < found.error else found.r
 
 
 def unit_start(step: CondensedStep, previous: Forces) -> Array:

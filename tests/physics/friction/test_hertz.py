@@ -50,7 +50,7 @@ def pressed(friction: float) -> Simulator:
             "point": [0.0, 0.0, APPROACH], "normal": [0.0, 0.0, 1.0]}}],
         regions=[{"name": "below", "kind": "normal", "direction": [0.0, 0.0, -1.0], "max_angle_deg": 15.0}],
         contacts=[{"candidates": "below", "against": "plate", "points": "vertices", "friction": friction}],
-        contact={"alarm_distance": 1e-3},
+        contact={"alarm_distance": 1e-3, "tolerance": 1e-4},
     )  # fmt: skip
     robot = build_robot(RobotConfig.model_validate(settings), column(), "sphere")
     simulator = Simulator(robot)
