@@ -13,6 +13,7 @@ from tauten.model.robot import (
     Robot,
     SkinMesh,
     held_vertices,
+    obstacle_wrenches,
     obstacles_of,
     skin_of,
 )
@@ -135,6 +136,7 @@ __all__ = [
     "row_compliance",
     "row_layout",
     "held_vertices",
+    "obstacle_wrenches",
     "obstacles_of",
     "skin_of",
     "sorted_rows",

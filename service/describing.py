@@ -57,6 +57,7 @@ def describe(setup: Setup, start: Array | None = None) -> RobotDescription:
                 )
                 for one in obstacles_of(robot)
             ),
+            pairs=tuple(pair.name for pair in robot.pairs),
         ),
         model=DescribedModel(
             order=setup.order,

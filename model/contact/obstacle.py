@@ -269,6 +269,11 @@ class ObstaclePoses:
         """Whether one moves now or may do so later along its path."""
         return self.move or any(one.path is not None for one in self.obstacles)
 
+    @property
+    def by_name(self) -> dict[str, ObstaclePose]:
+        """The poses by the names of the obstacles."""
+        return dict(zip(self.names, self.poses, strict=True))
+
     def number(self, name: str) -> int:
         """Of an obstacle.
 

@@ -10,7 +10,7 @@ from tauten.model.robot.skin import (
     SkinMesh,
     skin_of,
 )
-from tauten.model.robot.surroundings import held_vertices, obstacles_of
+from tauten.model.robot.surroundings import held_vertices, obstacle_wrenches, obstacles_of
 
 __all__ = [
     "Floats",
@@ -22,6 +22,7 @@ __all__ = [
     "SkinMesh",
     "held_vertices",
     "names_of",
+    "obstacle_wrenches",
     "obstacles_of",
     "skin_of",
 ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.model.contact import ObstaclePose
+from tauten.model.contacts import ContactForces
 from tauten.model.numerics import Array, Ints
 from tauten.model.robot.robot import Robot
 from tauten.model.robot.skin import SkinMesh
@@ -45,6 +46,23 @@ def held_vertices(robot: Robot, skin: SkinMesh) -> Ints:
     before, after = robot.points(rest), robot.points(replace(rest, q=rest.q + change))
     moved = np.linalg.norm(after - before, axis=1)[skin.used]
     return np.flatnonzero(moved <= _STILL * _TRIAL)
+
+
+def obstacle_wrenches(robot: Robot, found: ContactForces) -> Array:
+    """Force [N] and torque about the origin [N m] of the robot on each of its obstacles: (o, 6).
+
+    Args:
+        robot: the robot.
+        found: contacts in range with their forces.
+    """
+    names = robot.obstacles.names
+    pairs = robot.contacts.pairs
+    owner = [-1 if pair.obstacle is None else names.index(pair.obstacle.name) for pair in pairs]
+    own = np.array(owner, dtype=np.int64)[found.contacts.pair]  # (m,)
+    wrench, on = np.zeros((len(names), 6)), own >= 0
+    both = -np.hstack([found.force, np.cross(found.contacts.point, found.force)])  # (m, 6)
+    np.add.at(wrench, own[on], both[on])
+    return wrench
 
 
 def obstacles_of(robot: Robot) -> tuple[ObstacleOutline, ...]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from tauten.model import Floats, Geometry
+from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array, Ints
 from tauten.service.wire import Cause, DescribedEffector, Mode, RobotDescription, places_of
 
@@ -108,6 +110,7 @@ class ViewFrame:
         step: time of the control step [s].
         ghost: (P, 3) vertices of the model beside the robot [m]; None: there is none.
         modelled: (n_v,) goal values where the model that decides has the effectors; None: it is not known.
+        obstacles: where those are that are not where the description has them, by name.
     """
 
     time: float
@@ -122,6 +125,7 @@ class ViewFrame:
     step: float
     ghost: Floats | None = None
     modelled: Array | None = None
+    obstacles: Mapping[str, ObstaclePose] = field(default_factory=dict)
 
     @property
     def nbytes(self) -> int:

@@ -84,6 +84,7 @@ class RecordedRobot:
                 goal=np.array(tick.goal_values) if tick.goal else np.full_like(values, np.nan),
                 values=values,
                 step=tick.step,
+                obstacles=controller.obstacles.by_name,
             )
         if first is None:
             raise LogError(f"{self._reader.path}: no tick in it to show")

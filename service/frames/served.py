@@ -12,6 +12,7 @@ import numpy as np
 import zenoh
 
 from tauten.model import NO_CONTACTS, Floats, Geometry, PushingContacts
+from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.link import put_command
@@ -29,6 +30,7 @@ from tauten.service.wire import (
     Joints,
     Keys,
     Mode,
+    ObstacleState,
     OperatorOrder,
     Rejection,
     RejectionReason,
@@ -38,6 +40,7 @@ from tauten.service.wire import (
     decode_effector,
     decode_health,
     decode_joints,
+    decode_obstacle,
     decode_tick,
     encode_effector,
     places_of,
@@ -94,6 +97,10 @@ class ServedRobot:
                 f"effector {name}": key
                 for name, key in zip(names, keys.effectors(names), strict=True)
             },
+            **{
+                f"obstacle {one.name}": keys.obstacle_state(one.name)
+                for one in description.surface.obstacles
+            },
         }
         self._rings = {
             name: session.declare_subscriber(key, zenoh.handlers.RingChannel(1))
@@ -106,6 +113,7 @@ class ServedRobot:
         self._skin: Cloud | None = None
         self._contacts: Cloud | None = None
         self._values = description.rest
+        self._obstacles = dict[str, ObstaclePose]()
         self._health: tuple[str, ...] = ()
         self._locked: frozenset[str] = frozenset()
         self._refused = 0
@@ -189,6 +197,11 @@ class ServedRobot:
             if found is not None:
                 self._values[place] = found.values
 
+        for obstacle in self.look.robot.surface.obstacles:
+            state: ObstacleState | None = self._newest(f"obstacle {obstacle.name}", decode_obstacle)
+            if state is not None:
+                self._obstacles[obstacle.name] = state.pose
+
     def _newest(self, name: str, decode: Callable[[bytes], Any]) -> Any:
         """The newest message of a key, decoded; None where there is none, or it was refused."""
         sample = self._rings[name].try_recv()
@@ -233,13 +246,14 @@ class ServedRobot:
             goal=goal,
             values=self._values.copy(),
             step=tick.step,
+            obstacles=dict(self._obstacles),
         )
 
     def _pushing(self, skin: Cloud) -> PushingContacts:
         cloud = self._contacts
         if cloud is None or abs(cloud.stamp - skin.stamp) > 1e9 * _CONTACTS_AGE:
             return NO_CONTACTS
-        return PushingContacts(cloud.values[:, :3], cloud.values[:, 3:])
+        return PushingContacts(cloud.values[:, :3], cloud.values[:, 3:6])
 
 
 def _decoded_effector(effector: DescribedEffector, payload: bytes) -> EffectorMessage | Rejection:

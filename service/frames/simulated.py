@@ -163,4 +163,5 @@ class SimulatedRobot:
             step=step,
             ghost=self._ghost.geometry(model.robot, model.state, None).vertices,
             modelled=model.robot.effector_values(model.state),
+            obstacles=simulator.obstacles.by_name,
         )

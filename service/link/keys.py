@@ -80,7 +80,7 @@ class Keys:
 
     @property
     def contacts(self) -> str:
-        """Published by the node while somebody listens, sensor_msgs/PointCloud2: [m] and forces [N]."""
+        """Published by the node each tick, sensor_msgs/PointCloud2: the contacts that push [m, N]."""
         return self._key("contacts")
 
     @property
@@ -107,6 +107,18 @@ class Keys:
     def plant_health(self) -> str:
         """Published by a plant once a second, diagnostic_msgs/DiagnosticArray."""
         return self._key("plant", "health")
+
+    def obstacle(self, name: str) -> str:
+        """Where an obstacle is, geometry_msgs/PoseStamped to the node."""
+        return self._key("obstacle", name)
+
+    def obstacle_state(self, name: str) -> str:
+        """Published by the node each tick, nav_msgs/Odometry: where its model has an obstacle."""
+        return self._key("obstacle_state", name)
+
+    def wrench(self, name: str) -> str:
+        """Published by the node each tick, geometry_msgs/WrenchStamped: of the robot on an obstacle."""
+        return self._key("wrench", name)
 
     def targets(self, effectors: tuple[str, ...]) -> tuple[str, ...]:
         """Key of each effector's target, of the message type of its kind."""

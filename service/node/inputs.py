@@ -14,6 +14,7 @@ import numpy as np
 import zenoh
 
 from tauten.model import Robot
+from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
 from tauten.service.log import Entry, LogRecorder
 from tauten.service.node.estimator import Estimator, make_estimator
@@ -29,6 +30,7 @@ from tauten.service.wire import (
     JOINTS,
     JSON,
     MESSAGE_TYPES,
+    OBSTACLE_RING,
     TEXT,
     Cause,
     CommandSubscriber,
@@ -36,6 +38,7 @@ from tauten.service.wire import (
     EffectorSubscriber,
     Keys,
     Level,
+    ObstacleSubscriber,
     OperatorCommand,
     OperatorOrder,
     Received,
@@ -116,6 +119,18 @@ class NodeInputs:
         self._commands = CommandSubscriber(
             session.declare_subscriber(keys.command, zenoh.handlers.RingChannel(COMMAND_RING))
         )
+        self._ahead = robot.h
+        streams = {
+            one.name: (
+                session.declare_subscriber(
+                    keys.obstacle(one.name), zenoh.handlers.RingChannel(OBSTACLE_RING)
+                ),
+                one.stream,
+            )
+            for one in robot.obstacles.obstacles
+            if one.stream is not None
+        }
+        self._obstacles = ObstacleSubscriber(streams, robot.frame) if streams else None
         self._loop: MeasuredLoop | None = None
         if closed_loop:
             timeout = settings.measurement_timeout + settings.measurement_delay
@@ -204,6 +219,12 @@ class NodeInputs:
         self._record(accepted, self._measured_keys, tick)
         return self._loop.correct(now, effectors) if following else Cause.NONE
 
+    def read_obstacles(self) -> dict[str, ObstaclePose]:
+        """Where obstacles are after the tick of which poses have arrived, or no longer do."""
+        if self._obstacles is None:
+            return {}
+        return self._obstacles.read(time.monotonic(), time.time(), self._ahead)
+
     def record_plant(self, tick: int) -> None:
         """Write a plant's messages into the log; other messages on its keys are left out."""
         if self._plant is None:
@@ -223,6 +244,8 @@ class NodeInputs:
         """Counts of messages, and the state of a closed loop."""
         found = [self._of_targets()]
         found.append(self._commands.counts.diagnostic("commands"))
+        if self._obstacles is not None:
+            found.append(self._obstacles.diagnostic(time.monotonic()))
         if self._loop is not None:
             found.append(self._loop.subscriber.counts.diagnostic("measurements"))
             found.append(self._loop.diagnostic())

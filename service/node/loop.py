@@ -6,11 +6,13 @@ log contains.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 from tauten.controller import NO_CERTIFICATE, Actuation, Controller, LockError
 from tauten.controller.qpcc import Status
+from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
 from tauten.service.node.limiter import ActuationLimiter
 from tauten.service.node.state_machine import NodeState, Signals, commanded, judged, transition
@@ -27,6 +29,8 @@ from tauten.service.wire import (
     RejectionReason,
     quoted,
 )
+
+_NOTHING: Mapping[str, ObstaclePose] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,11 +195,19 @@ class ControlLoop:
         if self._state.mode is Mode.RUN:
             self.controller.rehearse(goal)
 
-    def prepare(self) -> None:
-        """Move the model by the decision taken and prepare the next step."""
-        if self._state.mode is not Mode.STOP:
-            self.controller.advance()
-            self.controller.prepare()
+    def prepare(self, placed: Mapping[str, ObstaclePose] = _NOTHING) -> None:
+        """Move the model by the decision taken and prepare the next step.
+
+        Args:
+            placed: obstacles that are elsewhere after the step than the model has them, by name.
+        """
+        controller = self.controller
+        if self._state.mode is Mode.STOP:
+            return
+        controller.advance()
+        for name, pose in placed.items():
+            controller.set_obstacles(controller.obstacles.with_pose(name, pose))
+        controller.prepare()
 
     def rest(self) -> None:
         """Reset the model to rest, where a release has left the robot."""

@@ -25,7 +25,12 @@ from tauten.service.node.inputs import Goal, NodeInputs
 from tauten.service.node.loop import Action, ControlLoop
 from tauten.service.node.metrics import prometheus_text
 from tauten.service.node.model_watch import FallBack
-from tauten.service.node.outputs import NodeOutputs, ShapePublisher
+from tauten.service.node.outputs import (
+    NodeOutputs,
+    Readout,
+    ShapePublisher,
+    contact_diagnostic,
+)
 from tauten.service.node.state_machine import Signals
 from tauten.service.node.statistics import LoopStatistics
 from tauten.service.process import StopFlag
@@ -90,7 +95,7 @@ class Node:
             "loop": "closed" if closed_loop else "open",
             "step_at_start_ms": f"{1e3 * step:.4g}",
         }
-        self._unpublished: deque[Tick] = deque()
+        self._unpublished: deque[tuple[Tick, Readout | None]] = deque()
         self._index = 0
         self._decide_seconds = 0.0  # of the last decision
         self._next_health = self._overdue = 0.0
@@ -140,13 +145,13 @@ class Node:
         stamp = time.time_ns()
         self._outputs.actuate(action, stamp, index)
         published = time.perf_counter()
-        loop.prepare()
+        loop.prepare(inputs.read_obstacles())
         step = self._decide_seconds + time.perf_counter() - published
         if not action.decided:  # a target that was not followed is not recorded
             goal = None
         tick = self._tick(beat, action, goal, stamp, step, _latency(goal, fresh, stamp))
         self._statistics.add(tick, action, loop.controller.effector)
-        self._unpublished.append(tick)
+        self._unpublished.append((tick, self._outputs.readout(loop.controller, action.mode)))
         self._index += 1
         self._housekeeping(clock)
 
@@ -230,7 +235,7 @@ class Node:
         """Publish ticks while there is time left, and until at most so many wait."""
         waiting = self._unpublished
         while len(waiting) > most or (waiting and clock.remaining > _BRIEF):
-            self._outputs.tick(waiting.popleft())
+            self._outputs.tick(*waiting.popleft())
 
     def _housekeeping(self, clock: Clock) -> None:
         """Work after the tick: publishing it, the plant's messages, questions, health, garbage."""
@@ -268,6 +273,8 @@ class Node:
 
     def _diagnostics(self, clock: Clock) -> list[Diagnostic]:
         arrived = [self._loop.locks, *self._inputs.diagnostics(), self._shape.diagnostic()]
+        if self._robot.n_c > 0:
+            arrived.append(contact_diagnostic(self._loop.controller))
         if self._fall_back is not None:
             arrived.append(self._fall_back.watch.diagnostic())
         return self._statistics.diagnostics(clock, arrived, self._recorder, self._facts)

@@ -3,20 +3,29 @@
 Actuation always leaves. The model's effectors and the tick are encoded only when there is a subscriber or a
 log: at a kilohertz their encoding is a twentieth of the period.
 
-For viewers there are a cloud of the skin's vertices and the ends of the cables on the key `surface`, and
-one of the contacts that push on `contacts`, while somebody listens and in time that is left. What joins the
-points never changes and is in the description.
+So are the contacts that push, the wrenches on obstacles, and where these are if they move.
+
+For viewers there is a cloud of the skin's vertices and the ends of the cables on the key `surface`, while
+somebody listens and in time that is left. What joins the points never changes and is in the description.
 """
 
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 import zenoh
 
 from tauten.controller import Controller
-from tauten.model import Robot, SkinMesh, skin_of
+from tauten.model import (
+    ContactForces,
+    ObstaclePoses,
+    Robot,
+    SkinMesh,
+    obstacle_wrenches,
+    skin_of,
+)
 from tauten.service.log import Entry, LogRecorder
 from tauten.service.node.clock import Clock
 from tauten.service.node.loop import Action
@@ -26,8 +35,10 @@ from tauten.service.wire import (
     HEALTH,
     JOINTS,
     MESSAGE_TYPES,
+    ODOMETRY,
     SKIN_FIELDS,
     TICK,
+    WRENCH,
     Cloud,
     Diagnostic,
     EffectorMessage,
@@ -35,12 +46,16 @@ from tauten.service.wire import (
     Keys,
     Level,
     Mode,
+    ObstacleState,
     Publisher,
     Tick,
+    contact_cloud,
     encode_cloud,
     encode_effector,
     encode_joints,
+    encode_obstacle,
     encode_tick,
+    encode_wrench,
 )
 
 _PERIOD = 1.0 / 30.0  # s between two surfaces
@@ -48,6 +63,19 @@ _MARGIN = 1.5  # times the last duration must be left of the period
 _FIRST = 1e-3  # s, expected before the first
 _FADE = 0.95  # of the expected duration each time it is not left, so that a hiccup is forgotten
 _SPARE = 3e-4  # s left for other work
+
+
+@dataclass(frozen=True, slots=True)
+class Readout:
+    """What the model touches after a tick.
+
+    Attributes:
+        contacts: in range with their forces.
+        obstacles: where they are.
+    """
+
+    contacts: ContactForces
+    obstacles: ObstaclePoses
 
 
 class NodeOutputs:
@@ -72,6 +100,21 @@ class NodeOutputs:
             )
         ]
         self._tick = Publisher(session, keys.tick, TICK, urgent=False)
+        names = robot.obstacles.names
+        self._contacts = Publisher(session, keys.contacts, CLOUD, urgent=False)
+        self._wrenches = [
+            Publisher(session, keys.wrench(name), WRENCH, urgent=False) for name in names
+        ]
+        self._places = [
+            Publisher(session, keys.obstacle_state(one.name), ODOMETRY, urgent=False)
+            for one in robot.obstacles.obstacles
+            if one.path is not None or one.stream is not None
+        ]
+        self._moving = [
+            number
+            for number, one in enumerate(robot.obstacles.obstacles)
+            if one.path is not None or one.stream is not None
+        ]
         self._health = Publisher(session, keys.health, HEALTH, urgent=False)
 
     def actuate(self, action: Action, stamp: int, tick: int) -> None:
@@ -98,10 +141,46 @@ class NodeOutputs:
                 payload = encode_effector(layout.kinds[i], layout.names[i], message)
                 self._send(publisher, payload, stamp, tick)
 
-    def tick(self, tick: Tick) -> None:
-        """Publish a tick."""
+    def readout(self, controller: Controller, mode: Mode) -> Readout | None:
+        """What the model touches, where somebody wants to know it; None in a release.
+
+        Args:
+            controller: whose model it is.
+            mode: of the tick.
+        """
+        wanted = (self._contacts, *self._wrenches, *self._places)
+        if self._robot.n_c == 0 or mode is Mode.STOP or not any(map(self._is_used, wanted)):
+            return None
+        return Readout(controller.contacts, controller.obstacles)
+
+    def tick(self, tick: Tick, readout: Readout | None) -> None:
+        """Publish a tick, and what the model touches after it.
+
+        Args:
+            tick: to publish.
+            readout: of it; None: there is none.
+        """
+        if readout is not None:
+            self._touch(readout, tick)
         if self._is_used(self._tick):
             self._send(self._tick, encode_tick(tick), tick.stamp, tick.index)
+
+    def _touch(self, readout: Readout, tick: Tick) -> None:
+        """Publish contacts, wrenches and where obstacles are."""
+        at, frame = (tick.stamp, tick.index), self._robot.frame
+        if self._is_used(self._contacts):
+            cloud = contact_cloud(tick.stamp, frame, readout.contacts)
+            self._send(self._contacts, encode_cloud(cloud, CONTACT_FIELDS), *at)
+        used = [(i, one) for i, one in enumerate(self._wrenches) if self._is_used(one)]
+        if used:
+            wrenches = obstacle_wrenches(self._robot, readout.contacts)
+            for i, publisher in used:
+                self._send(publisher, encode_wrench(tick.stamp, frame, wrenches[i]), *at)
+        for number, publisher in zip(self._moving, self._places, strict=True):
+            if self._is_used(publisher):
+                name, pose = readout.obstacles.names[number], readout.obstacles.poses[number]
+                state = ObstacleState(tick.stamp, frame, name, pose)
+                self._send(publisher, encode_obstacle(state), *at)
 
     def health(self, payload: bytes, stamp: int, tick: int) -> None:
         """Publish encoded health.
@@ -123,8 +202,19 @@ class NodeOutputs:
             self._recorder.write(entry)
 
 
+def contact_diagnostic(controller: Controller) -> Diagnostic:
+    """How many contacts push, and the normal force of each pair, for health."""
+    found, values = controller.contacts, dict[str, str]()
+    normal, pairs = found.normal_force, controller.robot.pairs
+    for number, pair in enumerate(pairs):
+        values[f"{pair.name} [N]"] = f"{normal[found.contacts.pair == number].sum():.4g}"
+    pushing, sliding = int(found.pushing.sum()), int(found.sliding.sum())
+    values |= {"in_range": str(len(found)), "pushing": str(pushing), "sliding": str(sliding)}
+    return Diagnostic("contacts", Level.OK, f"{pushing} push with {normal.sum():.3g} N", values)
+
+
 class ShapePublisher:
-    """Publishes the skin and the contacts of the model that decides.
+    """Publishes the skin of the model that decides.
 
     Attributes:
         published: number of surfaces.
@@ -139,7 +229,6 @@ class ShapePublisher:
         """
         keys = Keys(robot.name)
         self._surface = Publisher(session, keys.surface, CLOUD, urgent=False)
-        self._contacts = Publisher(session, keys.contacts, CLOUD, urgent=False)
         self._frame = robot.frame
         self._skin: SkinMesh = skin_of(robot)
         self.published = 0
@@ -160,16 +249,10 @@ class ShapePublisher:
             self._expected *= _FADE
             return
         self._next = now + _PERIOD
-        wants_contacts = self._contacts.has_subscribers
-        state = controller.state
-        forces = controller.contact_forces if wants_contacts else None
-        geometry = self._skin.geometry(controller.robot, state, forces)
+        geometry = self._skin.geometry(controller.robot, controller.state, None)
         stamp = time.time_ns()
         points = np.concatenate([geometry.vertices, geometry.segments.reshape(-1, 3)])
         self._surface.put(encode_cloud(Cloud(stamp, self._frame, points), SKIN_FIELDS))
-        if wants_contacts:
-            pushing = np.hstack([geometry.contacts.points, geometry.contacts.forces])  # (c, 6)
-            self._contacts.put(encode_cloud(Cloud(stamp, self._frame, pushing), CONTACT_FIELDS))
         self.published += 1
         self._expected = time.monotonic() - now
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import zenoh
 
 from tauten.controller import Order, start_at_rest
 from tauten.model import Robot, RobotFileError, Simulator
@@ -20,11 +21,16 @@ from tauten.service.plant.drives import DrivenRobot, OwnSteps, own_steps
 from tauten.service.process import StopFlag, one_blas_thread
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
+    Keys,
     Network,
+    ObstacleState,
+    Ring,
     RobotDescription,
     Role,
     close_session,
+    decode_obstacle,
     open_session,
+    payload_of,
     typestore,
 )
 
@@ -144,6 +150,7 @@ class SimulatedDriver:
         self.write(zero, zero)
         self._unconverged = 0
         self._resets = 0
+        self._obstacles: dict[str, Ring] = {}
 
     def configure(self, robot: RobotDescription, options: Mapping[str, str]) -> None:
         """Nothing: a simulation is made from a model."""
@@ -153,6 +160,22 @@ class SimulatedDriver:
 
     def deactivate(self) -> None:
         """Nothing: its winches hold what was written last."""
+
+    def follow(self, session: zenoh.Session) -> None:
+        """Have the obstacles that move where the node's model has them; without a node they move on.
+
+        Args:
+            session: open Zenoh session.
+        """
+        robot = self._simulator.robot
+        keys = Keys(robot.name)
+        self._obstacles = {
+            one.name: session.declare_subscriber(
+                keys.obstacle_state(one.name), zenoh.handlers.RingChannel(1)
+            )
+            for one in robot.obstacles.obstacles
+            if one.path is not None or one.stream is not None
+        }
 
     def write(self, position: Array, effort: Array) -> None:
         """Follow an actuation from the next reading on."""
@@ -173,8 +196,22 @@ class SimulatedDriver:
             ", ".join(f"{count} {name}" for name, count in counts.items() if count),
         )
 
+    def _place_obstacles(self) -> None:
+        """Put obstacles where the node's model has them."""
+        for name, ring in self._obstacles.items():
+            sample = ring.try_recv()
+            payload = None if sample is None else payload_of(sample)
+            if isinstance(payload, bytes):
+                state = decode_obstacle(payload)
+                if isinstance(state, ObstacleState):
+                    # where it is after the period that follows, at whose start the simulation is
+                    before = state.pose.after(-self._simulator.robot.h)
+                    poses = self._simulator.obstacles.with_pose(name, before)
+                    self._simulator.set_obstacles(poses)
+
     def _advance(self) -> None:
         """One period; a simulation that blows up starts again."""
+        self._place_obstacles()
         try:
             if self._kind == "own":
                 report = self._driven.move(self._position, self._effort)
@@ -295,4 +332,5 @@ def simulate(
         session = open_session(network, Role.PLANT, robot.name)
         stack.callback(close_session, session)
         driver = SimulatedDriver(robot, warm, settings)
+        driver.follow(session)
         run_driver(session, describe(setup), driver, settings.measure, stop)

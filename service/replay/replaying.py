@@ -6,8 +6,8 @@ result does not depend on the speed of the machine.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path
 from time import perf_counter
@@ -17,6 +17,7 @@ import numpy as np
 from tauten.controller import Order, warm_controller
 from tauten.controller.qpcc import write_qpcc
 from tauten.model import Actuators, EffectorLayout
+from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
 from tauten.service.describing import describe
 from tauten.service.log import LogError, LogReader
@@ -39,6 +40,7 @@ from tauten.service.wire import (
     Tick,
     decode_command,
     decode_joints,
+    decode_obstacle,
     decode_tick,
 )
 
@@ -172,11 +174,13 @@ class RecordedTick:
         tick: as it was published.
         actuation: that left in it.
         orders: of the operator that were read in it, oldest first, possible or not.
+        obstacles: where those are after it whose poses may arrive.
     """
 
     tick: Tick
     actuation: Joints
     orders: tuple[OperatorOrder, ...] = ()
+    obstacles: Mapping[str, ObstaclePose] = field(default_factory=dict)
 
 
 def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[RecordedTick]:
@@ -193,6 +197,9 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[Reco
     keys, count = Keys(robot), 0
     actuation: Joints | None = None
     orders: list[tuple[int, OperatorOrder]] = []
+    found = setup.robot.obstacles.obstacles
+    posed = {keys.obstacle_state(one.name): one.name for one in found if one.stream is not None}
+    placed = dict[str, ObstaclePose]()
     for message in reader.messages():
         if message.key == keys.actuation:
             joints = decode_joints(message.payload, CDR, setup.robot.actuators.names)
@@ -203,6 +210,8 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[Reco
             order = decode_command(message.payload, JSON if message.encoding == "json" else CDR)
             if not isinstance(order, Rejection):
                 orders.append((message.sequence, order))
+        elif message.key in posed:
+            placed[posed[message.key]] = _pose_of(message.payload, reader.path)
         elif message.key == keys.tick and actuation is not None:
             tick = decode_tick(message.payload)
             if isinstance(tick, Rejection):
@@ -213,7 +222,16 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[Reco
             count += 1
             read = tuple(order for when, order in orders if when <= tick.index)
             orders = [item for item in orders if item[0] > tick.index]
-            yield RecordedTick(tick, actuation, read)
+            yield RecordedTick(tick, actuation, read, placed)
+            placed = {}
+
+
+def _pose_of(payload: bytes, path: Path) -> ObstaclePose:
+    """Where the model had an obstacle."""
+    state = decode_obstacle(payload)
+    if isinstance(state, Rejection):
+        raise LogError(f"{path}: a damaged pose of an obstacle: {state.detail}")
+    return state.pose
 
 
 def _check_goal(tick: Tick, layout: EffectorLayout, path: Path) -> None:
@@ -275,7 +293,7 @@ def actions(
             layout = loop.controller.robot.effector_layout
             goal = layout.moved(goal, np.array(tick.correction_values))
         action = loop.act(goal)
-        loop.prepare()
+        loop.prepare(recorded.obstacles)
         yield tick, actuation, action
 
 

@@ -16,6 +16,7 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
+from tauten.model import ContactForces
 from tauten.service.wire.messages import (
     header,
     nanoseconds,
@@ -27,7 +28,10 @@ from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 CLOUD = "sensor_msgs/msg/PointCloud2"
 LARGEST_CLOUD = 2**20  # bytes; Zenoh assembles no larger message here
 SKIN_FIELDS = ("x", "y", "z")
-CONTACT_FIELDS = ("x", "y", "z", "fx", "fy", "fz")
+# Point, force on the robot, normal towards it, gap, number of the pair, whether it slides, margin to slip.
+CONTACT_FIELDS = (
+    "x", "y", "z", "fx", "fy", "fz", "nx", "ny", "nz", "gap", "pair", "sliding", "margin",
+)  # fmt: skip
 _FIELD = "sensor_msgs/msg/PointField"
 _FLOAT32 = 7  # datatype of PointField
 
@@ -39,6 +43,23 @@ class Cloud:
     stamp: int
     frame: str
     values: NDArray[np.float32]
+
+
+def contact_cloud(stamp: int, frame: str, found: ContactForces) -> Cloud:
+    """The contacts that push, with the columns `CONTACT_FIELDS`.
+
+    Args:
+        stamp: time [ns since the epoch].
+        frame: of the robot.
+        found: contacts in range with their forces.
+    """
+    pushing, contacts = np.flatnonzero(found.pushing), found.contacts
+    columns = (
+        contacts.gap, contacts.pair.astype(float), found.sliding.astype(float), found.margin,
+    )  # fmt: skip
+    vectors = (contacts.point, found.force, contacts.normal)
+    values = np.hstack([*vectors, *(one[:, None] for one in columns)])[pushing]
+    return Cloud(stamp, frame, values)
 
 
 def encode_cloud(cloud: Cloud, fields: tuple[str, ...]) -> bytes:

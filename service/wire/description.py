@@ -214,7 +214,7 @@ class DescribedObstacle(_Described):
         triangles: (t, 3) of them.
     """
 
-    name: _Text
+    name: _Name
     position: tuple[_Number, _Number, _Number] = (0.0, 0.0, 0.0)
     quaternion: tuple[_Number, _Number, _Number, _Number] = (1.0, 0.0, 0.0, 0.0)
     vertices: Annotated[tuple[tuple[_Number, _Number, _Number], ...], Field(max_length=100_000)]
@@ -239,6 +239,7 @@ class DescribedSurface(_Described):
         chambers: (t,) the actuator whose chamber a triangle encloses; −1: none.
         held: (m,) the vertices that never move: the base.
         obstacles: that the robot may touch.
+        pairs: names of the contact pairs, in the order of their numbers.
     """
 
     vertices: Annotated[int, Field(ge=3)]
@@ -247,6 +248,7 @@ class DescribedSurface(_Described):
     chambers: Annotated[Ints, _Coded(first=-1)]
     held: Annotated[Ints, _Coded()]
     obstacles: Annotated[tuple[DescribedObstacle, ...], Field(max_length=1000)]
+    pairs: Annotated[tuple[_Text, ...], Field(max_length=10_000)] = ()
 
 
 class RobotDescription(RunDescription):

@@ -10,6 +10,7 @@
 | std_msgs/Float64 | plant/gap | smallest gap [m] |
 | std_msgs/String | command | see `tauten.service.wire.commands` |
 | tauten_msgs/Tick | tick | see `tauten.service.wire.tick` |
+| nav_msgs/Odometry, geometry_msgs/WrenchStamped | obstacle_state, wrench | `tauten.service.wire.obstacles` |
 
 Whatever arrives is checked: decoding returns the message or a `Rejection` and raises nothing.
 """
@@ -36,6 +37,8 @@ HEALTH = "diagnostic_msgs/msg/DiagnosticArray"
 FLOAT = "std_msgs/msg/Float64"
 TEXT = "std_msgs/msg/String"
 TICK = "tauten_msgs/msg/Tick"
+ODOMETRY = "nav_msgs/msg/Odometry"
+WRENCH = "geometry_msgs/msg/WrenchStamped"
 
 TICK_DEFINITION = """\
 std_msgs/Header header
@@ -89,7 +92,7 @@ def typestore() -> Typestore:
     store.max_sequence_length = MAX_PAYLOAD
     store.register(get_types_from_msg(TICK_DEFINITION, TICK))
     store.register(get_types_from_msg(TICK_DEFINITION.removesuffix(_VALUES), TICK_OF_POINTS))
-    for kind in (POINT, POSE, JOINTS, HEALTH, FLOAT, TEXT, TICK):
+    for kind in (POINT, POSE, JOINTS, HEALTH, FLOAT, TEXT, TICK, ODOMETRY, WRENCH):
         store.get_msgdef(kind)  # its code is generated now rather than in a loop
     return store
 

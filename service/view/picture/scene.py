@@ -53,7 +53,7 @@ class RobotScene:
         self._largest = 0.0  # contact force so far [N]
         scene = server.scene
         scene.set_up_direction(upwards(robot.gravity))
-        draw_surroundings(server, look)
+        self._obstacles = draw_surroundings(server, look)
         place_first(server, look)
         self.skin = scene.add_mesh_simple(
             "/skin", look.vertices, skin.triangles[skin.chambers < 0].astype(np.uint32),
@@ -108,6 +108,10 @@ class RobotScene:
             self._ghost.vertices = frame.ghost
         self._draw_contacts(geometry.contacts)
         look = self._look
+        for mesh, one in zip(self._obstacles, look.robot.surface.obstacles, strict=True):
+            pose = frame.obstacles.get(one.name)
+            if pose is not None:
+                mesh.position, mesh.wxyz = pose.position, pose.quaternion
         places = (
             (self._effectors, look.positions(frame.values)),
             (self._targets, look.targets(frame)),

@@ -1,4 +1,4 @@
-"""What stands still in the picture: ground with its scale, base, obstacles, and the direction of gravity."""
+"""What is around the robot in the picture: ground with its scale, base, obstacles, direction of gravity."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _BELOW = 0.1  # of the robot's size, below one that hangs
 _CELLS = 8.0  # cells of the ground on the robot's size, about
 
 
-def draw_surroundings(server: viser.ViserServer, look: RobotLook) -> None:
-    """Add all to a scene.
+def draw_surroundings(server: viser.ViserServer, look: RobotLook) -> list[viser.MeshHandle]:
+    """Add all to a scene; the obstacles, which may move.
 
     Args:
         server: whose scene is used.
@@ -32,12 +32,14 @@ def draw_surroundings(server: viser.ViserServer, look: RobotLook) -> None:
     _draw_ground(server.scene, look)
     _draw_base(server.scene, look)
     _draw_gravity(server.scene, look)
-    for i, one in enumerate(look.robot.surface.obstacles):
+    return [
         server.scene.add_mesh_simple(
             f"/obstacles/{i}", np.array(one.vertices, np.float32), one.triangles.astype(np.uint32),
-            color=OBSTACLE, opacity=0.6, side="double", flat_shading=True, cast_shadow=False,
-            receive_shadow=False,
-        )  # fmt: skip
+            wxyz=one.quaternion, position=one.position, color=OBSTACLE, opacity=0.6, side="double",
+            flat_shading=True, cast_shadow=False, receive_shadow=False,
+        )
+        for i, one in enumerate(look.robot.surface.obstacles)
+    ]  # fmt: skip
 
 
 def cell_size(size: float) -> float:

@@ -1,0 +1,194 @@
+"""Poses of obstacles that arrive at run time: decoded, checked, counted, and continued at their velocity.
+
+A pose is refused that is not finite, of another frame, older than the timeout of its obstacle or not newer
+than the last one, or farther from it than the obstacle travels at its largest speed. Between poses an
+obstacle keeps the velocity that led from one to the next. Without a pose for longer than the timeout it
+stands still where it is then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import zenoh
+
+from tauten.model.contact import ObstaclePose, PoseStream, pose_at, velocity_between
+from tauten.service.wire.effector_messages import decode_effector
+from tauten.service.wire.effector_subscriber import Ring, age_by, payload_of
+from tauten.service.wire.health import Diagnostic, Level, MessageCounts
+from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
+
+OBSTACLE_RING = 8  # samples of a key that are read in a tick; older ones are dropped unread
+SHORTEST = 1e-3  # s between two poses, for their velocity
+NEWER = 1e-5  # s, above the rounding of times since the epoch
+STILL = 1e-4, 1e-3  # m and rad, that a pose may change by in no time: noise
+FARTHEST = 1e3  # m from the origin
+_NANO = 1e-9
+
+
+@dataclass(slots=True)
+class _Track:
+    """The last pose of an obstacle.
+
+    Attributes:
+        source: ring of its samples.
+        stream: its limits.
+        pose: last accepted, with its velocity; None before the first.
+        made: monotonic time of it [s].
+        moving: whether the obstacle has not been stopped since.
+    """
+
+    source: Ring
+    stream: PoseStream
+    pose: ObstaclePose | None = None
+    made: float = -np.inf
+    moving: bool = False
+
+
+class ObstacleSubscriber:
+    """Collects poses of a robot's obstacles.
+
+    Attributes:
+        counts: messages, accepted and refused by reason.
+        stopped: how often a stream has stopped.
+    """
+
+    def __init__(self, sources: Mapping[str, tuple[Ring, PoseStream]], frame: str) -> None:
+        """Start without messages.
+
+        Args:
+            sources: ring of samples and limits of each obstacle, by its name.
+            frame: the only frame accepted, beside an empty one.
+        """
+        self.counts = MessageCounts()
+        self.stopped = 0
+        self._frame = frame
+        self._tracks = {name: _Track(*source) for name, source in sources.items()}
+
+    def read(self, now: float, wall: float, ahead: float) -> dict[str, ObstaclePose]:
+        """Read what has arrived; the obstacles that are elsewhere, or move otherwise, than they did before.
+
+        Args:
+            now: monotonic time [s].
+            wall: time since the Unix epoch [s].
+            ahead: after which time the poses are wanted [s].
+        """
+        changed = dict[str, ObstaclePose]()
+        for name, track in self._tracks.items():
+            fresh = False
+            for _ in range(OBSTACLE_RING):
+                sample = track.source.try_recv()
+                if sample is None:
+                    break
+                refused = self._take(name, track, sample, now, wall)
+                if refused is None:
+                    self.counts.accepted += 1
+                    fresh = True
+                else:
+                    self.counts.refuse(refused)
+            if track.pose is not None and fresh:
+                changed[name] = track.pose.after(now - track.made + ahead)
+            elif track.pose is not None and track.moving and self._is_silent(track, now):
+                track.pose = track.pose.after(track.stream.timeout).still()
+                track.moving = False
+                self.stopped += 1
+                changed[name] = track.pose
+        return changed
+
+    def diagnostic(self, now: float) -> Diagnostic:
+        """Counts of poses, and for which obstacles they no longer arrive.
+
+        Args:
+            now: monotonic time [s].
+        """
+        found = self.counts.diagnostic("obstacles")
+        silent = [
+            name
+            for name, one in self._tracks.items()
+            if one.pose is not None and self._is_silent(one, now)
+        ]
+        values = {**found.values, "stopped": str(self.stopped), "silent": ", ".join(silent)}
+        if not silent:
+            return Diagnostic(found.name, found.level, found.message, values)
+        message = f"no poses any more, stand still: {', '.join(silent)}; {found.message}"
+        return Diagnostic(found.name, Level.WARN, message, values)
+
+    def _is_silent(self, track: _Track, now: float) -> bool:
+        return now - track.made > track.stream.timeout
+
+    def _take(
+        self, name: str, track: _Track, sample: zenoh.Sample, now: float, wall: float
+    ) -> Rejection | None:
+        """Take a sample for the last pose of an obstacle; why it is refused where it is.
+
+        Args:
+            name: of the obstacle.
+            track: of it.
+            sample: that has arrived.
+            now: monotonic time [s].
+            wall: time since the Unix epoch [s].
+        """
+        payload = payload_of(sample)
+        if isinstance(payload, Rejection):
+            return payload
+        message = decode_effector("frame", name, payload, str(sample.encoding))
+        if isinstance(message, Rejection):
+            return message
+        if message.frame not in ("", self._frame):
+            detail = f"found frame {quoted(message.frame)}, expected {self._frame!r}"
+            return Rejection(RejectionReason.WRONG_FRAME, detail)
+        age = age_by(_NANO * message.stamp, wall)
+        if sample.timestamp is not None and message.stamp == 0:
+            age = age_by(sample.timestamp.get_time().timestamp(), wall)
+        if age > track.stream.timeout:
+            detail = (
+                f"a pose of {name!r} is {age:.3g} s old, allowed are {track.stream.timeout:g} s"
+            )
+            return Rejection(RejectionReason.TOO_OLD, detail)
+        values = np.array(message.values)
+        if not (np.abs(values[:3]) <= FARTHEST).all():
+            detail = f"a pose of {name!r} is farther than {FARTHEST:g} m from the origin"
+            return Rejection(RejectionReason.OUT_OF_REACH, detail)
+        pose, made = pose_at(values[:3], values[3:]), now - age
+        if track.pose is not None:
+            moving = _followed(name, track, pose, made)
+            if isinstance(moving, Rejection):
+                return moving
+            pose = moving
+        track.pose, track.made, track.moving = pose, made, True
+        return None
+
+
+def _followed(
+    name: str, track: _Track, pose: ObstaclePose, made: float
+) -> ObstaclePose | Rejection:
+    """A pose with the velocity that led to it, or why it is refused.
+
+    Args:
+        name: of the obstacle.
+        track: its last pose.
+        pose: the new one.
+        made: monotonic time of it [s].
+    """
+    assert track.pose is not None
+    seconds, stream = made - track.made, track.stream
+    if not seconds > NEWER:
+        detail = f"a pose of {name!r} is not newer than the last one"
+        return Rejection(RejectionReason.TOO_OLD, detail)
+    way = velocity_between(track.pose, pose, 1.0)  # what it moved and turned by
+    for what, moved, least, most, unit in (
+        ("moved", way.velocity, STILL[0], stream.largest_speed, "m"),
+        ("turned", way.spin, STILL[1], stream.largest_spin, "rad"),
+    ):
+        length = float(np.linalg.norm(moved))
+        if length > least + most * seconds:
+            detail = (
+                f"{name!r} has {what} by {length:.3g} {unit} in {seconds:.3g} s, allowed are "
+                f"{most:.3g} {unit}/s"
+            )
+            return Rejection(RejectionReason.NOT_PLAUSIBLE, detail)
+    if seconds > stream.timeout:  # it stood still meanwhile
+        return pose
+    return velocity_between(track.pose, pose, max(seconds, SHORTEST))

@@ -1,0 +1,190 @@
+"""A node with an obstacle whose poses arrive: contacts, wrenches and places leave it, and its log replays."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zenoh
+from support.processes import ROBOT, write_robot
+
+from tauten.controller import warm_controller
+from tauten.service.describing import log_metadata
+from tauten.service.log import LogReader, LogRecorder
+from tauten.service.node import Clock, ControlLoop, Node
+from tauten.service.node.clock import Beat
+from tauten.service.plant import free_ports
+from tauten.service.process import StopFlag
+from tauten.service.replay import replay
+from tauten.service.setup import load_setup
+from tauten.service.wire import (
+    CDR,
+    CONTACT_FIELDS,
+    Cloud,
+    EffectorMessage,
+    Keys,
+    Network,
+    ObstacleState,
+    Role,
+    decode_cloud,
+    decode_health,
+    decode_obstacle,
+    decode_wrench,
+    encode_effector,
+    open_session,
+)
+
+KEYS = Keys("beam")
+TABLE = """
+[[surfaces]]
+name = "below"
+box = { lower = [0.08, -1.0, -1.0], upper = [1.0, 1.0, 1.0] }
+normal = [0.0, 0.0, -1.0]
+
+[[obstacles]]
+name = "table"
+shape = "plane"
+position = [0.0, 0.0, -0.004]
+parameters = { point = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }
+stream = { largest_speed = 0.1 }
+
+[[contacts]]
+candidates = "below"
+against = "table"
+points = "vertices"
+"""
+
+
+@dataclass
+class Rig:
+    """A node with a log, beats by hand, and a session outside."""
+
+    node: Node
+    clock: Clock
+    outside: zenoh.Session
+    recorder: LogRecorder
+    log: Path
+
+    def tick(self) -> None:
+        self.node.tick(self.clock, Beat(0, 0.0, 0.01, 0), shutdown=False)
+
+    def pose(self, height: float, stamp: int | None = None) -> None:
+        """Send where the table is."""
+        values = (0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0)
+        message = EffectorMessage(time.time_ns() if stamp is None else stamp, "beam_base", values)
+        payload = encode_effector("frame", "table", message)
+        self.outside.put(
+            KEYS.obstacle("table"), payload, encoding=f"{CDR};geometry_msgs/msg/PoseStamped"
+        )
+
+    def until(self, done: Callable[[], bool], height: float | None = None) -> None:
+        """Tick until something has happened; the table stands at a height."""
+        end = time.monotonic() + 20.0
+        while not done():
+            assert time.monotonic() < end
+            if height is not None:
+                self.pose(height)
+            time.sleep(0.005)
+            self.tick()
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[Rig]:
+    setup = load_setup(write_robot(tmp_path, ROBOT + TABLE), basis="full")
+    port, log = free_ports(), tmp_path / "run.mcap"
+    inside = open_session(Network(port), Role.NODE, "beam")
+    outside = open_session(Network(port), Role.OTHER, "beam")
+    controller = warm_controller(setup)
+    recorder = LogRecorder(log, log_metadata(setup, controller.effector_values))
+    loop = ControlLoop(controller, settings=setup.service)
+    node = Node(setup, loop, inside, recorder, closed_loop=False)
+    yield Rig(node, Clock(0.02, lambda: 0.0), outside, recorder, log)
+    outside.close()  # type: ignore[no-untyped-call]
+    inside.close()  # type: ignore[no-untyped-call]
+    recorder.close()
+
+
+def newest(source: zenoh.Subscriber[object], decode: Callable[[bytes], object]) -> list[object]:
+    """All that has arrived, decoded."""
+    found = []
+    while (sample := source.try_recv()) is not None:
+        found.append(decode(sample.payload.to_bytes()))
+    return found
+
+
+def test_a_table_that_is_lifted_pushes_the_model_and_the_log_replays(rig: Rig) -> None:
+    channel = zenoh.handlers.RingChannel
+    clouds, wrenches, places, health = (
+        rig.outside.declare_subscriber(key, channel(1000))
+        for key in (KEYS.contacts, KEYS.wrench("table"), KEYS.obstacle_state("table"), KEYS.health)
+    )
+    height, loop = -0.004, rig.node._loop
+
+    def table() -> float:
+        return float(loop.controller.obstacles.poses[0].position[2])
+
+    rig.until(lambda: loop.controller.obstacles.given[0], height)
+    while height < 2e-3:
+        height += 2e-4
+        rig.pose(height)
+        time.sleep(0.01)
+        rig.tick()
+    rig.until(lambda: abs(table() - 2e-3) < 1e-4 and loop.controller.lam_c.sum() > 0.0, 2e-3)
+    rig.until(lambda: not loop.controller.obstacles.move, 2e-3)
+    for _ in range(30):
+        rig.pose(2e-3)
+        time.sleep(0.005)
+        rig.tick()
+    lowest = loop.controller.robot.candidates(loop.controller.state)[:, 2].max()
+    assert lowest > 1.5e-3, "the tip lies on the table"
+    time.sleep(0.3)
+    cloud = newest(clouds, lambda payload: decode_cloud(payload, CONTACT_FIELDS))[-1]
+    assert isinstance(cloud, Cloud)
+    columns = dict(zip(CONTACT_FIELDS, cloud.values.T, strict=True))
+    assert len(cloud.values) >= 1
+    np.testing.assert_allclose(columns["fz"].sum(), loop.controller.lam_c.sum(), rtol=1e-3)
+    np.testing.assert_allclose(columns["nz"], 1.0)
+    np.testing.assert_allclose(columns["z"], 2e-3, atol=3e-4)
+    np.testing.assert_allclose(columns["gap"], 0.0, atol=3e-4)
+    assert not columns["pair"].any()
+    assert columns["sliding"].all()
+    wrench = newest(wrenches, decode_wrench)[-1]
+    assert isinstance(wrench, np.ndarray)
+    np.testing.assert_allclose(wrench[:3], [0.0, 0.0, -columns["fz"].sum()], rtol=1e-3, atol=1e-9)
+    torque = -np.cross(cloud.values[:, :3], cloud.values[:, 3:6]).sum(axis=0)
+    np.testing.assert_allclose(wrench[3:], torque, rtol=1e-2, atol=1e-6)
+    place = newest(places, decode_obstacle)[-1]
+    assert isinstance(place, ObstacleState)
+    assert place.pose.position[2] == pytest.approx(2e-3, abs=2e-4)
+    # hostile ones
+    for wrong in (np.nan, 1.0, 2e-3):
+        rig.pose(wrong, time.time_ns() - 10**10 if wrong == 2e-3 else None)
+    before = table()
+    for _ in range(5):
+        time.sleep(0.01)
+        rig.tick()
+    assert table() == pytest.approx(before, abs=1e-3)
+    said = {}
+
+    def counted() -> bool:
+        for found in newest(health, decode_health):
+            assert isinstance(found, dict)
+            said.update(found)
+        return "obstacles" in said and int(said["obstacles"].values["refused"]) >= 3
+
+    rig.until(counted)
+    rig.until(lambda: counted() and said["obstacles"].values["silent"] == "table")
+    assert float(said["contacts"].values["below on table [N]"]) > 0.0
+    stop = StopFlag()
+    stop.requested = True
+    rig.node.run(stop)
+    rig.recorder.close()
+    keys = {message.key for message in LogReader(rig.log).messages()}
+    assert {KEYS.contacts, KEYS.wrench("table"), KEYS.obstacle_state("table")} <= keys
+    again = replay(rig.log, 1e-9)
+    assert again.same
+    assert again.ticks > 50
