@@ -97,7 +97,28 @@ def crawler_scene() -> Scene:
     )  # fmt: skip
 
 
-SCENES = {"crawler": crawler_scene}
+def grasp_scene() -> Scene:
+    """The gripper from the side and above."""
+    names: dict[str, Any] = {}
+
+    def run(found: dict[str, Any]) -> Iterator[Simulator]:
+        names.update(found)
+        yield from found["carry"](load_robot(found["FILE"]))
+
+    return Scene(
+        example="08_grasp",
+        run=run,
+        plots=(
+            ("height of the cube [mm]", lambda now: MM * names["cube"](now)[:, 2].mean()),
+            ("force of the fingers, upwards [N]", lambda now: names["grip"](now)[2]),
+            ("tension [N]", lambda now: now.effort[0]),
+        ),
+        every=2, rate=15, turn=(-25.0, 20.0), force=0.06,
+        floor=((-0.11, 0.11), (-0.03, 0.03)), objects=("cube",),
+    )  # fmt: skip
+
+
+SCENES = {"crawler": crawler_scene, "grasp": grasp_scene}
 
 
 def filmed(scene: Scene) -> Film:
@@ -209,7 +230,9 @@ def draw(film: Film, scene: Scene, theme: Theme) -> list[Image.Image]:
             axes.plot(time, row, color=theme.ink, lw=0.8, alpha=0.35)
             axes.plot(time[: now + 1], row[: now + 1], color=theme.ink, lw=1.6)
             axes.plot(time[now], row[now], "o", color=theme.accent, ms=5, clip_on=False)
-            axes.set_title(f"{title}: {row[now]:.2f}", loc="left", fontsize=10, color=theme.ink)
+            axes.set_title(
+                f"{title}: {round(row[now], 2) + 0.0:.2f}", loc="left", fontsize=10, color=theme.ink
+            )
             space = 0.08 * max(float(np.ptp(row)), 1e-9)
             axes.set(xlim=(0.0, time[-1]), ylim=(row.min() - space, row.max() + space))
             axes.tick_params(colors=theme.ink, labelsize=8, labelbottom=axes is plots[-1])
