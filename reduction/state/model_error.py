@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from tauten.model import ContactSpace, Ending, Robot, Simulator, State, default_enrichment
+from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
 from tauten.reduction.reduced_body import ReducedBody
 from tauten.reduction.state.parts import ReducedParts
@@ -36,14 +37,26 @@ class TipCheck:
         self._reduced = Simulator(robot, contact, chosen)
         self._full = Simulator(robot.body.full, "none" if contact == "none" else "full")
 
-    def __call__(self, state: State, effort: Array, position: Array) -> float:
+    def __call__(
+        self,
+        state: State,
+        effort: Array,
+        position: Array,
+        obstacles: tuple[ObstaclePose, ...] | None = None,
+    ) -> float:
         """Largest distance of an effector between the two models [m]; +inf where one of them diverges.
 
         Args:
             state: of the reduced model.
             effort: (n_a,) cable tensions there [N].
             position: (n_a,) pulled lengths that both are to reach [m].
+            obstacles: where they are; None: where they start.
         """
+        for simulator in (self._reduced, self._full):
+            simulator.reset()
+            if obstacles is not None:
+                poses = replace(simulator.obstacles, poses=obstacles)
+                simulator.set_obstacles(poses.still())
         apart = self._settled(self._reduced, state, effort, position) - self._settled(
             self._full, self._robot.body.lifted(state), effort, position
         )
@@ -52,7 +65,6 @@ class TipCheck:
 
     def _settled(self, simulator: Simulator, state: State, effort: Array, position: Array) -> Array:
         """Effectors (p, 3) after a few steps towards equilibrium [m]."""
-        simulator.reset()
         simulator.start_from(state, replace(simulator.forces, effort=effort))
         report = simulator.settle(position=position, max_iterations=STEPS, load_steps=False)
         if report.ending is Ending.NOT_FINITE:

@@ -16,7 +16,16 @@ from tauten.service.cli.compare import compare
 from tauten.service.cli.drive import drive, plant
 from tauten.service.cli.kernels import kernels
 from tauten.service.cli.new import new
-from tauten.service.cli.operate import alive, command, doctor, lock, metrics, record, unlock
+from tauten.service.cli.operate import (
+    alive,
+    command,
+    contacts,
+    doctor,
+    lock,
+    metrics,
+    record,
+    unlock,
+)
 from tauten.service.cli.reduction import inspect, reduce
 from tauten.service.cli.runs import demo, replay, solve
 from tauten.service.cli.terminal import (
@@ -156,7 +165,7 @@ def stream(
 
 _COMMANDS = (
     *(serve, plant, drive, stream, demo, replay, solve, view),
-    *(command, lock, unlock, record, metrics, alive, doctor),
+    *(command, lock, unlock, record, metrics, contacts, alive, doctor),
     *(reduce, inspect, compare, check, new, schema),
 )
 for _command in _COMMANDS:

@@ -1,4 +1,4 @@
-"""`tauten command`, `lock`, `unlock`, `metrics`, `record`, `alive`, `doctor`: for the operator of a node."""
+"""`tauten command`, `lock`, `unlock`, `metrics`, `contacts`, `record`, `alive`, `doctor`: for operators."""
 
 from __future__ import annotations
 
@@ -100,6 +100,25 @@ def metrics(
         if text is None:
             raise NetworkError(f"the node of {robot!r} does not answer")
         typer.echo(text.decode(), nl=False)
+
+
+def contacts(robot: ServedName, port: Port = None, zenoh_config: ZenohConfig = None) -> None:
+    """What a robot touches now: points, forces, gaps and slip of the contacts that push."""
+    from tauten.service.link import Network, node_of
+    from tauten.service.operate import read_contacts
+
+    with node_of(robot, Network(port, zenoh_config)) as session:
+        found = read_contacts(session, robot)
+    heads = ("pair", "point [mm]", "force [N]", "gap [mm]", "slips", "margin [N]")
+    table = Table(*heads, title=f"contacts of {robot}")
+    for i, row in enumerate(found.values):
+        point, force = (
+            " ".join(f"{one:.3g}" for one in part) for part in (1e3 * row[:3], row[3:6])
+        )
+        gap, slips, margin = (float(found.column(name)[i]) for name in ("gap", "sliding", "margin"))
+        said = "yes" if slips else "no"
+        table.add_row(found.pair_of(i), point, force, f"{1e3 * gap:.3g}", said, f"{margin:.3g}")
+    Console(markup=False).print(table if len(found.values) else f"{robot} touches nothing")
 
 
 def record(

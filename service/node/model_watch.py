@@ -99,7 +99,8 @@ class ModelWatch:
             if self._pending and self._pipe.poll():
                 self._take(float(self._pipe.recv()))
             if not self._pending and now >= self._due:
-                self._pipe.send((controller.state, controller.effort, controller.position))
+                state, poses = controller.state, controller.obstacles.poses
+                self._pipe.send((state, controller.effort, controller.position, poses))
                 self._pending, self._due = True, now + self._settings.check_period
         except (OSError, EOFError):  # the process is gone
             self.error, self._pending, self._next = None, False, float("inf")

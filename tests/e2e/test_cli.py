@@ -32,7 +32,7 @@ from tauten.service.wire import Mode, Network
 def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_main("--help") == 0
     said = capsys.readouterr().out
-    commands = "serve plant stream demo replay command record metrics alive doctor"
+    commands = "serve plant stream demo replay command record metrics contacts alive doctor"
     commands += " reduce inspect compare check new bench"
     for command in commands.split():
         assert re.search(rf"\b{command}\b", said)

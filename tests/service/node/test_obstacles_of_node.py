@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -17,6 +18,8 @@ from tauten.service.describing import log_metadata
 from tauten.service.log import LogReader, LogRecorder
 from tauten.service.node import Clock, ControlLoop, Node
 from tauten.service.node.clock import Beat
+from tauten.service.operate import read_contacts
+from tauten.service.operate.contacts import Touched
 from tauten.service.plant import free_ports
 from tauten.service.process import StopFlag
 from tauten.service.replay import replay
@@ -92,6 +95,18 @@ class Rig:
             self.tick()
 
 
+class Reading(threading.Thread):
+    """`tauten contacts` beside a node whose ticks are made by hand."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        super().__init__(daemon=True)
+        self.session = session
+        self.found: Touched | None = None
+
+    def run(self) -> None:
+        self.found = read_contacts(self.session, "beam")
+
+
 @pytest.fixture
 def rig(tmp_path: Path) -> Iterator[Rig]:
     setup = load_setup(write_robot(tmp_path, ROBOT + TABLE), basis="full")
@@ -160,6 +175,12 @@ def test_a_table_that_is_lifted_pushes_the_model_and_the_log_replays(rig: Rig) -
     place = newest(places, decode_obstacle)[-1]
     assert isinstance(place, ObstacleState)
     assert place.pose.position[2] == pytest.approx(2e-3, abs=2e-4)
+    reading = Reading(rig.outside)
+    reading.start()
+    rig.until(lambda: not reading.is_alive(), 2e-3)
+    assert reading.found is not None
+    assert reading.found.pair_of(0) == "below on table"
+    np.testing.assert_allclose(reading.found.column("fz").sum(), columns["fz"].sum(), rtol=0.1)
     # hostile ones
     for wrong in (np.nan, 1.0, 2e-3):
         rig.pose(wrong, time.time_ns() - 10**10 if wrong == 2e-3 else None)

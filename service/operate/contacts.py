@@ -1,0 +1,73 @@
+"""What a robot touches, as its node says it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import zenoh
+
+from tauten.model.numerics import Array
+from tauten.service.wire import (
+    CONTACT_FIELDS,
+    Keys,
+    NetworkError,
+    Rejection,
+    ask_description,
+    decode_cloud,
+)
+
+_PATIENCE = 3.0  # s for the first contacts
+
+
+@dataclass(frozen=True, slots=True)
+class Touched:
+    """The contacts of a robot that push, at one tick.
+
+    Attributes:
+        pairs: names of the contact pairs.
+        values: (m, k) numbers of each contact, by `CONTACT_FIELDS`.
+    """
+
+    pairs: tuple[str, ...]
+    values: Array
+
+    def column(self, name: str) -> Array:
+        """One of the fields: (m,)."""
+        found: Array = self.values[:, CONTACT_FIELDS.index(name)]
+        return found
+
+    def pair_of(self, contact: int) -> str:
+        """The name of the pair of a contact."""
+        number = int(self.column("pair")[contact])
+        return self.pairs[number] if 0 <= number < len(self.pairs) else str(number)
+
+
+def read_contacts(session: zenoh.Session, robot: str) -> Touched:
+    """The contacts of a robot in its next tick.
+
+    Args:
+        session: to the robot's node.
+        robot: name.
+
+    Raises:
+        NetworkError: the node does not answer, or sends no contacts: its model has none.
+    """
+    keys = Keys(robot)
+    pairs = ask_description(session, keys).surface.pairs
+    source = session.declare_subscriber(keys.contacts, zenoh.handlers.RingChannel(1))
+    end, wrong = time.monotonic() + _PATIENCE, ""
+    while time.monotonic() < end:
+        sample = source.try_recv()
+        if sample is None:
+            time.sleep(0.01)
+            continue
+        found = decode_cloud(bytes(sample.payload), CONTACT_FIELDS)
+        if not isinstance(found, Rejection):
+            return Touched(pairs, np.asarray(found.values, dtype=float))
+        wrong = f" ({found.detail})"
+    raise NetworkError(
+        f"the node of {robot!r} says nothing of contacts{wrong}: its model has none, or it is stopped; "
+        "serve it with --basis full or the name of a basis"
+    )
