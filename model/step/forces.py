@@ -54,16 +54,17 @@ class Forces:
         return self.extra[self.extra_beta > 0.0]
 
     def on(self, found: Contacts, space: ContactSpace) -> ContactForces:
-        """The contacts in range with their forces.
+        """The contacts in range with their forces; columns of a basis leave out those with friction.
 
         Args:
             found: in the step of these forces.
             space: whose columns `beta` has.
         """
-        normal = self.at_candidates(space)[found.slots]  # (m,) N
+        normal = np.where(found.friction > 0.0, 0.0, space.lift(self.beta)[found.slots])
+        _, own, at = np.intersect1d(found.slots, self.extra, return_indices=True)
+        normal[own] += self.extra_beta[at]
         force, margin, sliding = normal[:, None] * found.normal, np.zeros_like(normal), normal > 0.0
         if self.friction is not None:
-            _, own, at = np.intersect1d(found.slots, self.extra, return_indices=True)
             force[own] += self.friction.force[at]
             margin[own], sliding[own] = self.friction.margin[at], self.friction.sliding[at]
         return ContactForces(found, force, sliding, margin)
