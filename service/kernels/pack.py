@@ -24,10 +24,11 @@ from tauten.service.kernels.inventory import PackError, kernel_caches
 from tauten.service.process import Progress
 
 LARGEST = 5_000_000  # bytes; a file of this size is committed
-# of a reduction: few equilibria and modes, whose error does not matter
-FEW = (
-    "--design", "ramp", "--step", "4e-3", "--k", "3", "--states", "--state-modes", "8", "--accept-error",
+# a reduction of few equilibria and modes
+REDUCE = (
+    "-m", "tauten.service", "reduce", "finger", "--design", "ramp", "--step", "4e-3", "--k", "3",
 )  # fmt: skip
+STATES = ("--states", "--state-modes", "8", "--accept-error")
 START = "from tauten.service.kernels.workload import run_robot; run_robot({!r})"
 ROBOTS = (
     "finger", "trunk", "diamond", "tripod", "pneumatic_finger", "accordion", "gripper", "manipulator",
@@ -81,10 +82,22 @@ def workload(work: Path) -> dict[str, list[str]]:
     """What is run, by what is said meanwhile: README's first command, every shipped robot, a reduction."""
     demo = ["-m", "tauten.service", "demo", "--seconds", "2", "--out", str(work / "demo")]
     robots = {f"{name}: control steps and a plant": ["-c", START.format(name)] for name in ROBOTS}
-    names = {"--out": "finger.basis", "--snapshots": "snapshots"}
-    places = [word for option, name in names.items() for word in (option, str(work / name))]
-    reduce = ["-m", "tauten.service", "reduce", "finger", *FEW, *places]
-    return {"tauten demo": demo, **robots, "tauten reduce": reduce}
+    snapshots = (
+        "--snapshots",
+        str(work / "snapshots"),
+    )  # the second reduction has those of the first
+    kinds = {"energy": STATES, "greedy": ("--method", "greedy")}
+    reductions = {
+        f"tauten reduce: {kind}": [
+            *REDUCE,
+            *options,
+            *snapshots,
+            "--out",
+            str(work / f"{kind}.basis"),
+        ]
+        for kind, options in kinds.items()
+    }
+    return {"tauten demo": demo, **robots, **reductions}
 
 
 def run(command: list[str], variables: Mapping[str, str]) -> str:
