@@ -25,11 +25,12 @@ from PIL import Image
 from tauten.model import ContactForces, Simulator
 from tauten.model.load import load_robot
 from tauten.model.numerics import Array, Ints
+from tauten.model.robot import obstacles_of
 from tauten.service.plots.body import Side, draw_body
 
 EXAMPLES = FIGURES.parents[1] / "examples"
 STICKS, SLIDES = "#2e9e5b", "#e6862a"
-OBJECT = np.array([0.90, 0.66, 0.36])
+OBJECT = np.array([0.68, 0.56, 0.80])
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +119,51 @@ def grasp_scene() -> Scene:
     )  # fmt: skip
 
 
-SCENES = {"crawler": crawler_scene, "grasp": grasp_scene}
+def post_scene() -> Scene:
+    """The strip and the post, from the side and above."""
+    names: dict[str, Any] = {}
+
+    def run(found: dict[str, Any]) -> Iterator[Simulator]:
+        names.update(found)
+        yield from found["wind"](load_robot(found["FILE"]))
+
+    return Scene(
+        example="09_post",
+        run=run,
+        plots=(
+            ("tension of the cable [N]", lambda now: now.effort[0]),
+            ("way of the base [mm]", lambda now: MM * now.position[1]),
+            ("force of the motor [N]", lambda now: names["drawn"](now)),
+        ),
+        every=1, rate=15, turn=(-15.0, 55.0), force=0.06,
+        shape=lambda: outline(names["FILE"]),
+    )  # fmt: skip
+
+
+def push_scene() -> Scene:
+    """The finger and the block from the side."""
+    names: dict[str, Any] = {}
+
+    def run(found: dict[str, Any]) -> Iterator[Simulator]:
+        names.update(found)
+        yield from found["push"](load_robot(found["FILE"]))
+
+    return Scene(
+        example="10_push",
+        run=run,
+        plots=(
+            ("way of the block [mm]", lambda now: MM * (now.tip[0] - names["START"])),
+            ("tension of the cable [N]", lambda now: now.effort[0]),
+            ("force on the block [N]", lambda now: names["pushed"](now)),
+        ),
+        every=2, rate=15, turn=(-25.0, 15.0), force=0.4,
+        floor=((-0.03, 0.05), (-0.02, 0.02)), objects=("block",),
+    )  # fmt: skip
+
+
+SCENES = {
+    "crawler": crawler_scene, "grasp": grasp_scene, "post": post_scene, "push": push_scene,
+}  # fmt: skip
 
 
 def filmed(scene: Scene) -> Film:
@@ -135,6 +180,12 @@ def filmed(scene: Scene) -> Film:
             film.values.append([value(simulator) for _, value in scene.plots])
     assert film is not None
     return film
+
+
+def outline(file: Path) -> tuple[Array, Ints]:
+    """Points (v, 3) [m] and triangles (t, 3) of the first obstacle of a robot."""
+    found = obstacles_of(load_robot(file))[0]
+    return found.vertices, found.triangles
 
 
 def of_objects(robot: Any, objects: tuple[str, ...]) -> Array:
@@ -208,15 +259,19 @@ def draw(film: Film, scene: Scene, theme: Theme) -> list[Image.Image]:
     low, high = MM * every.min(axis=0) - 4.0, MM * every.max(axis=0) + 4.0
     time, values = film.h * np.arange(len(seen)), np.array(film.values)
     colour = np.where(film.coloured[:, None], OBJECT, np.array(theme.body))
+    if shape:
+        colour = np.concatenate([colour, np.full((len(shape[1]), 3), 0.6)])
     pictures = []
     for now, points in enumerate(seen):
         body.clear()
         body.set_axis_off()
         body.set(xlim=(low[0], high[0]), ylim=(low[2], high[2]), aspect="equal", anchor="C")
         draw_floor(body, scene, R, theme)
-        if shape:
-            draw_body(body, shape[0] @ R.T, shape[1], Side(), 0.6, np.array([0.6, 0.6, 0.6]))
-        draw_body(body, points, film.triangles, Side(), colour=colour)
+        drawn, triangles = points, film.triangles
+        if shape:  # together, sorted by depth
+            drawn = np.concatenate([points, shape[0] @ R.T])
+            triangles = np.concatenate([film.triangles, shape[1] + len(points)])
+        draw_body(body, drawn, triangles, Side(), colour=colour)
         draw_arrows(body, film.contacts[now], scene, R)
         body.plot([], [], color=STICKS, lw=2, label="sticks")
         body.plot([], [], color=SLIDES, lw=2, label="slides")

@@ -2,7 +2,14 @@
 
 from benchmarks.robots.grasping.crawler import make_crawler
 from benchmarks.robots.grasping.fork import make_fork
+from benchmarks.robots.grasping.push import make_push
+from benchmarks.robots.grasping.tentacle import make_tentacle
 
-MESHES = {"crawler": make_crawler, "fork": make_fork}
+MESHES = {
+    "crawler": make_crawler,
+    "fork": make_fork,
+    "tentacle": make_tentacle,
+    "push": make_push,
+}
 
 __all__ = ["MESHES"]

@@ -1,0 +1,39 @@
+"""A finger moves a block through contact alone: given its cable's position, and decided by a controller."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.robots.examples import example
+
+from tauten.model import Simulator, load_robot
+
+PUSH = example("10_push")
+MASS, FRICTION = 1000.0 * 0.02**3, 0.3
+WEIGHT = 9.81 * MASS  # N
+
+
+def test_a_block_slides_by_what_a_finger_pushes_and_the_floor_takes() -> None:
+    """Friction is at its border, against the motion, while the block slides; at rest the forces balance."""
+    simulator = Simulator(load_robot(PUSH["FILE"]))
+    places = [simulator.tip[0]]
+    for step in range(1, 16):
+        assert simulator.move(position=[2e-4 * min(step, 10)]).converged
+        places.append(simulator.tip[0])
+        push, floor = PUSH["pushed"](simulator), PUSH["floor_force"](simulator)
+        assert push >= 0.0
+        if places[-1] - places[-2] > 2e-4:
+            np.testing.assert_allclose(floor[0], -FRICTION * floor[2], rtol=1e-3)
+    assert abs(places[1] - places[0]) < 2e-4 < 2e-3 < places[-1] - places[0]
+    np.testing.assert_allclose(floor[0], -push, atol=1e-2 * WEIGHT)  # at rest
+    assert abs(places[-1] - places[-2]) < 1e-6
+
+
+@pytest.mark.slow
+def test_a_controller_brings_a_block_to_its_target() -> None:
+    way = 0.006
+    *_, simulator = PUSH["push"](load_robot(PUSH["FILE"]), way, 0.6)
+    assert abs(simulator.tip[0] - PUSH["START"] - way) < 1e-3
+    np.testing.assert_allclose(
+        PUSH["floor_force"](simulator)[0], -PUSH["pushed"](simulator), atol=1e-2 * WEIGHT
+    )
