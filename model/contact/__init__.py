@@ -20,7 +20,7 @@ from tauten.model.contact.self_contact import (
     mean_edge,
     neighbours_at_rest,
 )
-from tauten.model.contact.shapes import SHAPES, Shape
+from tauten.model.contact.shapes import SHAPES, PlaneShape, Shape
 
 __all__ = [
     "ALARM_EDGES",
@@ -33,6 +33,7 @@ __all__ = [
     "ObstaclePath",
     "ObstaclePose",
     "ObstaclePoses",
+    "PlaneShape",
     "PoseStream",
     "SHAPES",
     "Shape",

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from tauten.model.actuators import winding
 from tauten.model.contact import (
     ALARM_EDGES,
     EDGES_AWAY,
@@ -18,6 +19,7 @@ from tauten.model.contact import (
     Obstacle,
     ObstaclePath,
     ObstaclePose,
+    PlaneShape,
     PoseStream,
     Shape,
     heights_of_file,
@@ -45,6 +47,7 @@ FROM_FILES: dict[str, Callable[..., Shape]] = {
     "mesh": mesh_of_file,
     "height-field": heights_of_file,
 }
+CHECKED = 50  # points of an obstacle, about
 NO_TRIANGLES = np.zeros((0, 3), dtype=np.int64)
 
 
@@ -77,9 +80,10 @@ def contact_set(
         RobotFileError: a surface without area, or an obstacle that is none.
     """
     alarm = alarm_distance(config, vertices, surfaces)
+    obstacles = [build_obstacle(one, source) for one in config.obstacles]
     targets: dict[str | None, Ints | Obstacle] = {
         **surfaces,
-        **{one.name: build_obstacle(one, source) for one in config.obstacles},
+        **{one.name: one for one in obstacles},
     }
     pairs = [
         contact_pair(
@@ -92,6 +96,8 @@ def contact_set(
         )
         for index, contact in enumerate(config.contacts)
     ]
+    for one in obstacles:
+        check_outside(one, vertices, surfaces[None], f"{source}: obstacles.{one.name}")
     return ContactSet(pairs, len(vertices), alarm, config.contact.distance)
 
 
@@ -172,6 +178,29 @@ def check_obstacle(obstacle: Obstacle, points: Array, depth: float, where: str) 
             f"{-1e3 * gap.min():.3g} mm deep in it at {deepest} m, allowed is contact.tolerance, "
             f"{1e3 * depth:.3g} mm; move the obstacle"
         )
+
+
+def check_outside(obstacle: Obstacle, vertices: Array, triangles: Ints, where: str) -> None:
+    """Raise a RobotFileError where an obstacle is within the material, out of reach of all candidates.
+
+    Args:
+        obstacle: in its place at the start; one that says not how it is drawn is not checked.
+        vertices: (v, 3) of the robot's surface at rest [m].
+        triangles: (t, 3) of all of it.
+        where: file and name of the table, for errors.
+    """
+    if len(triangles) == 0 or isinstance(obstacle.shape, PlaneShape):
+        return
+    start = obstacle.pose if obstacle.path is None else obstacle.path.at(0.0)
+    outline, _ = obstacle.outline(start, start.position, 0.0)
+    chosen = outline[:: max(1, len(outline) // CHECKED)] @ start.Q.T + start.position
+    low, high = vertices[triangles].min(axis=(0, 1)), vertices[triangles].max(axis=(0, 1))
+    for point in chosen[((chosen > low) & (chosen < high)).all(axis=1)]:
+        if winding(vertices, triangles, point) > 0.5:
+            raise RobotFileError(
+                f"{where}: the obstacle is in the robot at rest: {np.round(point, 6).tolist()} m of its "
+                "surface lies in the material; move the obstacle"
+            )
 
 
 def contact_surfaces(config: RobotConfig, selector: Selector) -> dict[str | None, Ints]:

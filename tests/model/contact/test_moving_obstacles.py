@@ -182,6 +182,10 @@ REFUSED: dict[str, dict[str, Any]] = {
     "contacts.0.against: the obstacle 'floor' is in the robot at rest: the surface is 1 mm deep in it at": {
         "position": [0.0, 0.0, 1e-3]
     },
+    "obstacles.floor: the obstacle is in the robot at rest: [0.007, 0.004, 0.004] m of its surface": {
+        "shape": "box", "parameters": {"lower": [-0.003] * 3, "upper": [0.003] * 3},
+        "position": [0.01, 0.007, 0.007],
+    },
     "obstacles.0.path: the times of waypoints start with 0 and ascend": waypoints(
         (0.0, [0.0] * 3), (0.0, [0.0] * 3)
     ),
