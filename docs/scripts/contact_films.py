@@ -149,7 +149,7 @@ def push_scene() -> Scene:
         yield from found["push"](load_robot(found["FILE"]))
 
     return Scene(
-        example="10_push",
+        example="11_push",
         run=run,
         plots=(
             ("way of the block [mm]", lambda now: MM * (now.tip[0] - names["START"])),

@@ -8,7 +8,7 @@ from support.robots.examples import example
 
 from tauten.model import Simulator, load_robot
 
-PUSH = example("10_push")
+PUSH = example("11_push")
 MASS, FRICTION = 1000.0 * 0.02**3, 0.3
 WEIGHT = 9.81 * MASS  # N
 

@@ -1,6 +1,6 @@
 """The push: a controller moves a block over the floor to a target, through contact alone.
 
-python examples/10_push.py
+python examples/11_push.py
 
 The effector is the centre of the block, which no cable holds: what moves it is a soft finger beside it. The
 controller decides with exact friction; it moves a simulated robot of the same file.
