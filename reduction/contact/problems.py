@@ -28,6 +28,7 @@ from tauten.model import (
     condense_step,
     eliminate_rows,
     sorted_rows,
+    under_friction,
 )
 from tauten.model.numerics import Array, Bools, Ints, solve_lcp
 from tauten.reduction.campaign import Snapshots
@@ -117,6 +118,7 @@ def _problem(robot: Robot, snapshots: Snapshots, column: int, by_effort: Bools) 
     every = Forces(effort, np.zeros(0), np.arange(robot.n_c), np.ones(robot.n_c))
     static = replace(robot.integration, static=True)
     step = condense_step(loaded, EmptySpace(robot.n_c), state, every, True, True, static)
+    step = under_friction(step, every)  # normal forces alone
     layout, W = step.layout, step.compliance.W  # of effectors, actuators, candidates
     given = Command(
         np.where(by_effort, np.nan, snapshots.position[:, column]),

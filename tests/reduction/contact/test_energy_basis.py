@@ -1,5 +1,6 @@
 """Modes of least contact energy, and the contact problems they are measured on."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from support.robots.thumb import thumb_mesh, thumb_settings
 
 from tauten.model import Robot, Simulator
+from tauten.model.contact import ContactSet
 from tauten.model.load import build_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
@@ -113,7 +115,15 @@ def test_problems_are_the_equilibria(
         gaps = problem.delta + problem.W @ problem.lam
         assert gaps.min() > -1e-9
         assert problem.energy > 0.0
-    assert len(contact_problems(thumb, thumb_ramp, count=5)) == 5
+    few = contact_problems(thumb, thumb_ramp, count=5)
+    assert len(few) == 5
+    old = thumb.contacts
+    rubbing = [replace(pair, friction=0.3) for pair in old.pairs]
+    contacts = ContactSet(rubbing, old.n_vertices, old.alarm_distance, old.distance)
+    with_friction = contact_problems(replace(thumb, contacts=contacts), thumb_ramp, count=5)
+    for problem, same in zip(few, with_friction, strict=True):  # bases are of normal forces
+        np.testing.assert_allclose(same.W, problem.W, rtol=1e-9)
+        np.testing.assert_allclose(same.lam, problem.lam, atol=1e-9)
 
 
 def test_first_order_effector_error_is_what_the_simulator_finds(
