@@ -210,7 +210,8 @@ def _plan_from(
         locks: what locked actuators keep; None: all are decided.
     """
     held, layout, gamma = prepared.held, prepared.held.step.layout, aim.gamma
-    weight, share = settings.epsilon * prepared.scale, gamma / (1.0 + gamma)
+    scale = prepared.scale if not step.frictional else min(prepared.scale, _energy_cap(robot, step))
+    weight, share = settings.epsilon * scale, gamma / (1.0 + gamma)
     target = aim.scale * (
         aim.target + share * (held.delta[layout.effectors] - aim.target)
     )  # (n_e,)
@@ -243,7 +244,7 @@ def _plan_from(
         elastic = not aim.equations.any()
         if loop.step.frictional and len(loop.step.extra) > 0:
             contacts = friction_blocks(loop.step, prepared.forces)
-            known = contacts, settings, robot.size
+            known = contacts, settings, robot.size, weight * np.diag(W)[places.actuators]
             solution = _solved_with_friction(problem, start, *known)
             if solution.status is Status.INFEASIBLE and elastic:
                 problem = relaxed(problem, solution)
@@ -265,6 +266,23 @@ def _plan_from(
     )
 
 
+def _energy_cap(robot: Robot, step: CondensedStep) -> float:
+    """Scale of the energy with which the largest efforts weigh as effectors do that move by the robot's size.
+
+    An object that nothing touches is moved by no actuator; the scale that follows from what the actuators
+    move would then let the weight of a palm outweigh the target.
+
+    Args:
+        robot: its size, and limits of the efforts.
+        step: its compliance between actuators.
+    """
+    W = np.diag(step.compliance.W)[step.layout.actuators]
+    most = np.maximum(np.abs(robot.limits.effort_min), np.abs(robot.limits.effort_max))
+    energy = W * most**2  # (n_a,)
+    largest = float(energy[np.isfinite(energy)].max(initial=0.0))
+    return robot.size**2 / largest if largest > 0.0 else np.inf
+
+
 def _with_held_columns(prepared: Prepared) -> CondensedStep:
     """The step over the horizon with friction, and the unit columns that joined in the hold."""
     step, held = prepared.farther, prepared.held.step
@@ -283,7 +301,12 @@ def _brings_nearer(robot: Robot, prepared: Prepared, aim: Aim, plan: Plan) -> bo
 
 
 def _solved_with_friction(
-    problem: Qpcc, start: Start, contacts: FrictionBlocks, settings: DecideSettings, size: float
+    problem: Qpcc,
+    start: Start,
+    contacts: FrictionBlocks,
+    settings: DecideSettings,
+    size: float,
+    energy: Array,
 ) -> Solution:
     """Solve a problem whose last rows are contacts with friction, three of each.
 
@@ -293,11 +316,12 @@ def _solved_with_friction(
         contacts: these, with their forces in the last step.
         settings: of the solver, and the share of friction.
         size: of the robot [m].
+        energy: (n_a,) curvatures of the energy of the actuators.
     """
     forces, share = np.zeros(len(problem.m)), settings.friction_share
     forces[len(forces) - len(contacts.r) :] = contacts.r
     inverse = FrictionInverse(
-        problem, share * contacts.mu, EXACTLY * size, 0.5 * (ARRIVED * size) ** 2
+        problem, share * contacts.mu, EXACTLY * size, 0.5 * (ARRIVED * size) ** 2, energy
     )
     solves = 2 * settings.qpcc.max_pivots
     limited = FrictionSettings(

@@ -69,10 +69,20 @@ class EffortSearch:
         return exact_slope(self.contacts, point.lam, point.r, self.budget)
 
     def reach(self, point: EffortPoint) -> float:
-        """By how much an effort within its range moves the effectors at most, on the piece of a point."""
-        arrays = self.program.arrays
-        moved = np.linalg.norm(arrays.root_a + arrays.root_c @ self.slope(point), axis=0)  # (n_a,)
-        return float((moved * self.span).max(initial=0.0))
+        """By how much one effort within the limits moves the effectors at most, on the piece of a point."""
+        arrays, slope, energy = self.program.arrays, self.slope(point), self.problem.energy
+        curvature = ((arrays.root_a + arrays.root_c @ slope) ** 2).sum(axis=0)  # (n_a,)
+        if energy is not None:
+            curvature = np.maximum(curvature - energy, 0.0)
+        rows = np.abs(arrays.G_a + arrays.G_c @ slope)  # (p, n_a)
+        free = np.divide(
+            (arrays.g_hi - arrays.g_lo)[:, None],
+            rows,
+            out=np.full_like(rows, np.inf),
+            where=rows > 0.0,
+        )
+        span = np.minimum(self.span, free.min(axis=0, initial=np.inf))
+        return float((np.sqrt(curvature) * span).max(initial=0.0))
 
     def feasible(self, point: EffortPoint) -> bool:
         """Whether a point is within the limits."""

@@ -135,6 +135,8 @@ def solve_friction_inverse(
         return _unsolved(problem, lam, Status.NOT_FOUND, budget.spent)
     flat = _flat(search, held, settings.warm)
     best = _best(search, held, FLAT if flat else WARM if settings.warm else SLOPED, settings)
+    if flat and best.objective > (1.0 - SLOPING) * held.objective and search.feasible(held):
+        best = held  # crumbs would only make the efforts drift
     status = Status.OK
     if not search.feasible(best):
         status = Status.INFEASIBLE
