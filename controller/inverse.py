@@ -197,6 +197,23 @@ def energy_scale(W: Array, layout: Layout, pushing: Bools, groups: Ints | None =
     return _energy_scale(W, layout.n_e, layout.n_a, pushing, alike)
 
 
+def energy_cap(W_aa: Array, limits: Limits, size: float) -> float:
+    """Scale of the energy with which the largest efforts weigh like a way of a robot's size [m/N].
+
+    An object that nothing touches is moved by no actuator; the scale that follows from what the actuators
+    move would then let the weight of a palm outweigh the target.
+
+    Args:
+        W_aa: (n_a, n_a) compliance between actuators.
+        limits: of the efforts.
+        size: of the robot [m].
+    """
+    most = np.maximum(np.abs(limits.effort_min), np.abs(limits.effort_max))
+    energy = np.diag(W_aa) * most**2  # (n_a,)
+    largest = float(energy[np.isfinite(energy)].max(initial=0.0))
+    return size**2 / largest if largest > 0.0 else np.inf
+
+
 @kernel
 def _energy_scale(W: Array, n_e: int, n_a: int, pushing: Bools, groups: Ints) -> float:
     total = 0.0

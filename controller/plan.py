@@ -19,6 +19,8 @@ from tauten.controller.friction import (
     solve_friction_inverse,
 )
 from tauten.controller.inverse import (
+    energy_cap,
+    energy_scale,
     exact_problem,
     held_back,
     including_hold,
@@ -46,7 +48,9 @@ from tauten.model import (
     FrictionBlocks,
     PredictedStep,
     Robot,
+    forward_step,
     friction_blocks,
+    under_friction,
 )
 from tauten.model.numerics import Array, Bools
 
@@ -140,6 +144,56 @@ class Plan:
     start: Start
 
 
+def prepared_plans(
+    robot: Robot,
+    step: CondensedStep,
+    farther: CondensedStep,
+    forces: Forces,
+    keep: Command,
+    enrichment: Enrichment,
+) -> Prepared:
+    """All of a step but the target, from its condensed rows.
+
+    Args:
+        robot: units of effectors and actuators.
+        step: of one tick.
+        farther: over the horizon.
+        forces: of the last step.
+        keep: position or effort of each actuator in a hold.
+        enrichment: when unit columns join.
+    """
+    held = held_ahead(farther, forces, keep, enrichment)
+    found, layout = held.step.compliance, held.step.layout
+    W, _ = weighted_rows(found.W, found.delta_free, robot.effector_layout.scale)
+    pushing = held.lam[layout.contacts] > 0.0
+    if held.step.frictional:  # tangents never push
+        gaps = np.zeros_like(pushing)
+        gaps[held.step.gap_rows - layout.contacts.start] = True
+        pushing &= gaps
+    scale = energy_scale(W, layout, pushing, robot.actuators.groups)
+    return Prepared(step, held, forces, scale, farther)
+
+
+def held_ahead(
+    farther: CondensedStep, forces: Forces, keep: Command, enrichment: Enrichment
+) -> PredictedStep:
+    """The step over the horizon in which the actuators keep what they have.
+
+    With friction, unless no forces within the cones are found: then that of the last step is a load.
+
+    Args:
+        farther: the step.
+        forces: of the last step.
+        keep: position or effort of each actuator.
+        enrichment: when unit columns join.
+    """
+    if farther.frictional:
+        solved = forward_step(farther, enrichment, forces, keep)
+        if solved.converged:
+            return solved.prediction
+    return forward_step(under_friction(farther, forces), enrichment, forces, keep).prediction
+
+
 def make_plan(
     robot: Robot,
     prepared: Prepared,
@@ -172,7 +226,10 @@ def make_plan(
     step = _with_held_columns(prepared)
     plan = _plan_from(step, robot.h, *given)
     if plan.status is Status.NOT_FOUND:
-        return _plan_from(prepared.held.step, robot.h, *given)
+        loaded = prepared.held.step
+        if loaded.frictional:
+            loaded = under_friction(prepared.farther, prepared.forces)
+        return _plan_from(loaded, robot.h, *given)
     untouched = len(plan.predicted.step.extra) == 0 and not _brings_nearer(
         robot, prepared, aim, plan
     )
@@ -197,20 +254,11 @@ def _plan_from(
     settings: DecideSettings,
     locks: Command | None,
 ) -> Plan:
-    """A plan from a step over the horizon; the other arguments are those of `make_plan`.
-
-    Args:
-        step: with its first unit columns.
-        h: time in which the actuators move [s].
-        robot: limits, weights of the effectors.
-        prepared: the step.
-        aim: targets of the effector rows.
-        position: (n_a,) positions of the actuators commanded last [m].
-        settings: weights and tolerances.
-        locks: what locked actuators keep; None: all are decided.
-    """
+    """A plan from a step over the horizon with its first unit columns; the actuators move for a time h."""
     held, layout, gamma = prepared.held, prepared.held.step.layout, aim.gamma
-    scale = prepared.scale if not step.frictional else min(prepared.scale, _energy_cap(robot, step))
+    scale, W_aa = prepared.scale, step.compliance.W[layout.actuators, layout.actuators]
+    if step.frictional:
+        scale = min(scale, energy_cap(W_aa, robot.limits, robot.size))
     weight, share = settings.epsilon * scale, gamma / (1.0 + gamma)
     target = aim.scale * (
         aim.target + share * (held.delta[layout.effectors] - aim.target)
@@ -266,26 +314,11 @@ def _plan_from(
     )
 
 
-def _energy_cap(robot: Robot, step: CondensedStep) -> float:
-    """Scale of the energy with which the largest efforts weigh as effectors do that move by the robot's size.
-
-    An object that nothing touches is moved by no actuator; the scale that follows from what the actuators
-    move would then let the weight of a palm outweigh the target.
-
-    Args:
-        robot: its size, and limits of the efforts.
-        step: its compliance between actuators.
-    """
-    W = np.diag(step.compliance.W)[step.layout.actuators]
-    most = np.maximum(np.abs(robot.limits.effort_min), np.abs(robot.limits.effort_max))
-    energy = W * most**2  # (n_a,)
-    largest = float(energy[np.isfinite(energy)].max(initial=0.0))
-    return robot.size**2 / largest if largest > 0.0 else np.inf
-
-
 def _with_held_columns(prepared: Prepared) -> CondensedStep:
     """The step over the horizon with friction, and the unit columns that joined in the hold."""
     step, held = prepared.farther, prepared.held.step
+    if held.frictional:
+        return held
     joined = held.extra[len(step.extra) :]
     return step if len(joined) == 0 else step.with_unit_columns(joined)
 
@@ -333,9 +366,10 @@ def _solved_with_friction(
 def _start(held: PredictedStep, step: CondensedStep) -> tuple[Array, Bools]:
     """Efforts (n_a,) and pushing contacts of a hold, where the solver starts; new columns do not push."""
     layout = step.layout
-    pushing = np.zeros(step.n_contacts, np.bool_)
-    known = held.lam[layout.contacts] > 0.0
-    pushing[: len(known)] = known
+    pushing = np.zeros(len(step.compliance) - layout.contacts.start, np.bool_)
+    if step.frictional is held.step.frictional:
+        known = held.lam[layout.contacts] > 0.0
+        pushing[: len(known)] = known
     return held.lam[layout.actuators], pushing
 
 

@@ -21,10 +21,9 @@ import numpy as np
 from tauten.controller.actuation import Actuation
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.damping import Damping, adapted, undamped
-from tauten.controller.inverse import energy_scale, weighted_rows
 from tauten.controller.lead import Lead, leading, no_lead, with_tick
 from tauten.controller.locks import ahead_of_locks
-from tauten.controller.plan import Aim, DecideSettings, Plan, Prepared, make_plan
+from tauten.controller.plan import Aim, DecideSettings, Plan, Prepared, make_plan, prepared_plans
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
 from tauten.controller.winches import (
     exceeded,
@@ -46,11 +45,9 @@ from tauten.model import (
     Robot,
     State,
     condensed,
-    forward_step,
     one_blas_thread,
     recondensed,
     travel,
-    under_friction,
 )
 from tauten.model.numerics import Array, Bools
 
@@ -196,13 +193,8 @@ def prepare(
         there = ahead.system(assembled, horizon.integration)
         farther = recondensed(robot, space, step, there)
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
-    loaded = under_friction(farther, forces)
-    held = forward_step(loaded, enrichment, forces, Command.of(here, None)).prediction
-    found, layout = held.step.compliance, held.step.layout
-    W, _ = weighted_rows(found.W, found.delta_free, robot.effector_layout.scale)
-    pushing = held.lam[layout.contacts] > 0.0
-    scale = energy_scale(W, layout, pushing, robot.actuators.groups)
-    return Prepared(step, held, forces, scale, farther)
+    keep = Command.of(here, None)
+    return prepared_plans(robot, step, farther, forces, keep, enrichment)
 
 
 @one_blas_thread()

@@ -1,0 +1,111 @@
+"""A soft pad moves an object to a target through contact alone: only friction acts on it sideways."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from support.robots.bodies import box_mesh
+
+from tauten.controller import Controller
+from tauten.model import load_robot
+from tauten.model.numerics import Array
+
+CUBE = """
+name = "cube"
+[[bodies]]
+name = "block"
+rigid = true
+free = true
+mesh = { file = "cube.vtu" }
+material = { young_modulus = 1e8, poisson_ratio = 0.3, density = 2000.0 }
+[[surfaces]]
+name = "below"
+box = { lower = [-1.0, -1.0, -1.0], upper = [1.0, 1.0, 1.0] }
+normal = [0.0, 0.0, -1.0]
+[[effectors]]
+name = "place"
+kind = "centre"
+region = { lower = [-1.0, -1.0, -1.0], upper = [1.0, 1.0, 1.0] }
+weight = [1.0, 1.0, 0.0]
+"""
+PAD = """
+name = "pad"
+mesh = { file = "pad.vtu" }
+material = { young_modulus = 3e4, poisson_ratio = 0.3, density = 1000.0 }
+integration = { rayleigh_stiffness = 0.02 }
+fixed = [{ lower = [-1.0, -1.0, -1e-6], upper = [1.0, 1.0, 1e-6] }]
+[[cables]]
+name = "left"
+pull_point = [-0.03, 0.03, 0.03]
+points = [[0.0, 0.03, 0.03]]
+max_tension = 8.0
+max_pull = 0.02
+max_rate = 0.1
+[[cables]]
+name = "right"
+pull_point = [0.09, 0.03, 0.03]
+points = [[0.06, 0.03, 0.03]]
+max_tension = 8.0
+max_pull = 0.02
+max_rate = 0.1
+"""
+TABLE = """
+name = "table"
+[[parts]]
+name = "pad"
+robot = "pad.toml"
+[[parts]]
+name = "cube"
+robot = "cube.toml"
+position = [0.02, 0.02, 0.0301]
+[[contacts]]
+candidates = {{ part = "cube", surface = "below" }}
+against = {{ part = "pad" }}
+points = "vertices"
+friction = {friction}
+[controller]
+rate = 50.0
+"""
+
+
+def table(folder: Path, friction: float) -> Controller:
+    """A cube that lies on a soft pad which cables pull sideways."""
+    for name, size, cells in (
+        ("cube", (0.02, 0.02, 0.02), (1, 1, 1)),
+        ("pad", (0.06, 0.06, 0.03), (4, 4, 3)),
+    ):
+        mesh = box_mesh(size, cells)
+        meshio.write(folder / f"{name}.vtu", meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]))
+    (folder / "cube.toml").write_text(CUBE)
+    (folder / "pad.toml").write_text(PAD)
+    (folder / "table.toml").write_text(TABLE.format(friction=friction))
+    return Controller(load_robot(folder / "table.toml"))
+
+
+def moved(controller: Controller, way: Array, steps: int) -> Array:
+    """How far the cube has gone (3,) after steps towards a target this far away."""
+    for _ in range(10):
+        controller.hold()
+        controller.advance()
+    start = controller.effector_values
+    for _ in range(steps):
+        assert controller.step(start + way).status.usable
+    return controller.effector_values - start
+
+
+@pytest.mark.parametrize("way", [2e-3, -2e-3])
+def test_friction_carries_a_cube_to_its_target(tmp_path: Path, way: float) -> None:
+    controller = table(tmp_path, 0.5)
+    gone = moved(controller, np.array([way, 0.0, 0.0]), 30)
+    assert gone[0] == pytest.approx(way, abs=2e-4)
+    contacts = controller.contacts
+    assert contacts.pushing.sum() >= 3
+    assert contacts.normal_force.sum() == pytest.approx(2000.0 * 0.02**3 * 9.81, rel=0.02)
+
+
+def test_without_friction_nothing_carries_it(tmp_path: Path) -> None:
+    gone = moved(table(tmp_path, 0.0), np.array([2e-3, 0.0, 0.0]), 20)
+    assert gone[0] < 1e-3
