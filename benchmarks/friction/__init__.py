@@ -1,5 +1,6 @@
 """Contact problems with friction that others wrote, inverse problems, and how they are solved."""
 
+from benchmarks.friction.drift import DriftRun, drift
 from benchmarks.friction.inverse import (
     CUTS,
     InverseFrictionBench,
@@ -7,17 +8,19 @@ from benchmarks.friction.inverse import (
     bench_friction_inverse,
     frictionless_difference,
     inverse_run,
-    read_inverse,
 )
 from benchmarks.friction.published import FrictionBench, bench_friction, read_problem
+from benchmarks.friction.stored import read_inverse
 
 __all__ = [
     "CUTS",
+    "DriftRun",
     "FrictionBench",
     "InverseFrictionBench",
     "InverseRun",
     "bench_friction",
     "bench_friction_inverse",
+    "drift",
     "frictionless_difference",
     "inverse_run",
     "read_inverse",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.friction import CUTS, InverseFrictionBench, InverseRun
+from benchmarks.friction import CUTS, DriftRun, InverseFrictionBench, InverseRun
 from tauten.service.tables import Numbers, Page, measured_on
 
 ENOUGH = 0.01  # excess
@@ -35,7 +35,9 @@ def friction_inverse_page(result: InverseFrictionBench) -> Page:
             "99 %",
             "warm, median",
             "warm, 99 %",
-            "median [ms]",
+            "thread, median [ms]",
+            "99 % [ms]",
+            "clock, median [ms]",
             "99 % [ms]",
         ),
         tuple(
@@ -60,7 +62,9 @@ def friction_inverse_page(result: InverseFrictionBench) -> Page:
     )
     about = f"Measured on {measured_on(result.machine)}"
     return Page(
-        "python -m benchmarks friction-inverse", about, (shares, solves, physical, _checks(result))
+        "python -m benchmarks friction-inverse",
+        about,
+        (shares, solves, _drifts(result.drifts), physical, _checks(result)),
     )
 
 
@@ -73,9 +77,35 @@ def _share_row(name: str, runs: Sequence[InverseRun]) -> tuple[str, ...]:
 
 def _solves_row(name: str, runs: Sequence[InverseRun]) -> tuple[str, ...]:
     cold, warm = [run.solves for run in runs], [run.warm[1] for run in runs]
-    ms = [run.ms for run in runs]
+    times = [run.cpu_ms for run in runs], [run.ms for run in runs]
     counts = (f"{np.percentile(of, share):.0f}" for of in (cold, warm) for share in (50, 99))
-    return (name, *counts, *(f"{np.percentile(ms, share):.1f}" for share in (50, 99)))
+    return (
+        name,
+        *counts,
+        *(f"{np.percentile(of, share):.1f}" for of in times for share in (50, 99)),
+    )
+
+
+def _drifts(runs: Sequence[DriftRun]) -> Numbers:
+    """Closed loops."""
+    rows = tuple(
+        (
+            f"{run.n_a}",
+            f"{run.contacts} / {run.rank}",
+            f"{run.pushing:.1f}",
+            " / ".join(f"{value:.0f}" for value in run.solves),
+            " / ".join(f"{value:.2f}" for value in run.cpu_ms),
+            " / ".join(f"{value:.2f}" for value in run.wall_ms),
+            f"{run.error:.4f}",
+        )
+        for run in runs
+    )
+    columns = (
+        "efforts", "contacts / rank", "pushing", "linear systems", "thread [ms]", "clock [ms]", "RMS error",
+    )  # fmt: skip
+    return Numbers(
+        "600 warm steps, median / 99 % of a step; error of the target's RMS way", columns, rows
+    )
 
 
 def _checks(result: InverseFrictionBench) -> Numbers:

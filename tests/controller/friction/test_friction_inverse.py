@@ -10,6 +10,7 @@ import pytest
 
 from benchmarks.friction import (
     InverseRun,
+    drift,
     frictionless_difference,
     inverse_run,
     read_inverse,
@@ -209,6 +210,14 @@ def test_numbers_that_are_none_are_a_status() -> None:
     broken = replace(problem.program, m=np.full(15, np.nan))
     found = solve_friction_inverse(FrictionInverse(broken, problem.friction), np.zeros(3))
     assert found.status is Status.NOT_FINITE
+
+
+def test_a_target_that_moves_is_followed(reference: Path) -> None:
+    """From step to step, the slip of one being the start of the next."""
+    stored = {one.name: one for one in read_inverse(reference / "friction_inverse")}
+    run = drift(stored["step_a3_c2_r19_001"], steps=60)
+    assert run.error < 1e-3
+    assert run.inexact <= EXACT
 
 
 def test_some_stored_problems_are_solved(reference: Path) -> None:
