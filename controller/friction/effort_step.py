@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dpstrf
 
 from tauten.controller.friction.dual_qp import solve_dual
-from tauten.controller.friction.problem import FrictionInverse, contact_rows
+from tauten.controller.friction.problem import FrictionInverse, contact_rows, symmetric_root
 from tauten.controller.qpcc import UNBOUNDED, Backend, Qp, qp_backend
 from tauten.model.numerics import Array, kernel
 
@@ -49,9 +48,8 @@ def effort_arrays(problem: FrictionInverse) -> EffortArrays:
     """The arrays of a problem; its Q is factorised."""
     p, n_a, place = problem.program, problem.n_a, contact_rows(problem)
     size = len(p.m) + 2 * problem.singles
-    factor, pivots, rank, _ = dpstrf(p.Q, lower=1)
-    root = np.zeros((rank, len(p.Q)))
-    root[:, pivots - 1] = np.tril(factor)[:, :rank].T
+    root = symmetric_root(p.Q, -1.0).T
+    rank = len(root)
     root_c, G_c, c_c = np.zeros((rank, size)), np.zeros((len(p.G), size)), np.zeros(size)
     root_c[:, place], G_c[:, place], c_c[place] = root[:, n_a:], p.G[:, n_a:], p.c[n_a:]
     given = (p.lb, p.ub, p.G[:, :n_a], G_c, p.g_lo, p.g_hi)

@@ -114,18 +114,47 @@ def contact_rows(problem: FrictionInverse) -> Ints:
 def inverse_contacts(problem: FrictionInverse) -> InverseContacts:
     """Contacts with three rows each and a factor of their compliance, of a problem."""
     program, n_a, s = problem.program, problem.n_a, problem.singles
-    place, size = contact_rows(problem), len(program.m) + 2 * s
-    W, W_ca, q = np.zeros((size, size)), np.zeros((size, n_a)), np.zeros(size)
-    W[place[:, None], place] = program.M[:, n_a:]
-    W_ca[place], q[place] = program.M[:, :n_a], program.m
-    factor, pivots, rank, _ = dpstrf(W, lower=1, tol=RANK * max(float(np.diag(W).max()), 1e-300))
-    G = np.zeros((size, rank))
-    G[pivots - 1] = np.tril(factor)[:, :rank]
-    added = np.concatenate([place[:s] + 1, place[:s] + 2])
-    W[added, added] = np.tile(np.diag(W)[place[:s]], 2)
-    w = np.diag(W).reshape(-1, 3).max(axis=1)
-    mu = np.concatenate([np.zeros(s), problem.friction])
+    W, W_ca, q = program.M[:, n_a:].copy(), program.M[:, :n_a].copy(), program.m
+    mu, place = problem.friction, contact_rows(problem)
+    if s > 0:
+        size = len(q) + 2 * s
+        W, W_ca, q = np.zeros((size, size)), np.zeros((size, n_a)), np.zeros(size)
+        W[place[:, None], place] = program.M[:, n_a:]
+        W_ca[place], q[place] = program.M[:, :n_a], program.m
+        mu = np.concatenate([np.zeros(s), mu])
+    G = symmetric_root(W, RANK * max(float(W.diagonal().max()), 1e-300))
+    if s > 0:
+        added = np.concatenate([place[:s] + 1, place[:s] + 2])
+        W[added, added] = np.tile(W.diagonal()[place[:s]], 2)
+    w = W.diagonal().reshape(-1, 3).max(axis=1)
     return InverseContacts(W, W_ca, q, mu, w, G, problem.exact)
+
+
+def symmetric_root(A: Array, least: float) -> Array:
+    """G (n, rank) with A = G Gᵀ, of A (n, n) symmetric positive semidefinite.
+
+    Args:
+        A: (n, n).
+        least: pivot at which the factorisation ends; negative: at rounding.
+    """
+    factor, pivots, rank, _ = dpstrf(A, lower=1, tol=least)
+    return unpivoted(factor, pivots, rank)
+
+
+@kernel
+def unpivoted(factor: Array, pivots: Ints, rank: int) -> Array:
+    """The lower factor (n, rank) with its rows in their order.
+
+    Args:
+        factor: (n, n) of LAPACK, whose upper triangle is not used.
+        pivots: (n,) from one.
+        rank: columns.
+    """
+    G = np.zeros((len(pivots), rank))
+    for i in range(len(pivots)):
+        for j in range(min(i + 1, rank)):
+            G[pivots[i] - 1, j] = factor[i, j]
+    return G
 
 
 @dataclass(frozen=True, slots=True)
