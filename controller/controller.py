@@ -88,6 +88,7 @@ class Controller(RobotModel):
         )
         self.settled, none = False, no_forces(self.robot.n_a, self.space.k)
         self._origin = self.robot.rest(), none, np.zeros(self.robot.n_a)
+        self._decision: Decision | None = None
         self.reset()
 
     @classmethod
@@ -111,8 +112,8 @@ class Controller(RobotModel):
     def reset(self) -> None:
         """Return to the start without locks: rest without forces, unless `settle_start` found another one."""
         self._locks = no_locks(self.robot.n_a)
-        self.start_from(*self._origin)
         self.set_obstacles(self.robot.obstacles.at_start())
+        self.start_from(*self._origin)
 
     def settle_start(self) -> Report:
         """Start from the equilibrium under the loads with the actuators at rest, also after each `reset`.
@@ -138,7 +139,7 @@ class Controller(RobotModel):
         self._state, self._forces, self.status = state.copy(), forces.copy(), Status.OK
         self._contacts = self.robot.rows(state).contacts.found  # of the last step
         self._prepared: Prepared | None = None
-        self._decision: Decision | None = None
+        self._decision = None
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
         self._taken, self._stalled = (undamped(), no_lead()), np.zeros(self.robot.n_a, np.bool_)
@@ -154,9 +155,9 @@ class Controller(RobotModel):
             other: its forces and actuation are taken; it has the same contact basis.
             state: its state in this one's coordinates.
         """
+        self.set_obstacles(other.obstacles)
         self.start_from(state, other._forces, other.position)
         self._left, self.status, self._locks = other.actuation, other.status, other.locks
-        self.set_obstacles(other.obstacles)
 
     @property
     def period(self) -> float:

@@ -83,7 +83,8 @@ def controller_setup(
     kind = validated(ModelSettings, contents.get("model", {}), path, "model")
     loaded = make_robot(contents, path, changes)
     files = part_files(contents, path)
-    name = basis or controller.basis or (PARTS if files else "none")
+    alone = "full" if loaded.obstacles.obstacles else "none"  # obstacles are there to be touched
+    name = basis or controller.basis or (PARTS if files else alone)
     contact = load_contact(loaded, path, name)
     full = ControllerSetup(loaded, path, contact, name, controller, kind)
     reduced: Robot[ReducedBody | ReducedParts]

@@ -295,8 +295,10 @@ def _plan_from(
             known = contacts, settings, robot.size, weight * np.diag(W)[places.actuators]
             solution = _solved_with_friction(problem, start, *known)
             if solution.status is Status.INFEASIBLE and elastic:
-                problem = relaxed(problem, solution)
+                first, problem = solution, relaxed(problem, solution)
                 solution = _solved_with_friction(problem, start, *known)
+                if solution.status.usable:
+                    solution = replace(solution, status=Status.RELAXED, conflict=first.conflict)
         else:
             problem, solution = _solved(problem, start, settings.qpcc, elastic)
         if reduced is not None:

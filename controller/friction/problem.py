@@ -112,9 +112,12 @@ def contact_rows(problem: FrictionInverse) -> Ints:
 
 
 def inverse_contacts(problem: FrictionInverse) -> InverseContacts:
-    """Contacts with three rows each and a factor of their compliance, of a problem."""
+    """Contacts with three rows each and a factor of their compliance, of a problem.
+
+    Contacts that nothing moves, on what is fixed, are open: no force acts on what does not move.
+    """
     program, n_a, s = problem.program, problem.n_a, problem.singles
-    W, W_ca, q = program.M[:, n_a:].copy(), program.M[:, :n_a].copy(), program.m
+    W, W_ca, q = program.M[:, n_a:].copy(), program.M[:, :n_a].copy(), program.m.copy()
     mu, place = problem.friction, contact_rows(problem)
     if s > 0:
         size = len(q) + 2 * s
@@ -127,6 +130,12 @@ def inverse_contacts(problem: FrictionInverse) -> InverseContacts:
         added = np.concatenate([place[:s] + 1, place[:s] + 2])
         W[added, added] = np.tile(W.diagonal()[place[:s]], 2)
     w = W.diagonal().reshape(-1, 3).max(axis=1)
+    fixed = np.flatnonzero(w <= 0.0)
+    if len(fixed) > 0:
+        rows = (3 * fixed[:, None] + np.arange(3)).ravel()
+        w[fixed] = w.max() if w.any() else 1.0
+        W[rows, rows] = np.repeat(w[fixed], 3)
+        q[rows], q[3 * fixed] = 0.0, max(float(np.abs(q).max()), 1.0)
     return InverseContacts(W, W_ca, q, mu, w, G, problem.exact)
 
 

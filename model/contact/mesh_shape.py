@@ -183,6 +183,8 @@ def _table(path: Path) -> Array:
         rows = [[float(one) for one in line.split()] for line in lines if line.strip()]
     except ValueError as error:
         raise ValueError(f"file: {path} is no table of numbers ({error})") from error
+    if not rows:
+        raise ValueError(f"file: {path} has no heights")
     if len({len(row) for row in rows}) != 1:
         raise ValueError(f"file: {path}: its lines have different numbers of heights")
     return np.array(rows)

@@ -307,6 +307,12 @@ class ObstaclePoses:
         """Those at the start."""
         return poses_at_start(self.obstacles)
 
+    def with_given(self, seen: ObstaclePoses) -> ObstaclePoses:
+        """The poses of others of the same obstacles where they were given; else those of this one."""
+        chosen = zip(self.poses, seen.poses, seen.given, strict=True)
+        poses = tuple(theirs if given else own for own, theirs, given in chosen)
+        return replace(self, poses=poses, given=seen.given)
+
     def with_pose(self, name: str, pose: ObstaclePose) -> ObstaclePoses:
         """One obstacle elsewhere; it no longer follows a path.
 

@@ -247,8 +247,8 @@ def direction(name: str, value: Array) -> Array:
     return unit
 
 
-def positive(name: str, value: float) -> float:
+def positive(name: str, value: object) -> float:
     """A positive number, or a ValueError that names the parameter."""
-    if np.ndim(value) != 0 or not 0.0 < value < np.inf:
+    if not isinstance(value, int | float | np.number) or not 0.0 < value < np.inf:
         raise ValueError(f"{name}: expected a positive number [m], found {value}")
     return float(value)

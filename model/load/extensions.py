@@ -72,10 +72,7 @@ def made(make: Callable[..., Any], field: str, parameters: Parameters, *given: A
     Raises:
         RobotFileError: it takes other parameters, or refuses their values by a ValueError.
     """
-    keywords = {
-        name: np.array(value) if isinstance(value, list) else value
-        for name, value in parameters.items()
-    }
+    keywords = {name: _as_array(field, name, value) for name, value in parameters.items()}
     try:
         signature(make).bind(*given, **keywords)
     except TypeError as error:
@@ -84,3 +81,21 @@ def made(make: Callable[..., Any], field: str, parameters: Parameters, *given: A
         return make(*given, **keywords)
     except ValueError as error:
         raise RobotFileError(f"{field}.parameters: {error}") from error
+
+
+def _as_array(field: str, name: str, value: Any) -> Any:
+    """A list as an array; other values as they are.
+
+    Args:
+        field: table of the robot file, for errors.
+        name: of the parameter.
+        value: what the file says.
+    """
+    if not isinstance(value, list):
+        return value
+    try:
+        return np.array(value)
+    except ValueError as error:
+        raise RobotFileError(
+            f"{field}.parameters: {name}: rows of different lengths make no table"
+        ) from error

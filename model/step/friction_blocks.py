@@ -101,9 +101,12 @@ def step_certificate(solved: PredictedStep) -> FrictionCertificate | None:
     if not step.frictional or not solved.contacts_push:
         return None
     c = slice(step.layout.n_e + step.layout.n_a + len(step.reduced), None)
-    W, r = step.compliance.W[c, c], solved.lam[c]
+    W, r, delta = step.compliance.W[c, c], solved.lam[c], solved.delta[c]
     mu = step.rows.contacts.found.friction[step.extra]
-    return certify_friction(FrictionProblem(W, solved.delta[c] - W @ r, mu), r)
+    moves = np.diag(W).reshape(-1, 3).max(axis=1) > 0.0  # not on what is fixed
+    rows = np.flatnonzero(np.repeat(moves, 3))
+    W, r = W[rows[:, None], rows], r[rows]
+    return certify_friction(FrictionProblem(W, delta[rows] - W @ r, mu[moves]), r)
 
 
 def under_friction(step: CondensedStep, previous: Forces) -> CondensedStep:

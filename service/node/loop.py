@@ -201,17 +201,19 @@ class ControlLoop:
         Args:
             placed: obstacles that are elsewhere after the step than the model has them, by name.
         """
-        controller = self.controller
-        if self._state.mode is Mode.STOP:
-            return
-        controller.advance()
+        controller, stopped = self.controller, self._state.mode is Mode.STOP
+        if not stopped:
+            controller.advance()
         for name, pose in placed.items():
             controller.set_obstacles(controller.obstacles.with_pose(name, pose))
-        controller.prepare()
+        if not stopped:
+            controller.prepare()
 
     def rest(self) -> None:
-        """Reset the model to rest, where a release has left the robot."""
+        """Reset the model to rest, where a release has left the robot; obstacles stay where they are."""
+        seen = self.controller.obstacles
         self.controller.reset()
+        self.controller.set_obstacles(self.controller.obstacles.with_given(seen))
         self._ramp = None
 
     def hurry(self) -> None:

@@ -9,12 +9,14 @@ stands still where it is then.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 import zenoh
 
 from tauten.model.contact import ObstaclePose, PoseStream, pose_at, velocity_between
+from tauten.model.numerics import Array
 from tauten.service.wire.effector_messages import decode_effector
 from tauten.service.wire.effector_subscriber import Ring, age_by, payload_of
 from tauten.service.wire.health import Diagnostic, Level, MessageCounts
@@ -77,17 +79,14 @@ class ObstacleSubscriber:
         """
         changed = dict[str, ObstaclePose]()
         for name, track in self._tracks.items():
-            fresh = False
-            for _ in range(OBSTACLE_RING):
-                sample = track.source.try_recv()
-                if sample is None:
-                    break
+            fresh, samples = False, list(islice(iter(track.source.try_recv, None), OBSTACLE_RING))
+            for sample in reversed(samples):  # the newest that is good counts
                 refused = self._take(name, track, sample, now, wall)
                 if refused is None:
                     self.counts.accepted += 1
                     fresh = True
-                else:
-                    self.counts.refuse(refused)
+                    break
+                self.counts.refuse(refused)
             if track.pose is not None and fresh:
                 changed[name] = track.pose.after(now - track.made + ahead)
             elif track.pose is not None and track.moving and self._is_silent(track, now):
@@ -191,4 +190,15 @@ def _followed(
             return Rejection(RejectionReason.NOT_PLAUSIBLE, detail)
     if seconds > stream.timeout:  # it stood still meanwhile
         return pose
-    return velocity_between(track.pose, pose, max(seconds, SHORTEST))
+    found = velocity_between(track.pose, pose, max(seconds, SHORTEST))
+    return replace(
+        found,
+        velocity=_at_most(found.velocity, stream.largest_speed),
+        spin=_at_most(found.spin, stream.largest_spin),
+    )
+
+
+def _at_most(vector: Array, length: float) -> Array:
+    """A vector (3,) that is no longer than a length."""
+    own = float(np.linalg.norm(vector))
+    return vector if own <= length else vector * (length / own)

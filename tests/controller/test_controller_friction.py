@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from support.robots.bodies import beam_config, box_mesh
 
-from tauten.controller import Controller
+from tauten.controller import Controller, Status
 from tauten.controller.step import hold, prepare
-from tauten.model import Command, Robot, friction_blocks
+from tauten.model import Command, Robot, Simulator, friction_blocks
 from tauten.model.friction import FrictionProblem, certify_friction
 from tauten.model.load import build_robot
 from tauten.model.schema import RobotConfig
@@ -16,15 +16,24 @@ from tauten.model.schema import RobotConfig
 SIZE = (0.1, 0.01, 0.01)
 
 
-def finger(friction: float, scheme: str = "implicit-euler") -> Robot:
-    """A beam 1 mm above a table, which a cable on its lower side bends down."""
+def finger(
+    friction: float, scheme: str = "implicit-euler", table: float = -0.001, held: float = 0.0001
+) -> Robot:
+    """A beam above a table, by default 1 mm, which a cable on its lower side bends down.
+
+    Args:
+        friction: coefficient.
+        scheme: of its steps.
+        table: height of it [m].
+        held: length of the beam that is fixed [m].
+    """
     settings = beam_config(
-        SIZE, gravity=[0.0, 0.0, -9.81],
+        SIZE, fixed=[{"lower": [-1.0, -1.0, -1.0], "upper": [held, 1.0, 1.0]}], gravity=[0.0, 0.0, -9.81],
         integration={"scheme": scheme},
         regions=[{"name": "below", "kind": "normal", "direction": [0, 0, -1]}],
         obstacles=[
             {"name": "table", "shape": "plane",
-             "parameters": {"point": [0.0, 0.0, -0.001], "normal": [0.0, 0.0, 1.0]}}
+             "parameters": {"point": [0.0, 0.0, table], "normal": [0.0, 0.0, 1.0]}}
         ],
         contacts=[
             {"candidates": "below", "against": "table", "points": 20, "friction": friction}
@@ -95,3 +104,27 @@ def test_plans_count_on_a_share_of_the_friction(pressing: Controller) -> None:
         assert (across <= 0.8 * 0.5 * r[:, 0] + 1e-7).all()
         slopes += (across[r[:, 0] > 1e-3] / r[r[:, 0] > 1e-3, 0]).tolist()
     assert max(slopes) > 0.8 * 0.5 * 0.99  # and some slip at that border
+
+
+def test_candidates_on_what_is_fixed_are_in_nobodys_way() -> None:
+    """Nothing moves them, so no force on them is needed, and none would help."""
+    robot = finger(0.5, table=0.00004, held=0.0301)
+    simulator = Simulator(robot, "full")
+    for _ in range(3):
+        assert simulator.step(position=[0.0]).converged
+    assert simulator.certificate is None or simulator.certificate.error < 1e-8
+    controller = Controller(finger(0.5, held=0.0301))
+    goal = controller.tip + np.array([0.0, 0.0, 0.05])  # out of reach: contact is looked for
+    statuses = {controller.step(goal).status for _ in range(10)}
+    assert Status.NOT_FOUND not in statuses
+
+
+def test_contacts_are_those_of_the_obstacles_after_a_reset() -> None:
+    controller = Controller(finger(0.5))
+    before = len(controller.contacts.contacts)
+    assert before > 0
+    controller.place("table", [0.0, 0.0, -0.5])
+    controller.step(controller.effector_values)
+    assert len(controller.contacts.contacts) == 0
+    controller.reset()
+    assert len(controller.contacts.contacts) == before

@@ -10,11 +10,13 @@ import meshio
 import numpy as np
 import pytest
 
+from tauten.model import RobotFileError
 from tauten.model.actuators import winding
 from tauten.model.contact import heights_of_file, mesh_of_file
 from tauten.model.contact.mesh_shape import MeshShape
 from tauten.model.contact.outlines import box, cylinder, rod
 from tauten.model.contact.shapes import BoxShape
+from tauten.model.load.extensions import made
 from tauten.model.mesh import welded
 from tauten.model.mesh.triangle_distance import distances_to_triangles
 from tauten.model.numerics import Array, Ints
@@ -180,6 +182,8 @@ def test_heights_of_a_file_are_a_closed_body(tmp_path: Path) -> None:
         ({"spacing": [1.0, 0.0]}, "spacing: expected a positive number"),
         ({"spacing": [1.0]}, "spacing: expected two numbers"),
         ({"thickness": -1.0}, "thickness: expected a positive number"),
+        ({"thickness": "thin"}, "thickness: expected a positive number"),
+        ({"heights": None, "file": "empty.csv"}, "has no heights"),
     ],
 )
 def test_heights_that_make_no_body_are_refused(
@@ -187,8 +191,15 @@ def test_heights_that_make_no_body_are_refused(
 ) -> None:
     (tmp_path / "ragged.csv").write_text("1 2\n3\n")
     (tmp_path / "text.csv").write_text("high, low\n")
+    (tmp_path / "empty.csv").write_text("\n")
     table: dict[str, Any] = {
         "corner": np.zeros(3), "spacing": [1.0, 1.0], "thickness": 1.0, "heights": np.eye(3), **changes,
     }  # fmt: skip
     with pytest.raises(ValueError, match=sentence):
         heights_of_file(tmp_path, **table)
+
+
+def test_rows_of_different_lengths_in_a_robot_file_are_refused() -> None:
+    field = {"heights": [[0.0, 0.0], [0.0]], "corner": [0.0, 0.0, 0.0], "spacing": [1.0, 1.0]}
+    with pytest.raises(RobotFileError, match="heights: rows of different lengths make no table"):
+        made(heights_of_file, "obstacles.0", {**field, "thickness": 1.0}, Path())

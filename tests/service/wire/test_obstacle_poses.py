@@ -95,6 +95,7 @@ def test_the_velocity_is_that_between_poses_and_continues_them(sender: Sender) -
 
 def test_a_stream_that_stops_leaves_the_obstacle_where_it_is_then(sender: Sender) -> None:
     sender.put(0.0, (0.0, 0.0, 0.1))
+    sender.read(0.0)
     sender.put(0.1, (0.02, 0.0, 0.1))
     sender.read(0.1)
     assert sender.read(0.29) is None
@@ -109,6 +110,17 @@ def test_a_stream_that_stops_leaves_the_obstacle_where_it_is_then(sender: Sender
     sender.put(1.0, (0.1, 0.0, 0.1))  # it may have moved meanwhile, its velocity is not known
     np.testing.assert_allclose(sender.read(1.0), [0.1, 0.0, 0.1, 0.0, 0.0, 0.0], atol=1e-9)
     assert sender.subscriber.diagnostic(1.0).values["silent"] == ""
+
+
+def test_many_small_jumps_in_a_tick_are_no_way_round_the_largest_speed(sender: Sender) -> None:
+    """A pose may differ by noise from the last one; of those that come within a tick one counts."""
+    sender.put(0.0, (0.0, 0.0, 0.1))
+    sender.read(0.0)
+    for k in range(1, 5):
+        sender.put(1e-4 * k, (9e-5 * k, 0.0, 0.1))
+    found = sender.read(0.01)
+    assert found is None or np.linalg.norm(found[3:]) <= STREAM.largest_speed * (1.0 + 1e-9)
+    assert found is None or found[0] < 2e-4 + STREAM.largest_speed * 0.1
 
 
 nan = float("nan")
