@@ -28,7 +28,8 @@ class ControllerSettings(Section):
     basis: str | None = Field(
         default=None,
         description="Contact basis of the controller: a .basis file beside the robot file, a shipped one, "
-        '"full" for pointwise contact, or "none"; by default "full" where the file has obstacles, else "none".',
+        '"full" for pointwise contact, or "none"; by default "full" where the file has obstacles, and else '
+        '"none".',
     )
     horizon: Annotated[float, Field(ge=0.0, le=60.0)] = Field(
         default=0.2,
