@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -19,6 +20,7 @@ from tauten.model.kernels import (
     portable_machine,
     used_archive,
 )
+from tauten.model.load import robot_path
 from tauten.reduction import atomic_write
 from tauten.service.kernels.inventory import PackError, kernel_caches
 from tauten.service.process import Progress
@@ -33,6 +35,32 @@ START = "from tauten.service.kernels.workload import run_robot; run_robot({!r})"
 ROBOTS = (
     "finger", "trunk", "diamond", "tripod", "pneumatic_finger", "accordion", "gripper", "manipulator",
 )  # fmt: skip
+PLATE = """
+[[obstacles]]
+name = "plate"
+shape = "plane"
+parameters = { point = [0.02, 0.0, 0.0], normal = [-1.0, 0.0, 0.0] }
+
+[[obstacles]]
+name = "ground"
+shape = "height-field"
+
+[obstacles.parameters]
+corner = [-0.2, -0.2, -0.103]
+spacing = [0.2, 0.2]
+thickness = 0.05
+heights = [[0.0, 0.0, 0.0], [0.0, 0.001, 0.0], [0.0, 0.0, 0.0]]
+
+[[contacts]]
+against = "plate"
+points = 40
+friction = 0.5
+
+[[contacts]]
+against = "ground"
+points = 40
+friction = 0.3
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +107,7 @@ def pack_kernels(file: Path, report: Progress) -> Packed:
 
 
 def workload(work: Path) -> dict[str, list[str]]:
-    """What is run, by what is said meanwhile: README's first command, every shipped robot, a reduction."""
+    """What is run, by what is said meanwhile: the demo, shipped robots, friction, a reduction."""
     demo = ["-m", "tauten.service", "demo", "--seconds", "2", "--out", str(work / "demo")]
     robots = {f"{name}: control steps and a plant": ["-c", START.format(name)] for name in ROBOTS}
     snapshots = (
@@ -97,7 +125,17 @@ def workload(work: Path) -> dict[str, list[str]]:
         ]
         for kind, options in kinds.items()
     }
-    return {"tauten demo": demo, **robots, **reductions}
+    plate = {"finger with friction": ["-c", START.format(str(finger_on_plate(work)))]}
+    return {"tauten demo": demo, **robots, **plate, **reductions}
+
+
+def finger_on_plate(folder: Path) -> Path:
+    """The shipped finger before a plate and over a ground, with friction; its robot file in a folder."""
+    source = robot_path("finger")
+    shutil.copy(source.with_suffix(".vtu"), folder)
+    file = folder / "finger.toml"
+    file.write_text(source.read_text(encoding="utf-8") + PLATE, encoding="utf-8")
+    return file
 
 
 def run(command: list[str], variables: Mapping[str, str]) -> str:
