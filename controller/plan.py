@@ -240,7 +240,8 @@ def make_plan(
             step = step.with_unit_columns(near)
         seeking = _plan_from(step, ENDLESSLY, *given)
         if seeking.status.usable and _brings_nearer(robot, prepared, aim, seeking):
-            return replace(seeking, status=Status.SEEKING_CONTACT)
+            relaxed_too = seeking.status is Status.RELAXED  # of the two, limits are what a user must know
+            return seeking if relaxed_too else replace(seeking, status=Status.SEEKING_CONTACT)
     return plan
 
 
