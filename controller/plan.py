@@ -240,8 +240,9 @@ def make_plan(
             step = step.with_unit_columns(near)
         seeking = _plan_from(step, ENDLESSLY, *given)
         if seeking.status.usable and _brings_nearer(robot, prepared, aim, seeking):
-            relaxed_too = seeking.status is Status.RELAXED  # of the two, limits are what a user must know
-            return seeking if relaxed_too else replace(seeking, status=Status.SEEKING_CONTACT)
+            if seeking.status is Status.RELAXED:  # of the two, what a user must know
+                return seeking
+            return replace(seeking, status=Status.SEEKING_CONTACT)
     return plan
 
 
