@@ -294,13 +294,10 @@ def _plan_from(
         elastic = not aim.equations.any()
         if loop.step.frictional and len(loop.step.extra) > 0:
             contacts = friction_blocks(loop.step, prepared.forces)
-            known = contacts, settings, robot.size, weight * np.diag(W)[places.actuators]
-            solution = _solved_with_friction(problem, start, *known)
-            if solution.status is Status.INFEASIBLE and elastic:
-                first, problem = solution, relaxed(problem, solution)
-                solution = _solved_with_friction(problem, start, *known)
-                if solution.status.usable:
-                    solution = replace(solution, status=Status.RELAXED, conflict=first.conflict)
+            energy = weight * np.diag(W)[places.actuators]
+            problem, solution = _solved_with_friction(
+                problem, start, contacts, settings, robot.size, energy, elastic
+            )
         else:
             problem, solution = _solved(problem, start, settings.qpcc, elastic)
         if reduced is not None:
@@ -308,14 +305,8 @@ def _plan_from(
         else:
             lam = np.concatenate([np.zeros(layout.n_e), solution.lam_a, solution.beta])
         loop.check(lam, solution.status.usable)
-    return Plan(
-        loop.prediction,
-        solution.status,
-        solution.certificate,
-        solution.conflict,
-        problem,
-        start,
-    )
+    ended = solution.status, solution.certificate, solution.conflict
+    return Plan(loop.prediction, *ended, problem, start)
 
 
 def _with_held_columns(prepared: Prepared) -> CondensedStep:
@@ -344,8 +335,9 @@ def _solved_with_friction(
     settings: DecideSettings,
     size: float,
     energy: Array,
-) -> Solution:
-    """Solve a problem whose last rows are contacts with friction, three of each.
+    elastic: bool,
+) -> tuple[Qpcc, Solution]:
+    """Solve a problem whose last rows are contacts with friction, three of each, as `_solved` does.
 
     Args:
         problem: limits, objective, rows of the contacts.
@@ -354,17 +346,27 @@ def _solved_with_friction(
         settings: of the solver, and the share of friction.
         size: of the robot [m].
         energy: (n_a,) curvatures of the energy of the actuators.
+        elastic: whether limits may be relaxed.
     """
     forces, share = np.zeros(len(problem.m)), settings.friction_share
     forces[len(forces) - len(contacts.r) :] = contacts.r
-    inverse = FrictionInverse(
-        problem, share * contacts.mu, EXACTLY * size, 0.5 * (ARRIVED * size) ** 2, energy
-    )
-    solves = 2 * settings.qpcc.max_pivots
+    enough, solves = 0.5 * (ARRIVED * size) ** 2, 2 * settings.qpcc.max_pivots
     limited = FrictionSettings(
         settings.qpcc.solver, solves, settings.qpcc.time_limit, PATH_STEPS, DESCENT, warm=True
     )
-    return as_solution(problem, solve_friction_inverse(inverse, start.lam_a, forces, limited))
+
+    def solved(given: Qpcc) -> Solution:
+        inverse = FrictionInverse(given, share * contacts.mu, EXACTLY * size, enough, energy)
+        return as_solution(given, solve_friction_inverse(inverse, start.lam_a, forces, limited))
+
+    solution = solved(problem)
+    if solution.status is not Status.INFEASIBLE or not elastic:
+        return problem, solution
+    wider = relaxed(problem, solution)
+    again = solved(wider)
+    if again.status.usable:
+        again = replace(again, status=Status.RELAXED, conflict=solution.conflict)
+    return wider, again
 
 
 def _start(held: PredictedStep, step: CondensedStep) -> tuple[Array, Bools]:

@@ -8,6 +8,7 @@ from benchmarks.friction.inverse import (
     bench_friction_inverse,
     frictionless_difference,
     inverse_run,
+    normals_alone,
 )
 from benchmarks.friction.published import FrictionBench, bench_friction, read_problem
 from benchmarks.friction.stored import read_inverse
@@ -23,6 +24,7 @@ __all__ = [
     "drift",
     "frictionless_difference",
     "inverse_run",
+    "normals_alone",
     "read_inverse",
     "read_problem",
 ]

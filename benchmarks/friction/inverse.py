@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.friction.drift import DriftRun, drift
 from benchmarks.friction.stored import WARM, StoredInverse, read_inverse, solve_stored, violation
 from tauten.controller.friction import FrictionInverse, FrictionSettings, solve_friction_inverse
-from tauten.controller.qpcc import Start, solve_qpcc
+from tauten.controller.qpcc import Qpcc, Start, solve_qpcc
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 
 CUTS = (2, 4, 8)  # linear systems
@@ -129,13 +129,11 @@ def inverse_run(stored: StoredInverse) -> InverseRun:
     )
 
 
-def frictionless_difference(stored: StoredInverse) -> float:
-    """Objective with next to no friction less that of the QPCC of the normals, relative to hold."""
-    program, n_a = stored.problem.program, len(stored.lam)
-    problem = FrictionInverse(program, np.full(len(stored.problem.friction), ALMOST_NONE))
-    found = solve_friction_inverse(problem, stored.lam)
+def normals_alone(program: Qpcc) -> Qpcc:
+    """A problem whose contacts have three rows each, with the rows of their normals alone."""
+    n_a = len(program.lb)
     z = np.concatenate([np.arange(n_a), n_a + np.arange(0, len(program.m), 3)])
-    normal = replace(
+    return replace(
         program,
         Q=program.Q[z[:, None], z],
         c=program.c[z],
@@ -143,5 +141,12 @@ def frictionless_difference(stored: StoredInverse) -> float:
         M=program.M[::3][:, z],
         m=program.m[::3],
     )
-    without = solve_qpcc(normal, Start(stored.lam, stored.forces[::3] > 0.0))
+
+
+def frictionless_difference(stored: StoredInverse) -> float:
+    """Objective with next to no friction less that of the QPCC of the normals, relative to hold."""
+    program = stored.problem.program
+    problem = FrictionInverse(program, np.full(len(stored.problem.friction), ALMOST_NONE))
+    found = solve_friction_inverse(problem, stored.lam)
+    without = solve_qpcc(normals_alone(program), Start(stored.lam, stored.forces[::3] > 0.0))
     return (found.objective - without.objective) / found.held

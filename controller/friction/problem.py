@@ -18,6 +18,7 @@ import numpy as np
 from scipy.linalg.lapack import dpstrf
 
 from tauten.controller.qpcc import Qpcc
+from tauten.model.friction import padded_places, padded_rows
 from tauten.model.numerics import Array, Ints, kernel
 
 RANK = 1e-12  # of the largest diagonal entry, pivots of the factor of W_cc below which it ends
@@ -107,8 +108,7 @@ def displacements(contacts: InverseContacts, lam: Array, r: Array) -> Array:
 
 def contact_rows(problem: FrictionInverse) -> Ints:
     """Where each row (s + 3 k,) of a problem is among those of contacts with three rows each."""
-    s = problem.singles
-    return np.concatenate([3 * np.arange(s), np.arange(3 * s, 2 * s + len(problem.program.m))])
+    return padded_places(len(problem.program.m), len(problem.friction))
 
 
 def inverse_contacts(problem: FrictionInverse) -> InverseContacts:
@@ -116,27 +116,21 @@ def inverse_contacts(problem: FrictionInverse) -> InverseContacts:
 
     Contacts that nothing moves, on what is fixed, are open: no force acts on what does not move.
     """
-    program, n_a, s = problem.program, problem.n_a, problem.singles
-    W, W_ca, q = program.M[:, n_a:].copy(), program.M[:, :n_a].copy(), program.m.copy()
-    mu, place = problem.friction, contact_rows(problem)
-    if s > 0:
-        size = len(q) + 2 * s
-        W, W_ca, q = np.zeros((size, size)), np.zeros((size, n_a)), np.zeros(size)
-        W[place[:, None], place] = program.M[:, n_a:]
-        W_ca[place], q[place] = program.M[:, :n_a], program.m
-        mu = np.concatenate([np.zeros(s), mu])
-    G = symmetric_root(W, RANK * max(float(W.diagonal().max()), 1e-300))
-    if s > 0:
-        added = np.concatenate([place[:s] + 1, place[:s] + 2])
-        W[added, added] = np.tile(W.diagonal()[place[:s]], 2)
+    program, n_a = problem.program, problem.n_a
+    M = program.M[:, n_a:]
+    root = symmetric_root(M, RANK * max(float(M.diagonal().max()), 1e-300))  # (s + 3 k, rank)
+    rows = padded_rows(M, program.m, problem.friction)
+    W, q, place = rows.W, rows.q, rows.place
+    W_ca, G = np.zeros((len(q), n_a)), np.zeros((len(q), root.shape[1]))
+    W_ca[place], G[place] = program.M[:, :n_a], root
     w = W.diagonal().reshape(-1, 3).max(axis=1)
     fixed = np.flatnonzero(w <= 0.0)
     if len(fixed) > 0:
-        rows = (3 * fixed[:, None] + np.arange(3)).ravel()
+        still = (3 * fixed[:, None] + np.arange(3)).ravel()
         w[fixed] = w.max() if w.any() else 1.0
-        W[rows, rows] = np.repeat(w[fixed], 3)
-        q[rows], q[3 * fixed] = 0.0, max(float(np.abs(q).max()), 1.0)
-    return InverseContacts(W, W_ca, q, mu, w, G, problem.exact)
+        W[still, still] = np.repeat(w[fixed], 3)
+        q[still], q[3 * fixed] = 0.0, max(float(np.abs(q).max()), 1.0)
+    return InverseContacts(W, W_ca, q, rows.mu, w, G, problem.exact)
 
 
 def symmetric_root(A: Array, least: float) -> Array:

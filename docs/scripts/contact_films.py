@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from film import FIGURES, MM, THEMES, Theme
+from film import FIGURES, MM, THEMES, Theme, draw_course
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
@@ -280,19 +280,10 @@ def draw(film: Film, scene: Scene, theme: Theme) -> list[Image.Image]:
             bbox_to_anchor=(0.0, 1.08),
         )  # fmt: skip
         for axes, (title, _), row in zip(plots, scene.plots, values.T, strict=True):
-            axes.clear()
-            axes.set_facecolor(theme.paper)
-            axes.plot(time, row, color=theme.ink, lw=0.8, alpha=0.35)
-            axes.plot(time[: now + 1], row[: now + 1], color=theme.ink, lw=1.6)
-            axes.plot(time[now], row[now], "o", color=theme.accent, ms=5, clip_on=False)
-            axes.set_title(
-                f"{title}: {round(row[now], 2) + 0.0:.2f}", loc="left", fontsize=10, color=theme.ink
-            )
+            draw_course(axes, time, row, now, title, theme)
             space = 0.08 * max(float(np.ptp(row)), 1e-9)
-            axes.set(xlim=(0.0, time[-1]), ylim=(row.min() - space, row.max() + space))
-            axes.tick_params(colors=theme.ink, labelsize=8, labelbottom=axes is plots[-1])
-            for name, spine in axes.spines.items():
-                spine.set(color=theme.ink, visible=name in ("left", "bottom"))
+            axes.set_ylim(row.min() - space, row.max() + space)
+            axes.tick_params(labelbottom=axes is plots[-1])
         plots[-1].set_xlabel("time [s]", fontsize=9, color=theme.ink)
         canvas.draw()
         pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))

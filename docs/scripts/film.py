@@ -12,12 +12,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 from PIL import Image
 
 from tauten.controller import Controller
 from tauten.model import Simulator
+from tauten.model.numerics import Array
 from tauten.service.plant import PathSettings, make_path
 from tauten.service.plots.body import Side, draw_body, draw_forces
 
@@ -127,20 +130,40 @@ def draw(
         body.plot(*way[now, [0, 2]], "o", color=theme.accent, ms=7, zorder=5)
         draw_forces(body, frame.candidates, frame.forces, SIDE, max(largest, 1e-9))
         for axes, (title, values) in zip(plots, rows, strict=True):
-            axes.clear()
-            axes.set_facecolor(theme.paper)
-            axes.plot(time, values, color=theme.ink, lw=0.8, alpha=0.35)
-            axes.plot(time[: now + 1], values[: now + 1], color=theme.ink, lw=1.6)
-            axes.plot(time[now], values[now], "o", color=theme.accent, ms=5, clip_on=False)
-            axes.set_title(f"{title}: {values[now]:.2f}", loc="left", fontsize=10, color=theme.ink)
-            axes.set(xlim=(0.0, time[-1]), ylim=(0.0, 1.1 * max(max(values), 1e-9)))
-            axes.tick_params(colors=theme.ink, labelsize=8, labelbottom=axes is plots[-1])
-            for name, spine in axes.spines.items():
-                spine.set(color=theme.ink, visible=name in ("left", "bottom"))
+            draw_course(axes, time, values, now, title, theme)
+            axes.set_ylim(0.0, 1.1 * max(max(values), 1e-9))
+            axes.tick_params(labelbottom=axes is plots[-1])
         plots[-1].set_xlabel("time [s]", fontsize=9, color=theme.ink)
         canvas.draw()
         pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
     return pictures
+
+
+def draw_course(
+    axes: Axes, time: Array, values: ArrayLike, now: int, title: str, theme: Theme
+) -> None:
+    """Draw a quantity over time: what has been is bold, and its title says what it is now.
+
+    Args:
+        axes: to draw into.
+        time: (m,) [s].
+        values: (m,) of the quantity.
+        now: number of the time that is shown.
+        title: name and unit.
+        theme: colours.
+    """
+    values = np.asarray(values)
+    axes.clear()
+    axes.set_facecolor(theme.paper)
+    axes.plot(time, values, color=theme.ink, lw=0.8, alpha=0.35)
+    axes.plot(time[: now + 1], values[: now + 1], color=theme.ink, lw=1.6)
+    axes.plot(time[now], values[now], "o", color=theme.accent, ms=5, clip_on=False)
+    shown = round(values[now], 2) + 0.0  # without a sign of zero
+    axes.set_title(f"{title}: {shown:.2f}", loc="left", fontsize=10, color=theme.ink)
+    axes.set_xlim(0.0, time[-1])
+    axes.tick_params(colors=theme.ink, labelsize=8)
+    for name, spine in axes.spines.items():
+        spine.set(color=theme.ink, visible=name in ("left", "bottom"))
 
 
 def main() -> None:

@@ -199,6 +199,16 @@ class Obstacle:
     path: ObstaclePath | None = None
     stream: PoseStream | None = None
 
+    @property
+    def start(self) -> ObstaclePose:
+        """Where it is at the start: at the beginning of its path, or at its pose."""
+        return self.pose if self.path is None else self.path.at(0.0)
+
+    @property
+    def may_move(self) -> bool:
+        """Whether it follows a path or a stream of poses."""
+        return self.path is not None or self.stream is not None
+
     def within(self, name: str, place: ObstaclePose) -> Obstacle:
         """The same obstacle where the frame of its part stands in that of a robot.
 
@@ -331,5 +341,5 @@ class ObstaclePoses:
 
 def poses_at_start(obstacles: tuple[Obstacle, ...]) -> ObstaclePoses:
     """Where obstacles are at the start: at the beginning of their paths, others at the pose of the file."""
-    poses = tuple(one.pose if one.path is None else one.path.at(0.0) for one in obstacles)
+    poses = tuple(one.start for one in obstacles)
     return ObstaclePoses(obstacles, poses, given=(False,) * len(obstacles))

@@ -164,11 +164,7 @@ class CylinderShape:
         side = flat / np.where(width > 0.0, width, 1.0)[:, None]
         end = np.copysign(1.0, height)[:, None] * self._axis  # (m, 3)
         beyond = np.stack([np.abs(height) - self._half, width - self._radius], axis=1)
-        inside = beyond.max(axis=1) <= 0.0
-        nearest = np.eye(2)[beyond.argmax(axis=1)]  # (m, 2), the face of points inside
-        out = np.where(inside[:, None], nearest, np.maximum(beyond, 0.0))
-        length = np.linalg.norm(out, axis=1)
-        gap = np.where(inside, beyond.max(axis=1), length)
+        gap, out, length = beyond_faces(beyond)
         return gap, (out[:, :1] * end + out[:, 1:] * side) / length[:, None]
 
     def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
@@ -198,11 +194,7 @@ class BoxShape:
         """Distances (m,) of points (m, 3) [m], inside to the nearest face, and their gradients (m, 3)."""
         away = points - self._centre
         beyond = np.abs(away) - self._half  # (m, 3), of the faces
-        inside = beyond.max(axis=1) <= 0.0
-        nearest = np.eye(3)[beyond.argmax(axis=1)]  # (m, 3), the face of points inside
-        out = np.where(inside[:, np.newaxis], nearest, np.maximum(beyond, 0.0))
-        length = np.linalg.norm(out, axis=1)
-        gap = np.where(inside, beyond.max(axis=1), length)
+        gap, out, length = beyond_faces(beyond)
         return gap, np.copysign(out, away) / length[:, None]
 
     def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
@@ -227,6 +219,23 @@ def around(away: Array, radius: float) -> tuple[Array, Array]:
     far = length > 0.0
     normal = np.where(far[:, None], away, [0.0, 0.0, 1.0])
     return length - radius, normal / np.where(far, length, 1.0)[:, None]
+
+
+def beyond_faces(beyond: Array) -> tuple[Array, Array, Array]:
+    """Distances (m,) of points to a convex body whose faces are across each other, and the way out of it.
+
+    Args:
+        beyond: (m, k) of the points and the faces, negative inside [m].
+
+    Returns:
+        gap (m,) [m], inside to the nearest face; out (m, k) along the normals of the faces; length (m,) of
+        out.
+    """
+    inside = beyond.max(axis=1) <= 0.0
+    nearest = np.eye(beyond.shape[1])[beyond.argmax(axis=1)]  # (m, k), the face of points inside
+    out = np.where(inside[:, None], nearest, np.maximum(beyond, 0.0))
+    length = np.linalg.norm(out, axis=1)
+    return np.where(inside, beyond.max(axis=1), length), out, length
 
 
 def vector(name: str, value: Array) -> Array:

@@ -1,6 +1,7 @@
 """Contact with exact Coulomb friction: the problem, its solver and its certificate."""
 
 from tauten.model.friction.certificate import FrictionCertificate, certify_friction
+from tauten.model.friction.padded_rows import moving_contacts, padded_places, padded_rows
 from tauten.model.friction.problem import FrictionProblem, natural_error
 from tauten.model.friction.proximal_newton import Cones, newton_forces, solve_friction
 
@@ -9,7 +10,10 @@ __all__ = [
     "FrictionCertificate",
     "FrictionProblem",
     "certify_friction",
+    "moving_contacts",
     "natural_error",
     "newton_forces",
+    "padded_places",
+    "padded_rows",
     "solve_friction",
 ]

@@ -155,7 +155,7 @@ def check_obstacle(obstacle: Obstacle, points: Array, depth: float, where: str) 
         depth: that is accepted [m].
         where: file and name of the table, for errors.
     """
-    start = obstacle.pose if obstacle.path is None else obstacle.path.at(0.0)
+    start = obstacle.start
     gap, normal = obstacle.shape.closest((points - start.position) @ start.Q)
     m = len(points)
     if np.shape(gap) != (m,) or np.shape(normal) != (m, 3):
@@ -191,7 +191,7 @@ def check_outside(obstacle: Obstacle, vertices: Array, triangles: Ints, where: s
     """
     if len(triangles) == 0 or isinstance(obstacle.shape, PlaneShape):
         return
-    start = obstacle.pose if obstacle.path is None else obstacle.path.at(0.0)
+    start = obstacle.start
     outline, _ = obstacle.outline(start, start.position, 0.0)
     chosen = outline[:: max(1, len(outline) // CHECKED)] @ start.Q.T + start.position
     low, high = vertices[triangles].min(axis=(0, 1)), vertices[triangles].max(axis=(0, 1))

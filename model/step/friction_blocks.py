@@ -10,7 +10,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.friction import FrictionCertificate, FrictionProblem, certify_friction
+from tauten.model.friction import (
+    FrictionCertificate,
+    FrictionProblem,
+    certify_friction,
+    moving_contacts,
+)
 from tauten.model.numerics import Array, Ints
 from tauten.model.step.compliance import Compliance
 from tauten.model.step.condensed_step import CondensedStep
@@ -103,8 +108,7 @@ def step_certificate(solved: PredictedStep) -> FrictionCertificate | None:
     c = slice(step.layout.n_e + step.layout.n_a + len(step.reduced), None)
     W, r, delta = step.compliance.W[c, c], solved.lam[c], solved.delta[c]
     mu = step.rows.contacts.found.friction[step.extra]
-    moves = np.diag(W).reshape(-1, 3).max(axis=1) > 0.0  # not on what is fixed
-    rows = np.flatnonzero(np.repeat(moves, 3))
+    moves, rows = moving_contacts(W)
     W, r = W[rows[:, None], rows], r[rows]
     return certify_friction(FrictionProblem(W, delta[rows] - W @ r, mu[moves]), r)
 

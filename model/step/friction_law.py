@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.friction import FrictionProblem, solve_friction
-from tauten.model.numerics import Array, Ints
+from tauten.model.friction import FrictionProblem, moving_contacts, padded_rows, solve_friction
+from tauten.model.numerics import Array
 from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.forces import Forces
 
@@ -43,43 +43,6 @@ class FrictionForces:
     converged: bool
 
 
-@dataclass(frozen=True, slots=True)
-class PaddedRows:
-    """Rows as contacts of three rows each.
-
-    Attributes:
-        W: (3 k, 3 k) compliance [m/N].
-        q: (3 k,) row values without forces [m].
-        mu: (k,) coefficients of friction.
-        place: (m,) where each row is among them.
-    """
-
-    W: Array
-    q: Array
-    mu: Array
-    place: Ints
-
-
-def padded_rows(W: Array, delta: Array, friction: Array) -> PaddedRows:
-    """Rows of single contacts, then three of each contact with friction, as contacts of three rows each.
-
-    A single row gets two more, with its own compliance and neither motion nor friction.
-
-    Args:
-        W: (s + 3 r, s + 3 r) compliance [m/N].
-        delta: (s + 3 r,) row values without forces [m].
-        friction: (r,) coefficients of friction.
-    """
-    s = len(delta) - 3 * len(friction)
-    place = np.concatenate([3 * np.arange(s), np.arange(3 * s, 2 * s + len(delta))])
-    padded, q = np.zeros((2 * s + len(delta),) * 2), np.zeros(2 * s + len(delta))
-    padded[place[:, None], place] = W
-    q[place] = delta
-    more = np.concatenate([place[:s] + 1, place[:s] + 2])
-    padded[more, more] = np.tile(np.diag(W)[:s], 2)
-    return PaddedRows(padded, q, np.concatenate([np.zeros(s), friction]), place)
-
-
 def friction_forces(step: CondensedStep, W: Array, delta: Array, start: Array) -> FrictionForces:
     """Forces on cables at a position, columns of a basis, and unit columns with friction.
 
@@ -96,11 +59,10 @@ def friction_forces(step: CondensedStep, W: Array, delta: Array, start: Array) -
     rows = padded_rows(W, delta, step.rows.contacts.found.friction[step.extra])
     first = np.zeros(len(rows.q))
     first[rows.place] = np.where(np.isfinite(start), start, 0.0)
-    moves = np.diag(rows.W).reshape(-1, 3).max(axis=1) > 0.0
+    moves, kept = moving_contacts(rows.W)
     if not moves.any():
         residual = float(np.maximum(-delta, 0.0).max())
         return FrictionForces(np.zeros_like(delta), residual, residual == 0.0)
-    kept = np.flatnonzero(np.repeat(moves, 3))
     problem = FrictionProblem(rows.W[kept[:, None], kept], rows.q[kept], rows.mu[moves])
     r, error, converged = _solved(problem, first[kept])
     lam = np.zeros(len(rows.q))

@@ -105,15 +105,12 @@ class NodeOutputs:
         self._wrenches = [
             Publisher(session, keys.wrench(name), WRENCH, urgent=False) for name in names
         ]
-        self._places = [
-            Publisher(session, keys.obstacle_state(one.name), ODOMETRY, urgent=False)
-            for one in robot.obstacles.obstacles
-            if one.path is not None or one.stream is not None
-        ]
         self._moving = [
-            number
-            for number, one in enumerate(robot.obstacles.obstacles)
-            if one.path is not None or one.stream is not None
+            number for number, one in enumerate(robot.obstacles.obstacles) if one.may_move
+        ]
+        self._places = [
+            Publisher(session, keys.obstacle_state(names[number]), ODOMETRY, urgent=False)
+            for number in self._moving
         ]
         self._health = Publisher(session, keys.health, HEALTH, urgent=False)
 

@@ -174,7 +174,7 @@ class SimulatedDriver:
                 keys.obstacle_state(one.name), zenoh.handlers.RingChannel(1)
             )
             for one in robot.obstacles.obstacles
-            if one.path is not None or one.stream is not None
+            if one.may_move
         }
 
     def write(self, position: Array, effort: Array) -> None:

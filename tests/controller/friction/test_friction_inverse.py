@@ -13,6 +13,7 @@ from benchmarks.friction import (
     drift,
     frictionless_difference,
     inverse_run,
+    normals_alone,
     read_inverse,
 )
 from tauten.controller.friction import (
@@ -174,15 +175,7 @@ def test_without_friction_it_is_the_qpcc_of_the_normals() -> None:
     for seed in range(4):
         given = random_problem(seed)
         program = given.program
-        z = np.concatenate([np.arange(3), 3 + np.arange(0, 15, 3)])
-        normal = replace(
-            program,
-            Q=program.Q[z[:, None], z],
-            c=program.c[z],
-            G=program.G[:, z],
-            M=program.M[::3][:, z],
-            m=program.m[::3],
-        )
+        normal = normals_alone(program)
         best = solve_qpcc(normal)
         at_best = FrictionInverse(program, np.full(5, 1e-9))
         found = solve_friction_inverse(at_best, best.lam_a)

@@ -8,29 +8,22 @@ import meshio
 import numpy as np
 import pytest
 from support.robots.bodies import box_mesh
+from support.robots.solids import RIGID_CUBE
 
 from tauten.controller import Controller
 from tauten.model import load_robot
 from tauten.model.numerics import Array
 
-CUBE = """
-name = "cube"
-[[bodies]]
-name = "block"
-rigid = true
-free = true
-mesh = { file = "cube.vtu" }
-material = { young_modulus = 1e8, poisson_ratio = 0.3, density = 2000.0 }
-[[surfaces]]
-name = "below"
-box = { lower = [-1.0, -1.0, -1.0], upper = [1.0, 1.0, 1.0] }
-normal = [0.0, 0.0, -1.0]
+CUBE = (
+    RIGID_CUBE
+    + """
 [[effectors]]
 name = "place"
 kind = "centre"
 region = { lower = [-1.0, -1.0, -1.0], upper = [1.0, 1.0, 1.0] }
 weight = [1.0, 1.0, 0.0]
 """
+)
 PAD = """
 name = "pad"
 mesh = { file = "pad.vtu" }

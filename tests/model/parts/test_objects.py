@@ -9,25 +9,13 @@ import numpy as np
 import pytest
 from support.robots.bodies import box_mesh
 from support.robots.combinations import write_structures
+from support.robots.solids import RIGID_CUBE
 
 from tauten.model import Robot, RobotFileError, Simulator, load_robot
 
 EDGE, DENSITY = 0.02, 2000.0
 WEIGHT = DENSITY * EDGE**3 * 9.81  # N
 
-CUBE = """
-name = "cube"
-[[bodies]]
-name = "block"
-rigid = true
-free = true
-mesh = { file = "cube.vtu" }
-material = { young_modulus = 1e8, poisson_ratio = 0.3, density = 2000.0 }
-[[surfaces]]
-name = "below"
-box = { lower = [-1.0, -1.0, -1.0], upper = [1.0, 1.0, 1.0] }
-normal = [0.0, 0.0, -1.0]
-"""
 CUSHION = """
 name = "cushion"
 mesh = { file = "cushion.vtu" }
@@ -71,7 +59,7 @@ def written(folder: Path, table: str) -> Path:
     ):
         mesh = box_mesh(size, cells)
         meshio.write(folder / f"{name}.vtu", meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]))
-    (folder / "cube.toml").write_text(CUBE)
+    (folder / "cube.toml").write_text(RIGID_CUBE)
     (folder / "cushion.toml").write_text(CUSHION)
     (folder / "table.toml").write_text(table)
     return folder / "table.toml"

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.sofa_fingers import finger_cable
 from support.robots.sofa_robots import robots_folder
 from support.sofa_elements import MM, points_as_in_sofa
 
@@ -25,14 +26,6 @@ def data(reference: Path) -> Path:
 def finger(data: Path, friction: float) -> Robot:
     """The finger below a plate y = 40 mm that holds it 1 mm off; all nodes of its surface may touch."""
     model = np.load(data / "finger_plate_model.npz")
-    cable = {
-        "name": "tendon",
-        "pull_point": (MM * model["pull"]).tolist(),
-        "points": (MM * model["cable_pts"]).tolist(),
-        "max_tension": 200.0,
-        "max_pull": 0.04,
-        "max_rate": 0.1,
-    }
     config = RobotConfig.model_validate(
         {
             "name": "finger",
@@ -40,7 +33,7 @@ def finger(data: Path, friction: float) -> Robot:
             "mesh": {"file": "finger.npz"},
             "material": {"young_modulus": 6e5, "poisson_ratio": 0.45, "density": 1000.0},
             "fixed": [{"kind": "nodes", "numbers": model["fixed"].tolist()}],
-            "cables": [cable],
+            "cables": [finger_cable(model)],
             "effectors": [
                 {"name": "tip", "point": (MM * model["tip"][0]).tolist(), "max_outside": 5e-3}
             ],

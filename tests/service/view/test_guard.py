@@ -42,21 +42,6 @@ def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
         yield found
 
 
-@pytest.fixture(scope="module")
-def one_viewer(beam_file: Path, beam: Robot) -> Iterator[Shown]:
-    """The viewer of all tests that only have something refused."""
-    with showing(SimulatedRobot(load_setup(beam_file), load_setup(beam_file))) as found:
-        yield found
-
-
-@pytest.fixture
-def refusing(one_viewer: Shown) -> Shown:
-    """It, without a browser and with nothing refused so far."""
-    assert wait_until(lambda: one_viewer.guard.browsers == 0)
-    one_viewer.guard.refused.clear()
-    return one_viewer
-
-
 @pytest.mark.parametrize(
     "origin",
     [

@@ -3,32 +3,11 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import msgspec
 import pytest
-from support.viewers import Shown, browser, send, showing, wait_until
-
-from tauten.model import Robot
-from tauten.service.frames import SimulatedRobot
-from tauten.service.setup import load_setup
-
-
-@pytest.fixture(scope="module")
-def one_viewer(beam_file: Path, beam: Robot) -> Iterator[Shown]:
-    """The viewer of all tests."""
-    with showing(SimulatedRobot(load_setup(beam_file), load_setup(beam_file))) as found:
-        yield found
-
-
-@pytest.fixture
-def refusing(one_viewer: Shown) -> Shown:
-    """It, without a browser and with nothing refused so far."""
-    assert wait_until(lambda: one_viewer.guard.browsers == 0)
-    one_viewer.guard.refused.clear()
-    return one_viewer
+from support.viewers import Shown, browser, send, wait_until
 
 
 def png(height: int, width: int, *chunks: bytes, first: bytes = b"") -> bytes:

@@ -147,3 +147,18 @@ def face_load(mesh: TetMesh, axis: int, position: float, total: Array) -> Array:
     areas = triangle_areas(mesh.nodes, triangles[on])
     share = np.bincount(triangles[on].ravel(), np.repeat(areas / 3.0, 3), len(mesh.nodes))
     return np.outer(share / share.sum(), total)
+
+
+RIGID_CUBE = """
+name = "cube"
+[[bodies]]
+name = "block"
+rigid = true
+free = true
+mesh = { file = "cube.vtu" }
+material = { young_modulus = 1e8, poisson_ratio = 0.3, density = 2000.0 }
+[[surfaces]]
+name = "below"
+box = { lower = [-1.0, -1.0, -1.0], upper = [1.0, 1.0, 1.0] }
+normal = [0.0, 0.0, -1.0]
+"""
