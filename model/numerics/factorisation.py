@@ -55,31 +55,46 @@ class Factorisation(Protocol):
         """A workspace of its own for the same pattern, without factors."""
 
 
-def let_signals_in(call: Callable[[], None]) -> None:
-    """Call a library for a long time in a thread of its own, so that handlers of signals run meanwhile.
+class LongCalls:
+    """Long calls of a library, each in a thread of its own, so that handlers of signals run meanwhile.
 
     Python runs handlers in the main thread, and not while that is in C. Where a handler raises an exception
-    the call goes on alone, and what it computes is lost. Other threads than the main one call directly.
-
-    Args:
-        call: what takes long; it must hold all that it works on.
+    the call goes on alone and what it computes is lost; `wait` before its arguments are changed. Other
+    threads than the main one call directly.
     """
-    if threading.current_thread() is not threading.main_thread():
-        call()
-        return
-    failure: list[BaseException] = []
 
-    def run() -> None:
-        try:
+    def __init__(self) -> None:
+        self._thread: threading.Thread | None = None
+        self._ended = threading.Event()
+
+    def run(self, call: Callable[[], None]) -> None:
+        """Call, and return when the call has ended; raises what it raises."""
+        self.wait()
+        if threading.current_thread() is not threading.main_thread():
             call()
-        except BaseException as error:
-            failure.append(error)
+            return
+        failure: list[BaseException] = []
 
-    thread = threading.Thread(target=run, name="factorisation", daemon=True)
-    thread.start()
-    thread.join()
-    if failure:
-        raise failure[0]
+        def guarded() -> None:
+            try:
+                call()
+            except BaseException as error:
+                failure.append(error)
+            finally:
+                self._ended.set()
+
+        self._ended.clear()
+        self._thread = threading.Thread(target=guarded, name="factorisation", daemon=True)
+        self._thread.start()
+        self.wait()
+        if failure:
+            raise failure[0]
+
+    def wait(self) -> None:
+        """Until a call that was interrupted has ended."""
+        if self._thread in threading.enumerate():  # with those that are just being started
+            self._ended.wait()
+        self._thread = None
 
 
 class NoFactors:
@@ -310,7 +325,7 @@ class Pardiso(Analysed):
         self._pardiso, self._set_threads = mkl().pardiso, mkl().MKL_Set_Num_Threads_Local
         self._pt = np.zeros(64, dtype=np.int64)
         self._iparm = np.zeros(64, dtype=np.int32)
-        self._in_use = threading.Lock()
+        self._calls = LongCalls()
         self._iparm[0], self._iparm[9] = 1, 8  # user-defined parameters
         self._arguments = (  # the same in every call; each takes some µs to convert
             array_argument(self._pt, ctypes.c_int64), int_argument(1), int_argument(2),
@@ -337,10 +352,9 @@ class Pardiso(Analysed):
 
     def _analyse(self, ordering: int) -> int:
         """Analyse with an ordering; returns the millions of operations that a factorisation takes."""
-        with self._in_use:  # one that was interrupted may not have ended
-            if self._pt.any():
-                self._call(RELEASE, np.zeros(1), np.zeros(1), 1)  # release the analysis before
-                self._pt[:] = 0
+        if self._pt.any():
+            self._call(RELEASE, np.zeros(1), np.zeros(1), 1)  # release the analysis before
+            self._pt[:] = 0
         self._iparm[1], self._iparm[18] = ordering, -1
         self._call(11, np.zeros(1), np.zeros(1), 1)
         return int(self._iparm[18])
@@ -349,12 +363,7 @@ class Pardiso(Analysed):
         if self._n < LONG or phase == RELEASE:
             self._call_now(phase, b, x, m)
         else:
-            let_signals_in(lambda: self._call_alone(phase, b, x, m))
-
-    def _call_alone(self, phase: int, b: Array, x: Array, m: int) -> None:
-        """Call when one that was interrupted before has ended."""
-        with self._in_use:
-            self._call_now(phase, b, x, m)
+            self._calls.run(lambda: self._call_now(phase, b, x, m))
 
     def _call_now(self, phase: int, b: Array, x: Array, m: int) -> None:
         error = ctypes.c_int32(0)
@@ -372,6 +381,7 @@ class Pardiso(Analysed):
 
     def refactor(self, values: Array) -> None:
         """See `Factorisation`."""
+        self._calls.wait()  # one that was interrupted reads the pattern's analysis and the values
         if not self._is_analysed:
             self._prepare()
         np.take(values, self._places, out=self._a)
@@ -379,6 +389,7 @@ class Pardiso(Analysed):
 
     def solve(self, B: Array) -> Array:
         """See `Factorisation`."""
+        self._calls.wait()
         B = np.asfortranarray(B)
         X = np.empty_like(B, order="F")
         if B.size:

@@ -74,6 +74,37 @@ def test_a_signal_is_heard_within_a_long_factorisation(
         signal.signal(signal.SIGUSR1, before)
 
 
+def test_an_interrupted_call_that_begins_late_spoils_nothing() -> None:
+    """Its thread may get a processor long after the signal, as on a busy machine."""
+    calls = factorisation.LongCalls()
+    entered, proceed = threading.Event(), threading.Event()
+    order: list[str] = []
+
+    def late() -> None:
+        entered.set()
+        proceed.wait()
+        order.append("interrupted")
+
+    def handler(_signal: int, _frame: FrameType | None) -> None:
+        raise Heard
+
+    def interrupt() -> None:
+        entered.wait()
+        os.kill(os.getpid(), signal.SIGUSR1)
+        time.sleep(0.1)
+        proceed.set()
+
+    before = signal.signal(signal.SIGUSR1, handler)
+    try:
+        threading.Thread(target=interrupt, daemon=True).start()
+        with pytest.raises(Heard):
+            calls.run(late)
+        calls.run(lambda: order.append("next"))
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    assert order == ["interrupted", "next"]
+
+
 def test_errors_of_the_library_arrive(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(factorisation, "LONG", 1_000)
     matrix = like_a_body(8)
