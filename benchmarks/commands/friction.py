@@ -1,4 +1,4 @@
-"""`python -m benchmarks friction` and `friction-inverse`: the solvers of contact with friction."""
+"""`python -m benchmarks friction`, `friction-inverse`, `friction-modes`: solvers of contact with friction."""
 
 from __future__ import annotations
 
@@ -46,3 +46,13 @@ def friction_inverse(
     with progress_bar("problems") as report:
         result = bench_friction_inverse(folder, report)
     show_result(result, friction_inverse_page(result), json_file, markdown)
+
+
+def friction_modes(json_file: Json = None, markdown: Markdown = None) -> None:
+    """What modes that normal and tangential forces share are worth beside unit columns."""
+    from benchmarks.friction import bench_shared_modes
+    from benchmarks.tables import friction_modes_page
+
+    with progress_bar("robots") as report:
+        result = bench_shared_modes(report)
+    show_result(result, friction_modes_page(result), json_file, markdown)

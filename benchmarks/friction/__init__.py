@@ -10,21 +10,33 @@ from benchmarks.friction.inverse import (
     inverse_run,
     normals_alone,
 )
+from benchmarks.friction.modes import (
+    CASES,
+    SharedModesBench,
+    SharedModesCase,
+    bench_shared_modes,
+    shared_modes_case,
+)
 from benchmarks.friction.published import FrictionBench, bench_friction, read_problem
 from benchmarks.friction.stored import read_inverse
 
 __all__ = [
+    "CASES",
     "CUTS",
     "DriftRun",
     "FrictionBench",
     "InverseFrictionBench",
     "InverseRun",
+    "SharedModesBench",
+    "SharedModesCase",
     "bench_friction",
     "bench_friction_inverse",
+    "bench_shared_modes",
     "drift",
     "frictionless_difference",
     "inverse_run",
     "normals_alone",
     "read_inverse",
     "read_problem",
+    "shared_modes_case",
 ]

@@ -6,6 +6,7 @@ from benchmarks.tables.control import closed_loop_page
 from benchmarks.tables.elements import element_page
 from benchmarks.tables.friction import friction_page
 from benchmarks.tables.friction_inverse import friction_inverse_page
+from benchmarks.tables.friction_modes import friction_modes_page
 from benchmarks.tables.gallery import gallery_page, load_errors_page
 from benchmarks.tables.obstacles import obstacles_page
 from benchmarks.tables.physics import energy_page, equilibria_page
@@ -25,6 +26,7 @@ __all__ = [
     "equilibria_page",
     "first_hour_page",
     "friction_inverse_page",
+    "friction_modes_page",
     "friction_page",
     "gallery_page",
     "load_errors_page",
