@@ -11,9 +11,7 @@ from benchmarks.friction.inverse import (
     normals_alone,
 )
 from benchmarks.friction.modes import (
-    CASES,
     SharedModesBench,
-    SharedModesCase,
     bench_shared_modes,
     shared_modes_case,
 )
@@ -21,14 +19,12 @@ from benchmarks.friction.published import FrictionBench, bench_friction, read_pr
 from benchmarks.friction.stored import read_inverse
 
 __all__ = [
-    "CASES",
     "CUTS",
     "DriftRun",
     "FrictionBench",
     "InverseFrictionBench",
     "InverseRun",
     "SharedModesBench",
-    "SharedModesCase",
     "bench_friction",
     "bench_friction_inverse",
     "bench_shared_modes",

@@ -35,7 +35,7 @@ CASES = {  # position of each actuator where the motion is farthest [m]
 
 
 @dataclass(frozen=True, slots=True)
-class Joined:
+class SolvedInColumns:
     """A step solved in columns that join where candidates are too deep.
 
     Attributes:
@@ -193,7 +193,7 @@ def all_candidates(robot: Robot, state: State, forces: Forces, effort: Array) ->
     return Candidates(problem, W[at.effectors, c], found.pair[step.extra], found.slots[step.extra])
 
 
-def joined(candidates: Candidates, Psi: Array) -> Joined:
+def joined(candidates: Candidates, Psi: Array) -> SolvedInColumns:
     """Solve in modes; unit columns of the deepest candidates join until none is too deep.
 
     Args:
@@ -223,7 +223,7 @@ def joined(candidates: Candidates, Psi: Array) -> Joined:
             break
         for pair in np.unique(candidates.pair[deep]):
             used.extend(deep[candidates.pair[deep] == pair][:PER_PAIR].tolist())
-    return Joined(r, first, len(used), newton, 1e3 * seconds)
+    return SolvedInColumns(r, first, len(used), newton, 1e3 * seconds)
 
 
 def _compared(candidates: Candidates, Psi: Array) -> list[float]:

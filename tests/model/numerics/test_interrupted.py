@@ -13,6 +13,7 @@ import pytest
 import scipy.sparse as sp
 
 from tauten.model.numerics import factorisation, installed_backends, make_factorisation
+from tauten.model.numerics.long_calls import LongCalls
 
 CALL = "factorisation"  # name of the thread of the library
 
@@ -76,7 +77,7 @@ def test_a_signal_is_heard_within_a_long_factorisation(
 
 def test_an_interrupted_call_that_begins_late_spoils_nothing() -> None:
     """Its thread may get a processor long after the signal, as on a busy machine."""
-    calls = factorisation.LongCalls()
+    calls = LongCalls()
     entered, proceed = threading.Event(), threading.Event()
     order: list[str] = []
 
