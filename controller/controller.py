@@ -244,7 +244,9 @@ class Controller(RobotModel):
         if self._prepared is not None:
             return
         now = self._state, self._forces, self._left.position
-        horizon = replace(self.horizon, robot=self._after_step())
+        robot, horizon = self._after_step(), self.horizon
+        if robot is not horizon.robot:
+            horizon = replace(horizon, robot=robot)
         try:
             self._prepared = prepare(horizon, self.space, *now, self.settings.enrichment)
         except FactorisationError:
@@ -258,7 +260,7 @@ class Controller(RobotModel):
                 kinds one goal for each effector, a position (3,) [m], a `Pose` or a number, or all goal
                 values (n_v,) in a row.
         """
-        goal = self.robot.effector_layout.goal_values(target)
+        goal = self._robot.effector_layout.goal_values(target)
         self.prepare()
         if goal is None:
             return self._hold(Status.NOT_FINITE)
@@ -269,7 +271,7 @@ class Controller(RobotModel):
             return self._keep(locks, None)
         left = self._left.position
         decision = decide(
-            self.robot, self._prepared, goal, left, self.settings, locks, *self._taken
+            self._robot, self._prepared, goal, left, self.settings, locks, *self._taken
         )
         self._last_decision = decision
         if not decision.status.usable or not np.isfinite(decision.predicted.dv).all():
@@ -387,7 +389,7 @@ class Controller(RobotModel):
     def _take(self, decision: Decision, status: Status, conflict: tuple[str, ...]) -> Actuation:
         """Make a decision this step's."""
         self._decision, self.status = decision, status
-        self._pending = decided_actuation(self.robot, decision, status, conflict)
+        self._pending = decided_actuation(self._robot, decision, status, conflict)
         return self._pending.copy()
 
     def _repeat(self) -> Actuation:

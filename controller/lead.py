@@ -57,7 +57,7 @@ def leading(lead: Lead, layout: EffectorLayout, goal: Array, ticks: int) -> Arra
     earlier = layout.difference(goals[-half], goals[-2 * half])
     even = np.where(later * earlier > 0.0, np.minimum(np.abs(later), np.abs(earlier)), 0.0)
     bound = 2.0 * np.copysign(even, later)  # (n_e,)
-    led: Array = np.clip(lead.remaining, np.minimum(bound, 0.0), np.maximum(bound, 0.0))
+    led: Array = lead.remaining.clip(np.minimum(bound, 0.0), np.maximum(bound, 0.0))
     return led
 
 

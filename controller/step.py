@@ -276,7 +276,7 @@ def _change(prepared: Prepared, plan: Plan, scale: Array, weight: float) -> Arra
     step, held, planned = prepared.held.step, prepared.held, plan.predicted
     effectors, actuators = step.layout.effectors, step.layout.actuators
     moved = scale * (planned.delta[effectors] - held.delta[effectors])
-    diagonal = np.diag(step.compliance.W)[actuators]
+    diagonal = step.compliance.W.diagonal()[actuators]
     pulled = np.sqrt(weight * diagonal) * (planned.lam[actuators] - held.lam[actuators])
     return np.concatenate([moved, pulled])
 

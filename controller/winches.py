@@ -135,9 +135,7 @@ def take_tick(
             break
         command = Command(position, effort)
     delta = solved.prediction.delta[actuators]
-    position = np.where(
-        command.by_force, np.clip(delta, reach.lower, reach.upper), command.position
-    )
+    position = np.where(command.by_force, delta.clip(reach.lower, reach.upper), command.position)
     return FirstTick(solved, command, position)
 
 
@@ -151,7 +149,7 @@ def given_in(tick: FirstTick, supplied: Bools, limits: Limits) -> Command:
     """
     step, command = tick.solved.prediction.step, tick.command
     lam = tick.solved.prediction.lam[step.layout.actuators]
-    effort = np.clip(lam, limits.effort_min, limits.effort_max)
+    effort = lam.clip(limits.effort_min, limits.effort_max)
     return Command(
         np.where(supplied, np.nan, command.position), np.where(supplied, effort, command.effort)
     )
@@ -177,8 +175,8 @@ def first_tick(
     reach = reach_of(position, limits, robot.h)
     slack = robot.actuators.laws.slack(lam_a, limits, ROUNDING)
     wanted = Command(
-        np.where(slack, np.nan, np.clip(delta_a, reach.lower, reach.upper)),
-        np.where(slack, np.clip(lam_a, limits.effort_min, limits.effort_max), np.nan),
+        np.where(slack, np.nan, delta_a.clip(reach.lower, reach.upper)),
+        np.where(slack, lam_a.clip(limits.effort_min, limits.effort_max), np.nan),
     )
     if locks is None:
         return wanted, reach

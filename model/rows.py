@@ -38,7 +38,7 @@ class Rows:
 
     def dense(self) -> Array:
         """H (m, n) as a dense array."""
-        return dense(self.H)
+        return self.H if isinstance(self.H, np.ndarray) else dense(self.H)
 
     def chosen(self, rows: Ints) -> Array:
         """Some rows (r,) of H as a dense array: (r, n)."""

@@ -18,6 +18,7 @@ robot from there.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -30,7 +31,7 @@ SHARES = (0.0, 1.0)
 STATIC_SHARES = (0.0, 1.0 / 64.0, 1.0 / 8.0, 1.0)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Integration:
     """How a step is taken.
 
@@ -53,7 +54,7 @@ class Integration:
     ahead: bool = False
     viscous: bool = False
 
-    @property
+    @cached_property
     def h(self) -> float:
         """Time step [s]."""
         return 1.0 / self.rate

@@ -8,14 +8,16 @@ about the dense algebra of NumPy and SciPy.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
-from threading import Lock
-from typing import Any
+import threading
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ParamSpec, TypeVar
 
 import scipy.linalg  # noqa: F401  (loads the library that SciPy and compiled kernels call)
 from threadpoolctl import ThreadpoolController
 
+P = ParamSpec("P")
+R = TypeVar("R")
 Numbers = list[tuple[Any, int]]  # libraries, and how many threads each had
 
 
@@ -27,7 +29,7 @@ class _Libraries:
     """
 
     def __init__(self) -> None:
-        self._lock, self._inside, self._modules = Lock(), 0, 0
+        self._lock, self._inside, self._modules = threading.Lock(), 0, 0
         self._shared: list[Any] = []
         self._own: list[Any] = []
         self._before: Numbers = []
@@ -75,15 +77,47 @@ def _restore(numbers: Numbers) -> None:
 _LIBRARIES = _Libraries()  # the numbers of threads belong to the process, so this does too
 
 
-@contextmanager
-def one_blas_thread() -> Iterator[None]:
+class _Entered(threading.local):
+    """How often this thread of Python has entered, and under which number of modules."""
+
+    times = 0
+    modules = 0
+
+
+_ENTERED = _Entered()
+
+
+class OneBlasThread:
     """Dense linear algebra on one thread, whatever has been imported in which order.
 
     Also a decorator. It may be entered again inside, and by several threads of Python: the numbers from
     before return when the last one leaves.
     """
-    before = _LIBRARIES.enter()
-    try:
-        yield
-    finally:
-        _LIBRARIES.leave(before)
+
+    def __init__(self) -> None:
+        self._before: list[Numbers] = []
+
+    def __enter__(self) -> None:
+        self._before.append(_LIBRARIES.enter())
+        _ENTERED.times, _ENTERED.modules = _ENTERED.times + 1, len(sys.modules)
+
+    def __exit__(self, *_: object) -> None:
+        _ENTERED.times -= 1
+        _LIBRARIES.leave(self._before.pop())
+
+    def __call__(self, function: Callable[P, R]) -> Callable[P, R]:
+        """The function on one thread; inside another one of this thread of Python nothing is to be done."""
+
+        @wraps(function)
+        def limited(*args: P.args, **kwargs: P.kwargs) -> R:
+            if _ENTERED.times > 0 and _ENTERED.modules == len(sys.modules):
+                return function(*args, **kwargs)
+            with OneBlasThread():
+                return function(*args, **kwargs)
+
+        return limited
+
+
+def one_blas_thread() -> OneBlasThread:
+    """A context and decorator, see `OneBlasThread`."""
+    return OneBlasThread()

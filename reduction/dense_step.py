@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +39,7 @@ class Scheme(NamedTuple):
     ahead: bool
 
 
+@lru_cache(maxsize=64)
 def scheme_of(integration: Integration) -> Scheme:
     """An integration as kernels take it."""
     return Scheme(
@@ -125,14 +128,15 @@ def implicit_system(
     Raises:
         FactorisationError: neither matrix is positive definite (a state that has blown up).
     """
-    v = np.zeros_like(at.force) if scheme.static else at.state.v
+    n = len(at.force)
+    v = np.zeros(n) if scheme.static else at.state.v
     force = at.force if at.inertia is None else at.force + at.inertia
-    forces, v_free = (force, at.resisting), np.empty_like(v)
+    forces, v_free = (force, at.resisting), np.empty(n)
     for exact in (True, False):  # buckling makes the exact tangent indefinite
         S = stiffness(exact)
         if implicit_step(scheme, at.mass, forces, S, v, L, v_free):
-            residual = float(np.linalg.norm(at.force))
+            residual = math.sqrt(at.force @ at.force)
             tangent = S / scheme.h**2 if scheme.static else None
-            before = np.zeros_like(v) if scheme.ahead else v
+            before = np.zeros(n) if scheme.ahead else v
             return System(scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent)
     raise FactorisationError("the reduced model's matrix is not positive definite")

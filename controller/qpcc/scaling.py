@@ -77,7 +77,7 @@ class QpccArrays(NamedTuple):
 
 def in_rows(problem: Qpcc) -> QpccArrays:
     """The arrays of a problem, contiguous: a kernel is compiled anew for every memory layout."""
-    return QpccArrays(*(np.ascontiguousarray(array, dtype=np.float64) for array in problem.arrays))
+    return QpccArrays(*[np.ascontiguousarray(array, np.float64) for array in problem.arrays])
 
 
 @kernel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -42,7 +43,7 @@ class ActuatorRows(Protocol):
         """Positions δ_a and H_a: Rows of (n_a, n)."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class ActuatorSet(Generic[P]):
     """The actuators of a robot over points of its body, which are of type P (`tauten.model.points.Motion`).
 
@@ -68,7 +69,7 @@ class ActuatorSet(Generic[P]):
     coupling: Coupling | None
     transmissions: TransmissionSet[P] | None = None
 
-    @property
+    @cached_property
     def n_a(self) -> int:
         """Number of motors, the length of λ_a."""
         return self.n_members if self.coupling is None else self.coupling.n_a
@@ -78,12 +79,17 @@ class ActuatorSet(Generic[P]):
         """Degrees of freedom that a motor holds: those of drives and drums."""
         return self.drives.columns
 
-    @property
+    @cached_property
     def n_members(self) -> int:
         """Number of single actuators."""
         transmissions = 0 if self.transmissions is None else len(self.transmissions)
-        others = self.paths.n_a + len(self.chambers) + len(self.forces) + transmissions
-        return others + len(self.drives)
+        return self._ends[2] + transmissions + len(self.drives)
+
+    @cached_property
+    def _ends(self) -> tuple[int, int, int]:
+        """Where cables, chambers and forces end among `others`."""
+        cables, chambers = self.paths.n_a, len(self.chambers)
+        return cables, cables + chambers, cables + chambers + len(self.forces)
 
     @property
     def others(self) -> Ints:
@@ -94,7 +100,7 @@ class ActuatorSet(Generic[P]):
     def segment_owners(self) -> Ints:
         """The actuator of every segment that `segments` gives: (s,)."""
         others, cables, forces = self.others, self.paths.owner, np.arange(len(self.forces))
-        first = self.paths.n_a + len(self.chambers)
+        first = self._ends[1]
         parts = [others[cables], others[first + forces]]
         parts.append(self.drives.places[: len(self.drives.axes)])
         if self.transmissions is not None:
@@ -133,14 +139,15 @@ class ActuatorSet(Generic[P]):
     def member_rows(self, motion: Motion[P]) -> Rows:
         """Rows of the single actuators."""
         others = self.other_rows(motion)
-        return others if len(self.drives) == 0 else self.drives.among(others, motion)
+        return self.drives.among(others, motion) if len(self.drives.places) > 0 else others
 
     def other_rows(self, motion: Motion[P]) -> Rows:
         """Rows of cables, chambers, forces and transmissions, in the order of `others`."""
         parts = [self.paths.rows(motion.placed(self.stations))]
-        if len(self.chambers) > 0:
+        cables, walled, pushed = self._ends
+        if walled > cables:
             parts.append(self.chambers.rows(motion.placed(self.walls)))
-        if len(self.forces) > 0:
+        if pushed > walled:
             parts.append(self.forces.rows(motion.placed(self.pushed)))
         if self.transmissions is not None:
             parts.append(self.transmissions.rows(motion))
@@ -157,7 +164,7 @@ class ActuatorSet(Generic[P]):
         """
         if self.coupling is not None:
             lam = self.coupling.efforts(np.zeros(self.n_a) if lam is None else lam)
-        return lam if lam is None or len(self.drives) == 0 else lam[self.others]
+        return lam if lam is None or len(self.drives.places) == 0 else lam[self.others]
 
     def loads(self, efforts: Array | None, exact: bool) -> Loads | None:
         """Efforts whose rows turn with the body; None where there are none.
@@ -168,9 +175,7 @@ class ActuatorSet(Generic[P]):
         """
         if efforts is None:
             return None
-        cables = self.paths.n_a
-        walled = cables + len(self.chambers)
-        pushed = walled + len(self.forces)
+        cables, walled, pushed = self._ends
         tension, pressure = efforts[:cables], efforts[cables:walled]
         push, transmitted = efforts[walled:pushed], efforts[pushed:]
         if exact:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from tauten.model.rows import EffectorRows, Rows
 from tauten.model.signals import EffectorLayout
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class EffectorSet:
     """Effectors in row order, each a function of some points of one list.
 
@@ -32,7 +33,7 @@ class EffectorSet:
     def __len__(self) -> int:
         return len(self.measures)
 
-    @property
+    @cached_property
     def one_point_each(self) -> bool:
         """Whether rows are the positions of the points themselves."""
         return self.layout.positions_only and int(self.starts[-1]) == len(self)

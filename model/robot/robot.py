@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Generic
 
 import numpy as np
@@ -33,7 +34,7 @@ Other = TypeVar("Other", bound=Body)
 P = TypeVar("P")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Robot(Generic[B_co]):
     """A soft robot: a body, what drives it, what is to reach targets, and what may touch.
 
@@ -84,22 +85,22 @@ class Robot(Generic[B_co]):
         """Gravity that acts on it: (3,) [m/s²]."""
         return self.body.gravity
 
-    @property
+    @cached_property
     def integration(self) -> Integration:
         """Time step and scheme."""
         return self.body.integration
 
-    @property
+    @cached_property
     def h(self) -> float:
         """Time step [s]."""
         return self.body.h
 
-    @property
+    @cached_property
     def n(self) -> int:
         """Free degrees of freedom, the length of v."""
         return self.body.n
 
-    @property
+    @cached_property
     def n_a(self) -> int:
         """Actuators; couplings count as one."""
         return len(self.actuators)
@@ -114,17 +115,17 @@ class Robot(Generic[B_co]):
         """Nodes of its body, fixed ones included."""
         return self.body.n_nodes
 
-    @property
+    @cached_property
     def size(self) -> float:
         """Diagonal of the bounding box at rest [m]."""
         return self.body.size
 
-    @property
+    @cached_property
     def layout(self) -> Layout:
         """Where the rows of effectors, actuators and contacts are in a step."""
         return row_layout(self.effector_layout.n_rows, self.n_a)
 
-    @property
+    @cached_property
     def effector_layout(self) -> EffectorLayout:
         """Kinds of the effectors, their rows, goal values and weights."""
         return self.effectors.kinds.layout
@@ -134,7 +135,7 @@ class Robot(Generic[B_co]):
         """Contact pairs in the order of their slots."""
         return self.contacts.pair_slots
 
-    @property
+    @cached_property
     def actuator_set(self) -> ActuatorRows:
         """Rows of the actuators."""
         return self.body.actuator_set
@@ -170,9 +171,14 @@ class Robot(Generic[B_co]):
 
     def with_obstacles(self, poses: ObstaclePoses) -> Robot[B_co]:
         """The same robot with its obstacles in other poses."""
-        if poses is self.contacts.poses:
+        if poses is self.contacts.poses or not poses.poses:
             return self
         return dataclasses.replace(self, contacts=self.contacts.placed(poses))
+
+    def later(self, seconds: float) -> Robot[B_co]:
+        """The same robot with its obstacles where they are a time later [s]."""
+        poses = self.contacts.poses
+        return self.with_obstacles(poses.after(seconds)) if poses.poses else self
 
     def with_integration(self, integration: Integration) -> Robot[B_co]:
         """The same robot with another time step or scheme."""

@@ -80,4 +80,4 @@ class RobotModel(ABC):
 
     def _after_step(self) -> Robot:
         """The robot with its obstacles where they are after another step."""
-        return self._robot.with_obstacles(self._robot.obstacles.after(self._robot.h))
+        return self._robot.later(self._robot.h)

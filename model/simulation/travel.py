@@ -24,6 +24,7 @@ The controller's model and the simulated robots both move so, each with its own 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -46,6 +47,7 @@ FARTHEST_CORRECTION = (
     2e-3  # from where the velocity leads, relative to the size of its largest part
 )
 DOUBLINGS = 2  # at most, of the number of steps in a period
+TINY = np.finfo(float).tiny  # the least positive number
 PUSHES = 1e-9  # of that size: what moves less by its force in a stage does not push, it is rounding
 
 
@@ -103,7 +105,7 @@ def travel(
     count, commands = steps, (before, command)
     while True:
         limit = np.inf if count == most else farthest
-        stages = _Stages(robot, space, enrichment, _scheme(robot, count))
+        stages = _Stages(robot, space, enrichment, _scheme(robot.integration, count))
         try:
             found = _in_steps(stages, state, forces, commands, count, limit)
         except FactorisationError:
@@ -159,7 +161,7 @@ def _in_steps(
         if end.correction > farthest:
             break
         state, forces = end.state, end.forces
-    correction, converged = max(at.correction for at in done), all(at.converged for at in done)
+    correction, converged = max([at.correction for at in done]), all([at.converged for at in done])
     return replace(done[-1], correction=correction, converged=converged)
 
 
@@ -175,8 +177,8 @@ def _struck(before: Forces, stage: Travel, least: float) -> bool:
         least: displacement in the row of an actuator or contact from which on a force pushes [m].
     """
     step, after = stage.last.prediction.step, stage.forces
-    unit = np.diag(step.compliance.W)  # (m,) [m/N]
-    effort = least / np.maximum(unit[step.layout.actuators], np.finfo(float).tiny)  # (n_a,) [N]
+    unit = step.compliance.W.diagonal()  # (m,) [m/N]
+    effort = least / np.maximum(unit[step.layout.actuators], TINY)  # (n_a,) [N]
     contact = least / max(unit[step.layout.contacts], default=np.inf)
     return (
         bool(((before.effort > effort) != (after.effort > effort)).any())
@@ -221,8 +223,8 @@ class _Stages:
 
     def at(self, share: float) -> _Stages:
         """The same with the obstacles where they are at the end of a share of the period."""
-        there = self.robot.obstacles.after((share - 1.0) * self.robot.h)
-        return replace(self, robot=self.robot.with_obstacles(there))
+        robot = self.robot.later((share - 1.0) * self.robot.h)
+        return self if robot is self.robot else replace(self, robot=robot)
 
     def over_the_rest(self) -> _Stages:
         """Steps that are as long as what the first stage leaves of the whole step."""
@@ -230,9 +232,10 @@ class _Stages:
         return replace(self, scheme=replace(self.scheme, rate=rate))
 
 
-def _scheme(robot: Robot, steps: int) -> Integration:
-    """The scheme of a stage, where a period is divided into some steps."""
-    scheme, rate = robot.integration, steps * robot.integration.rate
+@lru_cache(maxsize=64)
+def _scheme(scheme: Integration, steps: int) -> Integration:
+    """The scheme of a stage, where the period of a scheme is divided into some steps."""
+    rate = steps * scheme.rate
     if scheme.static:
         return replace(scheme, rate=rate)
     return replace(scheme, rate=rate / STAGE, ahead=True)
@@ -247,7 +250,7 @@ def _ahead(robot: Robot, state: State, h: float) -> State:
         h: its length [s].
     """
     there = robot.advance(state, coasting(h, state.v), np.zeros(robot.n))
-    return replace(there, memory=state.memory)
+    return State(there.q, there.v, state.memory)
 
 
 def _beyond(robot: Robot, start: State, middle: State, h: float) -> State:
@@ -261,4 +264,4 @@ def _beyond(robot: Robot, start: State, middle: State, h: float) -> State:
     """
     farther = 1.0 / STAGE - 1.0
     there = robot.advance(start, coasting(farther * h, middle.v), np.zeros(robot.n))
-    return replace(there, v=start.v + farther * (middle.v - start.v))
+    return State(there.q, start.v + farther * (middle.v - start.v), there.memory)

@@ -39,6 +39,7 @@ class CondensedStep:
         compliance: of effectors (all or none), actuators, reduced contacts, unit columns, in this order.
         layout: where they are in it.
         laws: of the actuators.
+        frictional: whether a contact in range has friction; unit columns then have three rows each.
         slid: (n,) displacement since the start of the step that the system has not, where it was not
             linearised there [m]; None: none. It counts for slip.
     """
@@ -51,12 +52,8 @@ class CondensedStep:
     compliance: Compliance
     layout: Layout
     laws: Laws
+    frictional: bool
     slid: Array | None = None
-
-    @property
-    def frictional(self) -> bool:
-        """Whether a contact in range has friction; unit columns then have three rows each."""
-        return self.rows.contacts.tangents is not None
 
     @property
     def gap_rows(self) -> Ints:
@@ -90,10 +87,10 @@ class CondensedStep:
 
     def split(self, lam: Array, k: int) -> Forces:
         """Forces lam (m,) by actuator, column of a basis with k columns, and slot."""
-        contacts, beta = lam[self.layout.contacts], np.zeros(k)
-        beta[self.reduced.modes] = contacts[: len(self.reduced)]
+        contacts, beta, modes = lam[self.layout.contacts], np.zeros(k), self.reduced.modes
+        beta[modes] = contacts[: len(modes)]
         slots = self.rows.contacts.slots[self.extra] if len(self.extra) > 0 else self.extra
-        units = contacts[len(self.reduced) :]
+        units = contacts[len(modes) :]
         if not self.frictional:
             return Forces(lam[self.layout.actuators], beta, slots, units)
         friction = self._friction(lam, units.reshape(-1, 3))
@@ -185,8 +182,9 @@ def condensed(
     layout = robot.layout if effectors else robot.layout.without_effectors()
     compliance = _through(robot, system, np.concatenate(H), np.concatenate(delta), layout)
     return CondensedStep(
-        state, system, rows, reduced, extra, compliance, layout, robot.actuators.laws, slid
-    )
+        state, system, rows, reduced, extra, compliance, layout, robot.actuators.laws,
+        rows.contacts.tangents is not None, slid,
+    )  # fmt: skip
 
 
 def recondensed(

@@ -9,6 +9,7 @@ columns of candidates that do not push.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -78,7 +79,7 @@ def contact_model(
     return contact, WITH_FRICTION if candidates.frictional else reduced
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PredictedStep:
     """A step with its forces, and their predicted effect.
 
@@ -96,7 +97,7 @@ class PredictedStep:
     deepest_gap: float
     within_tolerance: bool
 
-    @property
+    @cached_property
     def delta(self) -> Array:
         """Predicted row values δ_free + W λ: (m,) [m]."""
         values: Array = self.step.compliance.delta_free + self.step.compliance.W @ self.lam
@@ -139,9 +140,10 @@ class EnrichmentLoop:
         dv = step.compliance.velocity_change(step.system, lam)
         contacts = step.rows.contacts
         gaps = contacts.rows.after(step.system.h, step.system.v + dv)
-        worst = worst_rows(contacts, gaps, self._enrichment, step.extra)
+        deepest, worst = float(gaps.min(initial=np.inf)), step.extra[:0]
+        if deepest < -self._enrichment.tolerance:  # hardly ever
+            worst = worst_rows(contacts, gaps, self._enrichment, step.extra)
         if len(worst) == 0 or self._rounds_left == 0 or not usable:
-            deepest = float(gaps.min(initial=np.inf))
             self.prediction = PredictedStep(step, lam, dv, deepest, len(worst) == 0)
             return
         self._rounds_left -= 1
@@ -157,8 +159,6 @@ def worst_rows(contacts: ContactRows, gaps: Array, enrichment: Enrichment, known
         enrichment: tolerance and number of columns.
         known: rows that have a unit column already.
     """
-    if not gaps.min(initial=np.inf) < -enrichment.tolerance:  # nearly always
-        return np.zeros(0, dtype=np.int64)
     new = gaps < -enrichment.tolerance
     new[known] = False
     bad = np.flatnonzero(new)

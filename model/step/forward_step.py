@@ -116,7 +116,7 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
         start: (m,) forces to start from [N].
         command: position or effort of each actuator.
     """
-    W, lam = step.compliance.W, np.zeros_like(start)
+    W, lam = step.compliance.W, np.zeros(len(start))
     rows = sorted_rows(step, command)
     kept, zero, delta = rows.unilateral, rows.equal, rows.under_effort(W)
     lam[rows.forced] = rows.effort

@@ -137,4 +137,6 @@ def under_friction(step: CondensedStep, previous: Forces) -> CondensedStep:
     pushed = replace(system, v_free=system.v_free + system.h * (load @ known.X[across]))
     contacts = replace(step.rows.contacts, tangents=None)
     rows = replace(step.rows, contacts=contacts)
-    return replace(step, system=pushed, rows=rows, compliance=compliance, slid=None)
+    return replace(
+        step, system=pushed, rows=rows, compliance=compliance, frictional=False, slid=None
+    )

@@ -157,12 +157,13 @@ class ModalBody(ReducedBody[ModePoints]):
 
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of an effector, contact vertex or driven node in a change dq (n,) [m]."""
-        motion, map_ = self.motion(state), self.drive_motion
-        change = dq if motion.J is None else motion.J @ dq
-        parts = [self.effector_places @ change, self.contact_points.map @ change]
+        map_ = self.drive_motion
+        change = dq if map_.drives == 0 else map_.jacobian(state.q) @ dq
+        most = np.abs(self.effector_places @ change).max(initial=0.0)
+        most = max(most, np.abs(self.contact_points.map @ change).max(initial=0.0))
         if map_.drives > 0:
-            parts.append(dq[map_.modes :] * map_.reach)
-        return max(float(np.abs(part).max(initial=0.0)) for part in parts)
+            most = max(most, np.abs(dq[map_.modes :] * map_.reach).max(initial=0.0))
+        return float(most)
 
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
