@@ -244,11 +244,10 @@ class Controller(RobotModel):
         if self._prepared is not None:
             return
         now = self._state, self._forces, self._left.position
-        robot, horizon = self._after_step(), self.horizon
-        if robot is not horizon.robot:
-            horizon = replace(horizon, robot=robot)
+        ahead, robot = self.horizon, self._after_step()
+        ahead = ahead if robot is ahead.robot else replace(ahead, robot=robot)
         try:
-            self._prepared = prepare(horizon, self.space, *now, self.settings.enrichment)
+            self._prepared = prepare(ahead, self.space, *now, self.settings.enrichment)
         except FactorisationError:
             self.status = Status.NOT_FINITE
 
