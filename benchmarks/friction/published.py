@@ -10,6 +10,7 @@ from time import perf_counter
 import numpy as np
 from scipy.sparse import csr_array
 
+from benchmarks.friction.admm import AdmmRun, admm, pinocchio_is_installed
 from tauten.model.friction import FrictionProblem, certify_friction, solve_friction
 from tauten.model.numerics import Array
 from tauten.service.process import HostInfo, host_info, one_blas_thread
@@ -37,6 +38,7 @@ class FrictionRun:
         ms: time from a cold start, the least of some [ms].
         warm: linear systems solved from this solution after q has changed by 0.1 %.
         sweeps_error: of projected Gauss-Seidel after its sweeps, relative to the largest |q|.
+        admm: Pinocchio's ADMM; None where it is not installed, or a contact has two rows.
     """
 
     name: str
@@ -52,6 +54,7 @@ class FrictionRun:
     ms: float
     warm: int
     sweeps_error: float
+    admm: AdmmRun | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +119,7 @@ def _run(name: str, problem: FrictionProblem) -> FrictionRun:
         ms=1e3 * min(times),
         warm=solve_friction(changed, solution.r).newton,
         sweeps_error=problem.error(gauss_seidel(problem, SWEEPS)) / largest,
+        admm=admm(problem) if problem.dim == 3 and pinocchio_is_installed() else None,
     )
 
 

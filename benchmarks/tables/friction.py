@@ -19,12 +19,16 @@ def friction_page(result: FrictionBench) -> Page:
             f"{one.siconos_error:.0e}",
             f"{one.sweeps_error:.0e}",
             f"{one.ms:.2f}",
+            "–" if one.admm is None else f"{one.admm.iterations}",
+            "–" if one.admm is None else f"{one.admm.error:.0e}",
+            "–" if one.admm is None else f"{one.admm.ms:.2f}",
         )
         for one in result.runs
     )
     columns = (
         *("problem", "contacts", "stick / slip", "indeterminate", "Newton steps, cold / warm"),
         *("error", "Siconos' error", "Gauss-Seidel's error", "time [ms]"),
+        *("ADMM's iterations", "ADMM's error", "ADMM's time [ms]"),
     )
     title = f"contact problems of others; Gauss-Seidel with up to {result.sweeps} sweeps"
     table = Numbers(title, columns, rows)
