@@ -53,6 +53,12 @@ class Setup(ControllerSetup):
         """The model that decides."""
         return "reduced" if self.states else "full"
 
+    def in_full_order(self) -> Setup:
+        """The same with the full model, which a reduced one was made from."""
+        if self.reduced is None:
+            return self
+        return replace(self, robot=self.reduced.body.full, states=(), reduced=None)
+
 
 def load_setup(
     robot: str | Path,

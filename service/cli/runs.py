@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from contextlib import ExitStack
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
@@ -69,8 +71,15 @@ def demo(
         drive,
         steps,
     )
-    with stop_on_signals() as stop, console.status("starting") as status:
-        done = run_demo(settings, stop, status.update)
+    status = console.status("")
+
+    def notify(said: str) -> None:
+        status.update(said)
+        status.start()  # a thread, which would be missing in the copies
+
+    with stop_on_signals() as stop, ExitStack() as stack:
+        stack.callback(status.stop)
+        done = run_demo(settings, stop, notify, copied=sys.platform == "linux")
     from tauten.service.plots import draw_run  # imports matplotlib, which nothing before waits for
 
     draw_run(done.run, done.actuators, folder / FIGURE)

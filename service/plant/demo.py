@@ -89,13 +89,22 @@ class DemoResult:
     notes: tuple[str, ...] = ()
 
 
-def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], None]) -> DemoResult:
+def run_demo(
+    settings: DemoSettings,
+    stop: StopFlag,
+    notify: Callable[[str], None],
+    *,
+    copied: bool = False,
+) -> DemoResult:
     """Run the demo; leaves targets, log and report in a folder.
 
     Args:
         settings: what to do.
         stop: raised to end early; what has been recorded is still reported.
         notify: called with a sentence before each part of the work.
+        copied: whether node and plant begin as copies of this process, which have imported everything and
+            loaded the robot's kernels. It must have started no thread and no Zenoh session, and `notify`
+            is called after that.
 
     Raises:
         DemoError: a process failed, or a file of the user is in the folder.
@@ -111,11 +120,11 @@ def run_demo(settings: DemoSettings, stop: StopFlag, notify: Callable[[str], Non
     port = free_ports()
     common, network = ["--port", str(port)], Network(port)
     targets, log = folder / TARGETS, folder / LOG
-    notify("node and plant get ready, targets that can be reached are found")
     path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
     rate = robot.integration.rate
     with contextlib.ExitStack() as stack:
-        node, plant = _started(stack, settings, log, common, None)
+        node, plant = _started(stack, settings, log, common, None, copied)
+        notify("node and plant get ready, targets that can be reached are found")
         save_path(make_path(settings.path, robot, path_settings), targets)
         path = make_path(str(targets), robot, PathSettings(repeats=True))
         step = _wait_alive(Keys(robot.name), network, (node, plant), stop)
@@ -184,6 +193,7 @@ def _started(
     log: Path,
     common: list[str],
     rate: float | None,
+    copied: bool = False,
 ) -> tuple[Child, Child]:
     """Node and plant as processes.
 
@@ -193,6 +203,7 @@ def _started(
         log: to record to.
         common: options of both.
         rate: of both [Hz]; None: the robot file's.
+        copied: whether they are copies of this process.
     """
     common = [*common, *([] if rate is None else ["--rate", repr(rate)])]
     serving = [settings.robot, "--record", str(log), *common]
@@ -207,9 +218,9 @@ def _started(
     if settings.closed_loop:
         serving.append("--closed-loop")
         behaving.append("--measure")
-    node = stack.enter_context(child(NODE, serving, settings.folder))
+    node = stack.enter_context(child(NODE, serving, settings.folder, copied=copied))
     plant = [settings.robot, *behaving, *common]
-    return node, stack.enter_context(child("plant", plant, settings.folder))
+    return node, stack.enter_context(child("plant", plant, settings.folder, copied=copied))
 
 
 def _too_slow(step: float, rate: float, setup: Setup) -> str:

@@ -118,7 +118,7 @@ def plant_robot(
     if not setup.states:
         return setup, "full"
     if model is None:
-        full = load_setup(robot, rate, "none", "full")
+        full = setup.in_full_order()
         with one_blas_thread():
             if quick_enough(full.robot):
                 return full, "full"

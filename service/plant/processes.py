@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import random
+import runpy
 import signal
 import socket
 import subprocess
 import sys
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
-from typing import IO
 
 STOP_TIME = (
     60.0  # s, the release of the cables included, on a machine that is busy with something else
@@ -25,12 +28,60 @@ class DemoError(RuntimeError):
     """A process that failed, or a file in the way; the message names it, or the file with its output."""
 
 
+class Copy:
+    """A copy of this process that becomes a `tauten` command; it has the methods of `subprocess.Popen`.
+
+    It has imported what this process has, and has its compiled kernels. This process must have started no
+    thread of Python and no Zenoh session, which would be missing in the copy.
+    """
+
+    def __init__(self, command: str, arguments: list[str], output: Path) -> None:
+        """Start it.
+
+        Args:
+            command: name of the command.
+            arguments: its arguments.
+            output: file for what it prints.
+        """
+        process = get_context("fork").Process(target=_become, args=(command, arguments, output))
+        with warnings.catch_warnings():  # of threads: BLAS ends its own before a fork
+            warnings.simplefilter("ignore", DeprecationWarning)
+            process.start()
+        assert process.pid is not None
+        self.pid, self._process = process.pid, process
+
+    def poll(self) -> int | None:
+        """The exit code, negative for a signal; None while it runs."""
+        return self._process.exitcode
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait until it has ended, at most so long [s]; returns the exit code.
+
+        Raises:
+            TimeoutExpired: it has not.
+        """
+        self._process.join(timeout)
+        code = self.poll()
+        if code is None:
+            raise subprocess.TimeoutExpired("tauten", timeout or 0.0)
+        return code
+
+    def send_signal(self, number: int) -> None:
+        """Send it a signal where it has not ended."""
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def kill(self) -> None:
+        """End it at once."""
+        self.send_signal(signal.SIGKILL)
+
+
 @dataclass(slots=True)
 class Child:
     """A `tauten` command as a process: its name, the process, the file of its output."""
 
     name: str
-    process: subprocess.Popen[bytes]
+    process: subprocess.Popen[bytes] | Copy
     output: Path
 
     @property
@@ -107,34 +158,51 @@ def _can_bind(one: socket.socket, address: str | tuple[str, int]) -> bool:
 
 
 @contextlib.contextmanager
-def child(command: str, arguments: list[str], folder: Path) -> Iterator[Child]:
+def child(
+    command: str, arguments: list[str], folder: Path, *, copied: bool = False
+) -> Iterator[Child]:
     """Run a `tauten` command as a process; it is interrupted, then killed, when the block is left.
 
     Args:
         command: name of the command.
         arguments: its arguments.
         folder: of the file with its output, COMMAND.txt.
+        copied: whether it is a `Copy` of this process, rather than a new one.
     """
     output = folder / f"{command}.txt"
+    process = (Copy if copied else _start)(command, arguments, output)
+    try:
+        yield Child(command, process, output)
+    finally:
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            try:
+                process.wait(STOP_TIME)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def _start(command: str, arguments: list[str], output: Path) -> subprocess.Popen[bytes]:
     with output.open("wb") as sink:
-        process = _start(command, arguments, sink)
-        found = Child(command, process, output)
-        try:
-            yield found
-        finally:
-            if process.poll() is None:
-                process.send_signal(signal.SIGINT)
-                try:
-                    process.wait(STOP_TIME)
-                except subprocess.TimeoutExpired:
-                    process.kill()
-                    process.wait()
+        return subprocess.Popen(
+            [sys.executable, "-m", "tauten.service", command, *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=sink,
+            stderr=subprocess.STDOUT,
+        )
 
 
-def _start(command: str, arguments: list[str], sink: IO[bytes]) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "tauten.service", command, *arguments],
-        stdin=subprocess.DEVNULL,
-        stdout=sink,
-        stderr=subprocess.STDOUT,
-    )
+def _become(command: str, arguments: list[str], output: Path) -> None:
+    """Run a command in a copy, as `python -m tauten.service` does."""
+    gc.freeze()  # a collection would write to, and so copy, all that the processes share
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGALRM):
+        if callable(signal.getsignal(number)):  # a handler of the process that was copied
+            interrupts = number is signal.SIGINT
+            signal.signal(number, signal.default_int_handler if interrupts else signal.SIG_DFL)
+    with output.open("wb") as sink:
+        os.dup2(sink.fileno(), 1)
+        os.dup2(sink.fileno(), 2)
+    sys.argv = ["tauten", command, *arguments]
+    runpy.run_module("tauten.service", run_name="__main__")

@@ -7,16 +7,15 @@ import os
 import shutil
 import time
 from pathlib import Path
-from typing import IO
 
 import meshio
 import numpy as np
 import pytest
-from support.processes import START, Forked, fork_server, run_main
+from support.processes import START, Forked, fork_server, run_main, start
 from support.robots.bodies import box_mesh
 
 from tauten.service.plant import DemoError, DemoSettings, child, run_demo
-from tauten.service.plant.demo import LOG, REPORT, TARGETS
+from tauten.service.plant.demo import FIGURE, LOG, REPORT, TARGETS
 from tauten.service.process import StopFlag
 from tauten.service.replay import replay
 from tauten.service.view import export_log
@@ -48,31 +47,28 @@ rate = {rate}
 """
 
 
-def forked(command: str, arguments: list[str], sink: IO[bytes]) -> Forked:
+def forked(command: str, arguments: list[str], output: Path) -> Forked:
     """A process of the demo."""
-    return Forked(fork_server(), Path(sink.name), arguments=[command, *arguments])
+    return Forked(fork_server(), output, arguments=[command, *arguments])
 
 
 @pytest.fixture(scope="module")
 def folder(beam_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Of the command, whose node and plant are copies of it."""
     out = tmp_path_factory.mktemp("demo") / "out"
-    settings = DemoSettings(str(beam_file), out, seconds=4.0, period=4.0, fraction=0.3)
-    said: list[str] = []
-    with pytest.MonkeyPatch.context() as patch:
-        # processes that need not import tauten; those of the tests below do
-        patch.setattr("tauten.service.plant.processes._start", forked)
-        done = run_demo(settings, StopFlag(), said.append)
-    assert any("4 s" in text for text in said)
-    assert done.report.following > 20
-    assert done.actuators.names == ("lower", "upper")
+    targets = ("--seconds", 4, "--period", 4, "--fraction", 0.3)
+    demo = start(out.with_name("said.txt"), "demo", beam_file, "--out", out, *targets)
+    assert demo.process.wait(START) == 0, demo.output.read_text()
+    assert "beam, 4" in demo.output.read_text()
     return out
 
 
 def test_it_leaves_log_report_and_targets(folder: Path) -> None:
-    for name in (LOG, REPORT, TARGETS):
+    for name in (LOG, REPORT, FIGURE, TARGETS):
         assert (folder / name).stat().st_size > 1000
     report = json.loads((folder / REPORT).read_text())
     assert report["robot"] == "beam"
+    assert report["following"] > 20
     assert report["complete"]
     targets = report["health"]["targets"]  # on a busy machine a target can be too old on arrival
     assert targets["refused"] == targets.get("refused_too_old", "0")
@@ -118,7 +114,7 @@ def weak_beam(folder: Path, **changes: float) -> Path:
 def test_a_demo_without_one_good_decision_fails_and_names_the_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("tauten.service.plant.processes._start", forked)
+    monkeypatch.setattr("tauten.service.plant.processes.Copy", forked)  # this process has sessions
     robot = weak_beam(tmp_path, tension=1e-4, young=3e3)
     out = tmp_path / "demo"
     assert run_main("demo", robot, "--path", "line", "--seconds", 2, "--out", out) == 1
