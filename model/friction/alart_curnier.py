@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.numerics import Array, kernel
+from tauten.model.numerics import Array, Ints, kernel
 
 
 @kernel
@@ -49,8 +49,12 @@ def residual(u: Array, r: Array, mu: Array, c: float, F: Array) -> float:
 
 
 @kernel
-def jacobian(u: Array, r: Array, mu: Array, c: float, W: Array) -> Array:
-    """A + B W (m d, m d), an element of the generalised Jacobian of F(r, W r + q).
+def newton_system(
+    u: Array, r: Array, mu: Array, c: float, W: Array, F: Array
+) -> tuple[Ints, Array, Array]:
+    """The linear system of a Newton step on F(r, W r + q), with an element of its generalised Jacobian.
+
+    Forces of open contacts become zero in the step, so that only contacts that push are unknown.
 
     Args:
         u: (m, d) velocities.
@@ -58,35 +62,63 @@ def jacobian(u: Array, r: Array, mu: Array, c: float, W: Array) -> Array:
         mu: (m,) coefficients of friction.
         c: weight of the velocities.
         W: (m d, m d) compliance.
+        F: (m, d) of (F1).
+
+    Returns:
+        The k contacts that push; J (k d, k d) and b (k d, 1) of J dr = b.
     """
     m, d = u.shape
-    J = np.zeros((m * d, m * d))
+    pushing = np.flatnonzero(r[:, 0] - c * u[:, 0] > 0.0)
+    gone, size = -r.ravel(), d * len(pushing)
+    rows = np.empty(size, np.int64)
+    for k, i in enumerate(pushing):
+        for j in range(d):
+            rows[k * d + j] = i * d + j
+            gone[i * d + j] = 0.0
+    vanishing = np.abs(gone).max() > 0.0
+    V = np.zeros((size, size + 1))  # c W of what pushes, and c times what open contacts move
+    for k, row in enumerate(rows):
+        for j, column in enumerate(rows):
+            V[k, j] = c * W[row, column]
+        if vanishing:
+            V[k, size] = c * np.dot(W[row], gone)
     y = np.empty(d)
-    for i in range(m):
-        pushed, row = r[i, 0] - c * u[i, 0], i * d
-        if pushed <= 0.0:
-            for j in range(d):
-                J[row + j, row + j] = 1.0
-            continue
-        J[row] = c * W[row]
-        radius, length = mu[i] * pushed, 0.0
+    for k, i in enumerate(pushing):
+        row, radius, length = k * d, mu[i] * (r[i, 0] - c * u[i, 0]), 0.0
         for j in range(1, d):
             y[j] = r[i, j] - c * u[i, j]
             length += y[j] * y[j]
         length = np.sqrt(length)
-        if length <= radius:
-            for j in range(1, d):
-                J[row + j] = c * W[row + j]
-            continue
-        share = radius / length
+        if length > radius:
+            slide(V[row : row + d], y / length, mu[i], radius / length, row)
+    b = np.empty((size, 1))
+    for k, i in enumerate(pushing):
+        for j in range(d):
+            b[k * d + j, 0] = -F[i, j] - V[k * d + j, size]
+    return pushing, np.ascontiguousarray(V[:, :size]), b
+
+
+@kernel
+def slide(V: Array, e: Array, mu: float, share: float, first: int) -> None:
+    """Make rows c W (d, n) of a contact those of a contact that slips, F_j = r_j − μ pushed e_j, in place.
+
+    Args:
+        V: (d, n) rows of the contact, overwritten.
+        e: (d,) direction of r_t − c u_t, from 1 on.
+        mu: coefficient of friction.
+        share: radius of the disc by |r_t − c u_t|.
+        first: column of the contact's normal force.
+    """
+    d, n = V.shape
+    for column in range(n):
+        along = 0.0
         for j in range(1, d):
-            # F_j = r_j − radius e_j with e = y / |y|: first what y moves, then what the radius does
-            for k in range(1, d):
-                turned = share * ((1.0 if j == k else 0.0) - y[j] * y[k] / length**2)
-                J[row + j] += c * turned * W[row + k]
-                J[row + j, row + k] -= turned
-            J[row + j, row + j] += 1.0
-            wider = mu[i] * y[j] / length
-            J[row + j] += c * wider * W[row]
-            J[row + j, row] -= wider
-    return J
+            along += e[j] * V[j, column]
+        for j in range(1, d):
+            turned = share * (V[j, column] - e[j] * along)
+            V[j, column] = turned + mu * e[j] * V[0, column]
+    for j in range(1, d):
+        for k in range(1, d):
+            V[j, first + k] += share * e[j] * e[k]
+        V[j, first + j] += 1.0 - share
+        V[j, first] -= mu * e[j]

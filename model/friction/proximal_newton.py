@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauten.model.friction.alart_curnier import jacobian, residual
+from tauten.model.friction.alart_curnier import newton_system, residual
 from tauten.model.friction.problem import FrictionProblem, natural_error
 from tauten.model.numerics import Array, kernel, solve_linear
 
@@ -184,11 +184,14 @@ def newton_round(
     for step in range(limit):
         if np.abs(F.ravel() * root).max() <= enough:
             return r / root, step, True
-        J = jacobian(u.reshape(shape), r.reshape(shape), mu, c, V)
-        solved, X = solve_linear(J, -F.reshape((rows, 1)))
+        pushing, J, b = newton_system(u.reshape(shape), r.reshape(shape), mu, c, V, F)
+        solved, X = solve_linear(J, b)
         if not solved:
             return r / root, step + 1, False
-        dr = X[:, 0].copy()
+        dr = -r
+        for k, i in enumerate(pushing):
+            for j in range(shape[1]):
+                dr[i * shape[1] + j] = X[k * shape[1] + j, 0]
         du, t, least, share = np.dot(V, dr), 1.0, np.inf, 0.0
         for _ in range(HALVINGS):
             square = residual((u + t * du).reshape(shape), (r + t * dr).reshape(shape), mu, c, F)
