@@ -7,6 +7,8 @@ exact law takes a step or two.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from tauten.controller.friction.law import (
@@ -26,7 +28,7 @@ from tauten.model.numerics import Array, kernel, solve_linear
 PRECISELY = 1e-9  # of the largest |q|, error that exact forces are asked for
 NEWTON = 30  # steps on the exact law, at most
 SMOOTHED = 60  # steps on the smoothed law, at most
-NARROWEST = 1e-5  # κ at the end of the smoothed law
+NARROWEST = 1e-7  # of the largest |q|, width κ l of the slip at the end of the smoothed law
 FASTER, SLOWER = 0.25, 0.5  # factors of κ after a full step, and after a shortened one
 LENGTH = 1e-2  # of the largest |q|: displacement that sets the widths
 INSIDE = 0.05  # share of a normal force that a step leaves
@@ -37,7 +39,7 @@ PROXIMAL = 1e-10  # of the largest compliance, by which redundant contacts yield
 
 
 def exact_forces(
-    contacts: InverseContacts, lam: Array, start: Array, budget: Budget, smoothed: bool = True
+    contacts: InverseContacts, lam: Array, start: Array, budget: Budget, wide: Width | None
 ) -> Array | None:
     """Contact forces (3 m,) at efforts; None where none are found that are exact.
 
@@ -46,16 +48,32 @@ def exact_forces(
         lam: (n_a,) efforts.
         start: (3 m,) forces to start from.
         budget: linear systems are counted; it does not end the solution.
-        smoothed: whether the smoothed law is tried where the exact one fails.
+        wide: of the smoothed law that is tried where the exact one fails; None: it is not.
     """
-    found, r, spent = forces_at(contacts, lam, start, smoothed)
+    width = NO_WIDTH if wide is None else wide
+    found, r, spent = forces_at(contacts, lam, start, width)
     budget.spent += spent
     return r if found else None
 
 
+class Width(NamedTuple):
+    """How wide the smoothed law is at first.
+
+    Attributes:
+        share: κ.
+        length: displacement that sets the widths; 0: a part of the largest |q|.
+    """
+
+    share: float
+    length: float
+
+
+WIDE, NO_WIDTH = Width(1.0, 0.0), Width(0.0, 0.0)
+
+
 @kernel
 def forces_at(
-    contacts: InverseContacts, lam: Array, start: Array, smoothed: bool
+    contacts: InverseContacts, lam: Array, start: Array, wide: Width
 ) -> tuple[bool, Array, int]:
     """Whether forces at efforts are exact, the forces (3 m,), and linear systems that were solved.
 
@@ -63,15 +81,15 @@ def forces_at(
         contacts: the contacts.
         lam: (n_a,) efforts.
         start: (3 m,) forces to start from.
-        smoothed: whether the smoothed law is tried where the exact one fails.
+        wide: of the smoothed law that is tried where the exact one fails; a share of zero: it is not.
     """
     q = contacts.q + np.dot(contacts.W_ca, lam)
     cones = Cones(contacts.W, q, contacts.mu, contacts.w)
     error = min(PRECISELY * np.abs(q).max(), 0.3 * contacts.exact)
     found = newton_forces(cones, start, error, NEWTON)
     spent = found.newton
-    if found.error > contacts.exact and smoothed:
-        near, systems = smoothed_forces(contacts, lam, start)
+    if found.error > contacts.exact and wide.share > 0.0:
+        near, systems = smoothed_forces(contacts, lam, start, wide)
         found = newton_forces(cones, near, error, NEWTON)
         spent += systems + found.newton
     return found.error <= contacts.exact, found.r, spent
@@ -91,22 +109,27 @@ def forces_error(contacts: InverseContacts, lam: Array, r: Array) -> float:
 
 
 @kernel
-def smoothed_forces(contacts: InverseContacts, lam: Array, start: Array) -> tuple[Array, int]:
+def smoothed_forces(
+    contacts: InverseContacts, lam: Array, start: Array, wide: Width
+) -> tuple[Array, int]:
     """Forces (3 m,) at efforts under the smoothed law, at the end of its widths, and linear systems.
 
     Args:
         contacts: the contacts.
         lam: (n_a,) efforts.
         start: (3 m,) forces to start from.
+        wide: at first.
     """
-    length = LENGTH * np.abs(contacts.q + np.dot(contacts.W_ca, lam)).max()
-    width = widths(contacts, start, 1.0, length)
+    size = np.abs(contacts.q + np.dot(contacts.W_ca, lam)).max()
+    length = wide.length if wide.length > 0.0 else LENGTH * size
+    narrowest, none = NARROWEST * size / length, np.empty((len(start), 0))
+    width = widths(contacts, start, wide.share, length)
     r = lifted(contacts, start, width)
     for step in range(SMOOTHED):
-        law = linear_law(contacts, lam, r, width)
+        law = linear_law(contacts, lam, r, width, none)
         F, r, share = shortened(contacts, r, law, width)
         if law_error(width, F) <= 1.0:
-            if width.share <= NARROWEST:
+            if width.share <= narrowest:
                 return r, step + 1
             factor = FASTER if share > 0.9 else SLOWER
             width = widths(contacts, r, factor * width.share, length)

@@ -110,7 +110,9 @@ def smoothed_law(contacts: InverseContacts, u: Array, r: Array, width: Widths) -
 
 
 @kernel
-def linear_law(contacts: InverseContacts, lam: Array, r: Array, width: Widths) -> LinearLaw:
+def linear_law(
+    contacts: InverseContacts, lam: Array, r: Array, width: Widths, W_ca: Array
+) -> LinearLaw:
     """Linearise (I4) in the state form: one system of the rank of W_cc, with 1 + n_a right-hand sides.
 
     With A = ∂F/∂u and B = ∂F/∂r, which has an inverse, dr = −B⁻¹ (F + A (G y + W_ca dλ)) where y = Gᵀ dr.
@@ -120,13 +122,14 @@ def linear_law(contacts: InverseContacts, lam: Array, r: Array, width: Widths) -
         lam: (n_a,) efforts.
         r: (3 m,) forces.
         width: of the law.
+        W_ca: (3 m, n) columns of `contacts.W_ca`, all or none, whose slope is asked for.
     """
-    n_a, u, G = len(lam), displacements(contacts, lam, r), contacts.G
+    n_a, u, G = W_ca.shape[1], displacements(contacts, lam, r), contacts.G
     F = smoothed_law(contacts, u, r, width)
     start, blocks = law_blocks(contacts, u, r, width, F)
     known = np.empty((len(r), 1 + n_a))  # B⁻¹ (F, A W_ca)
     known[:, 0] = start
-    known[:, 1:] = through_blocks(blocks, contacts.W_ca)
+    known[:, 1:] = through_blocks(blocks, W_ca)
     moved = through_blocks(blocks, G)  # B⁻¹ A G
     system = np.dot(G.T, moved)
     for i in range(len(system)):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tauten.controller.friction.effort_step import EffortArrays, effort_step
-from tauten.controller.friction.exact import inside, lifted, shortened
+from tauten.controller.friction.exact import Width, inside, lifted, shortened
 from tauten.controller.friction.law import (
     LinearLaw,
     Widths,
@@ -69,8 +69,8 @@ class PathState(NamedTuple):
 
 def one_shot_path(
     search: EffortSearch, start: EffortPoint, share: float, steps: int
-) -> tuple[Array, Array]:
-    """Efforts (n_a,) and smoothed forces (3 m,) at the end of a path.
+) -> tuple[Array, Array, Width]:
+    """Efforts (n_a,) and smoothed forces (3 m,) at the end of a path, and how wide the law is there.
 
     Args:
         search: the problem.
@@ -88,7 +88,7 @@ def one_shot_path(
             contacts, search.program.arrays, state, length, WIDEST * widest, number
         )
         budget.spent += taken
-    return state.lam, state.r
+    return state.lam, state.r, Width(state.share, length)
 
 
 @kernel
@@ -113,7 +113,7 @@ def path_steps(
     lam, r, trust, share, narrow = state
     for step in range(steps):
         width = widths(contacts, r, share, length)
-        law = linear_law(contacts, lam, r, width)
+        law = linear_law(contacts, lam, r, width, contacts.W_ca)
         change = np.zeros(len(lam))
         if law_error(width, law.F) <= ASTRAY:
             ahead = r + law.residual
@@ -223,10 +223,10 @@ def meet_law(
         width: of the law.
         systems: at most.
     """
-    law = linear_law(contacts, lam, r, width)
+    law = linear_law(contacts, lam, r, width, contacts.W_ca)
     spent, error = 1, law_error(width, law.F)
     while error > MET and spent < systems:
         _, r, _ = shortened(contacts, r, law, width)
-        law = linear_law(contacts, lam, r, width)
+        law = linear_law(contacts, lam, r, width, contacts.W_ca)
         spent, error = spent + 1, law_error(width, law.F)
     return r, law.slope, error, spent

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.controller.friction.effort_step import EffortProgram, EffortStep, effort_arrays
-from tauten.controller.friction.exact import exact_forces, exact_slope
+from tauten.controller.friction.exact import WIDE, Width, exact_forces, exact_slope
 from tauten.controller.friction.problem import (
     EffortPoint,
     FrictionInverse,
@@ -88,12 +88,18 @@ class EffortSearch:
         """Whether a point is within the limits."""
         return self.program.excess(point.lam, point.r) <= self.allowed
 
-    def exact(self, lam: Array, start: Array) -> EffortPoint | None:
-        """The exact point at efforts (n_a,), from forces (3 m,); None where none is found.
+    def exact(self, lam: Array, start: Array, wide: Width = WIDE) -> EffortPoint | None:
+        """The exact point at efforts; None where none is found.
 
         With the budget used up only a few steps on the exact law are taken.
+
+        Args:
+            lam: (n_a,) efforts.
+            start: (3 m,) forces to start from.
+            wide: of the smoothed law, where it is needed.
         """
-        r = exact_forces(self.contacts, lam, start, self.budget, not self.budget.exhausted)
+        smoothed = None if self.budget.exhausted else wide
+        r = exact_forces(self.contacts, lam, start, self.budget, smoothed)
         return None if r is None else EffortPoint(lam, r, self.objective(lam, r))
 
     def within(self, point: EffortPoint, held: EffortPoint) -> EffortPoint | None:

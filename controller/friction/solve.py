@@ -14,7 +14,7 @@ from time import perf_counter
 import numpy as np
 
 from tauten.controller.friction.descent import GONE, descend, predicted_gain
-from tauten.controller.friction.exact import forces_error
+from tauten.controller.friction.exact import WIDE, forces_error
 from tauten.controller.friction.path import nested_path, one_shot_path
 from tauten.controller.friction.problem import EffortPoint, FrictionInverse
 from tauten.controller.friction.search import EffortSearch, effort_search
@@ -217,11 +217,12 @@ def _tried(
         held: the point of holding.
         settings: lengths of path and descent.
     """
+    wide = WIDE
     if trial.nested:
         lam, r = nested_path(search, start, trial.share)
     else:
-        lam, r = one_shot_path(search, start, trial.share, settings.path_steps)
-    found = search.exact(lam, r)
+        lam, r, wide = one_shot_path(search, start, trial.share, settings.path_steps)
+    found = search.exact(lam, r, wide)
     if found is not None:
         found = search.within(found, held)
     return None if found is None else descend(search, found, held, settings.forwards)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.numerics import Array, kernel, solve_linear
 
 
 @kernel
@@ -49,12 +49,11 @@ def residual(u: Array, r: Array, mu: Array, c: float, F: Array) -> float:
 
 
 @kernel
-def newton_system(
-    u: Array, r: Array, mu: Array, c: float, W: Array, F: Array
-) -> tuple[Ints, Array, Array]:
-    """The linear system of a Newton step on F(r, W r + q), with an element of its generalised Jacobian.
+def newton_step(u: Array, r: Array, mu: Array, c: float, W: Array, F: Array) -> tuple[bool, Array]:
+    """A Newton step on F(r, W r + q), with an element of its generalised Jacobian: dr (m d,).
 
-    Forces of open contacts become zero in the step, so that only contacts that push are unknown.
+    Forces of open contacts become zero, so that only those of contacts that push are unknown. False where
+    the system is singular.
 
     Args:
         u: (m, d) velocities.
@@ -63,39 +62,28 @@ def newton_system(
         c: weight of the velocities.
         W: (m d, m d) compliance.
         F: (m, d) of (F1).
-
-    Returns:
-        The k contacts that push; J (k d, k d) and b (k d, 1) of J dr = b.
     """
-    m, d = u.shape
+    d = u.shape[1]
     pushing = np.flatnonzero(r[:, 0] - c * u[:, 0] > 0.0)
-    gone, size = -r.ravel(), d * len(pushing)
-    rows = np.empty(size, np.int64)
-    for k, i in enumerate(pushing):
-        for j in range(d):
-            rows[k * d + j] = i * d + j
-            gone[i * d + j] = 0.0
-    vanishing = np.abs(gone).max() > 0.0
+    rows, size = (d * pushing.repeat(d).reshape((-1, d)) + np.arange(d)).ravel(), d * len(pushing)
+    dr = -r.copy().ravel()
+    dr[rows] = 0.0
     V = np.zeros((size, size + 1))  # c W of what pushes, and c times what open contacts move
     for k, row in enumerate(rows):
         for j, column in enumerate(rows):
             V[k, j] = c * W[row, column]
-        if vanishing:
-            V[k, size] = c * np.dot(W[row], gone)
-    y = np.empty(d)
+    if np.abs(dr).max() > 0.0:
+        for k, row in enumerate(rows):
+            V[k, size] = c * np.dot(W[row], dr)
     for k, i in enumerate(pushing):
-        row, radius, length = k * d, mu[i] * (r[i, 0] - c * u[i, 0]), 0.0
-        for j in range(1, d):
-            y[j] = r[i, j] - c * u[i, j]
-            length += y[j] * y[j]
-        length = np.sqrt(length)
+        y, radius = r[i] - c * u[i], mu[i] * (r[i, 0] - c * u[i, 0])
+        length = np.sqrt((y[1:] ** 2).sum())
         if length > radius:
-            slide(V[row : row + d], y / length, mu[i], radius / length, row)
-    b = np.empty((size, 1))
-    for k, i in enumerate(pushing):
-        for j in range(d):
-            b[k * d + j, 0] = -F[i, j] - V[k * d + j, size]
-    return pushing, np.ascontiguousarray(V[:, :size]), b
+            slide(V[k * d : (k + 1) * d], y / length, mu[i], radius / length, k * d)
+    b = -F.ravel()[rows] - V[:, size]
+    solved, found = solve_linear(np.ascontiguousarray(V[:, :size]), b.reshape((-1, 1)))
+    dr[rows] = found[:, 0]
+    return solved, dr
 
 
 @kernel

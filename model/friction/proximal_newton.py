@@ -18,9 +18,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauten.model.friction.alart_curnier import newton_system, residual
+from tauten.model.friction.alart_curnier import newton_step, residual
 from tauten.model.friction.problem import FrictionProblem, natural_error
-from tauten.model.numerics import Array, kernel, solve_linear
+from tauten.model.numerics import Array, kernel
 
 TOLERANCE = 1e-9  # of the natural map, relative to the largest |q|
 BUDGET = 100  # Newton steps
@@ -184,14 +184,9 @@ def newton_round(
     for step in range(limit):
         if np.abs(F.ravel() * root).max() <= enough:
             return r / root, step, True
-        pushing, J, b = newton_system(u.reshape(shape), r.reshape(shape), mu, c, V, F)
-        solved, X = solve_linear(J, b)
+        solved, dr = newton_step(u.reshape(shape), r.reshape(shape), mu, c, V, F)
         if not solved:
             return r / root, step + 1, False
-        dr = -r
-        for k, i in enumerate(pushing):
-            for j in range(shape[1]):
-                dr[i * shape[1] + j] = X[k * shape[1] + j, 0]
         du, t, least, share = np.dot(V, dr), 1.0, np.inf, 0.0
         for _ in range(HALVINGS):
             square = residual((u + t * du).reshape(shape), (r + t * dr).reshape(shape), mu, c, F)

@@ -21,7 +21,7 @@ from tauten.controller.friction import (
     FrictionSettings,
     solve_friction_inverse,
 )
-from tauten.controller.friction.exact import exact_forces, exact_slope
+from tauten.controller.friction.exact import WIDE, exact_forces, exact_slope
 from tauten.controller.friction.law import linear_law, smoothed_law, widths
 from tauten.controller.friction.problem import (
     InverseContacts,
@@ -88,7 +88,7 @@ def block(mu: float, weight: float, target: float) -> FrictionInverse:
 def exact_at(contacts: InverseContacts, lam: Array, start: Array | None = None) -> Array:
     """Exact forces (3 m,) at efforts."""
     first = np.zeros(len(contacts.q)) if start is None else start
-    r = exact_forces(contacts, lam, first, Budget(1000, np.inf))
+    r = exact_forces(contacts, lam, first, Budget(1000, np.inf), WIDE)
     assert r is not None
     return r
 
@@ -120,7 +120,7 @@ def test_the_linearised_law_is_the_derivative_of_the_smoothed_law(singles: int) 
     r[place] = rng.normal(size=len(place))
     r[::3] = np.abs(r[::3])
     width = widths(contacts, r, 0.5, 1.0)
-    law = linear_law(contacts, lam, r, width)
+    law = linear_law(contacts, lam, r, width, contacts.W_ca)
 
     def law_at(efforts: Array, forces: Array) -> Array:
         u = displacements(contacts, efforts, forces)
