@@ -32,6 +32,7 @@ from tauten.model import (
     Target,
     contact_model,
     default_enrichment,
+    force_limits,
     no_forces,
     one_blas_thread,
 )
@@ -85,6 +86,7 @@ class Controller(RobotModel):
             substeps=substeps_of(self.robot, settings.substeps),
             ahead=self.horizon.ticks,
             friction_share=settings.friction_share,
+            forces=force_limits(self.robot.contacts, self.space),
         )
         self.settled, none = False, no_forces(self.robot.n_a, self.space.k)
         self._origin = self.robot.rest(), none, np.zeros(self.robot.n_a)
@@ -143,10 +145,8 @@ class Controller(RobotModel):
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
         self._taken, self._stalled = (undamped(), no_lead()), np.zeros(self.robot.n_a, np.bool_)
-        effort = forces.effort
-        seen = self.robot.effector(state), self.robot.effector_values(state)
-        left = Actuation(position, effort, effort, *seen, Status.OK, NO_CERTIFICATE)
-        self._left = left.copy()  # in the step before: what rates and holds start from
+        seen = forces.effort, self.robot.effector(state), self.robot.effector_values(state)
+        self._left = Actuation(position, forces.effort, *seen, Status.OK, NO_CERTIFICATE).copy()
 
     def take_over(self, other: Controller, state: State) -> None:
         """Continue from another controller of the same robot and cables.

@@ -10,9 +10,12 @@ import numpy as np
 from tauten.controller.qpcc import Qpcc, Solution
 from tauten.model import (
     Actuators,
+    CondensedStep,
     EffectorLayout,
+    ForceLimits,
     Layout,
     Limits,
+    PredictedStep,
     cable_actuators,
     row_layout,
 )
@@ -109,6 +112,31 @@ def including_hold(problem: Qpcc, held: Array) -> Qpcc:
         return problem
     return replace(
         problem, g_lo=np.minimum(problem.g_lo, held), g_hi=np.maximum(problem.g_hi, held)
+    )
+
+
+def with_force_limits(
+    problem: Qpcc, limits: ForceLimits | None, step: CondensedStep, held: PredictedStep
+) -> Qpcc:
+    """The inverse problem with limits of contact forces.
+
+    Args:
+        problem: from `inverse_problem`, without or with locked actuators.
+        limits: of contact forces; None: there are none.
+        step: whose contacts are the last rows of the problem.
+        held: where it leads when the actuators hold.
+    """
+    rows = None if limits is None else limits.rows(step, held)
+    if rows is None:
+        return problem
+    coefficients = np.zeros((len(rows.least), len(problem.c)))
+    coefficients[:, len(problem.c) - rows.coefficients.shape[1] :] = rows.coefficients
+    return replace(
+        problem,
+        G=np.concatenate([problem.G, coefficients]),
+        g_lo=np.concatenate([problem.g_lo, rows.least]),
+        g_hi=np.concatenate([problem.g_hi, rows.largest]),
+        row_names=(*problem.row_names, *rows.names),
     )
 
 

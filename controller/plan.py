@@ -27,6 +27,7 @@ from tauten.controller.inverse import (
     inverse_problem,
     relaxed,
     weighted_rows,
+    with_force_limits,
 )
 from tauten.controller.locks import LockedStep
 from tauten.controller.qpcc import (
@@ -44,6 +45,7 @@ from tauten.model import (
     CondensedStep,
     Enrichment,
     EnrichmentLoop,
+    ForceLimits,
     Forces,
     FrictionBlocks,
     PredictedStep,
@@ -54,9 +56,7 @@ from tauten.model import (
 )
 from tauten.model.numerics import Array, Bools
 
-EXACTLY = (
-    1e-7  # of the robot's size, within which an exact effector meets its target; error of forces
-)
+EXACTLY = 1e-7  # of the robot's size: error of exact effectors, and of forces
 ENDLESSLY = 1e6  # s, in which every actuator can get everywhere
 NEAREST = 40  # candidates in range that a search for contact looks at
 NEARER = 1e-3  # of the distance of the effectors from their target, that a plan takes off it
@@ -96,6 +96,7 @@ class DecideSettings:
         substeps: of second order that the model takes in a tick; 0: the decision's own step.
         ahead: ticks of the horizon; 0: decisions look one tick ahead.
         friction_share: of the coefficients of friction, that plans count on.
+        forces: limits of contact forces; None: there are none.
     """
 
     epsilon: float
@@ -104,6 +105,7 @@ class DecideSettings:
     substeps: int = 1
     ahead: int = 0
     friction_share: float = 0.8
+    forces: ForceLimits | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -262,9 +264,8 @@ def _plan_from(
     if step.frictional:
         scale = min(scale, energy_cap(W_aa, robot.limits, robot.size))
     weight, share = settings.epsilon * scale, gamma / (1.0 + gamma)
-    target = aim.scale * (
-        aim.target + share * (held.delta[layout.effectors] - aim.target)
-    )  # (n_e,)
+    away = held.delta[layout.effectors] - aim.target  # (n_e,)
+    target = aim.scale * (aim.target + share * away)  # (n_e,)
     kept = held.delta[layout.actuators]
     loop = EnrichmentLoop(step, settings.enrichment)
     while loop.prediction is None:
@@ -286,11 +287,10 @@ def _plan_from(
         if reduced is not None:
             problem = reduced.bounded(problem, robot.limits, robot.actuators)
         if aim.equations.any():
-            met = aim.scale * aim.target
+            met, error = aim.scale * aim.target, EXACTLY * robot.size
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
-            problem = exact_problem(
-                problem, W, delta_free, met, chosen, kinds, EXACTLY * robot.size
-            )
+            problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
+        problem = with_force_limits(problem, settings.forces, loop.step, held)
         elastic = not aim.equations.any()
         if loop.step.frictional and len(loop.step.extra) > 0:
             contacts = friction_blocks(loop.step, prepared.forces)
@@ -355,15 +355,15 @@ def _solved_with_friction(
         settings.qpcc.solver, solves, settings.qpcc.time_limit, PATH_STEPS, DESCENT, warm=True
     )
 
-    def solved(given: Qpcc) -> Solution:
+    def solved(given: Qpcc, lam: Array, r: Array) -> Solution:
         inverse = FrictionInverse(given, share * contacts.mu, EXACTLY * size, enough, energy)
-        return as_solution(given, solve_friction_inverse(inverse, start.lam_a, forces, limited))
+        return as_solution(given, solve_friction_inverse(inverse, lam, r, limited))
 
-    solution = solved(problem)
+    solution = solved(problem, start.lam_a, forces)
     if solution.status is not Status.INFEASIBLE or not elastic:
         return problem, solution
     wider = relaxed(problem, solution)
-    again = solved(wider)
+    again = solved(wider, solution.lam_a, solution.beta)
     if again.status.usable:
         again = replace(again, status=Status.RELAXED, conflict=solution.conflict)
     return wider, again

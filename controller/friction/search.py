@@ -84,9 +84,18 @@ class EffortSearch:
         span = np.minimum(self.span, free.min(axis=0, initial=np.inf))
         return float((np.sqrt(curvature) * span).max(initial=0.0))
 
+    def bounded(self, lam: Array) -> Array:
+        """Efforts (n_a,) within their bounds."""
+        within: Array = np.clip(lam, self.problem.program.lb, self.problem.program.ub)
+        return within
+
+    def excess(self, point: EffortPoint) -> float:
+        """By how much a point exceeds the limits at most, in the unit of their rows."""
+        return self.program.excess(point.lam, point.r)
+
     def feasible(self, point: EffortPoint) -> bool:
         """Whether a point is within the limits."""
-        return self.program.excess(point.lam, point.r) <= self.allowed
+        return self.excess(point) <= self.allowed
 
     def exact(self, lam: Array, start: Array, wide: Width = WIDE) -> EffortPoint | None:
         """The exact point at efforts; None where none is found.

@@ -15,6 +15,7 @@ import numpy as np
 
 from tauten.controller.friction.descent import GONE, descend, predicted_gain
 from tauten.controller.friction.exact import WIDE, forces_error
+from tauten.controller.friction.nearest import nearest_to_limits
 from tauten.controller.friction.path import nested_path, one_shot_path
 from tauten.controller.friction.problem import EffortPoint, FrictionInverse
 from tauten.controller.friction.search import EffortSearch, effort_search
@@ -113,7 +114,7 @@ def solve_friction_inverse(
 ) -> InverseSolution:
     """The best efforts found; never worse than those that are held, and exact, also when the search is cut.
 
-    Where holding exceeds the limits, anything within them is better.
+    Where holding exceeds the limits, the search starts from the nearest point to them instead.
 
     Args:
         problem: the inverse problem.
@@ -130,9 +131,10 @@ def solve_friction_inverse(
     start = np.zeros(len(search.contacts.q))
     if forces is not None:
         start[search.place] = forces
-    held = search.exact(np.clip(lam, program.lb, program.ub), start)
+    held = search.exact(search.bounded(lam), start)
     if held is None:
         return _unsolved(problem, lam, Status.NOT_FOUND, budget.spent)
+    held = nearest_to_limits(search, held)
     flat = _flat(search, held, settings.warm)
     best = _best(search, held, FLAT if flat else WARM if settings.warm else SLOPED, settings)
     if flat and best.objective > (1.0 - SLOPING) * held.objective and search.feasible(held):

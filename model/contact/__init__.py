@@ -12,7 +12,7 @@ from tauten.model.contact.obstacle import (
     pose_at,
     velocity_between,
 )
-from tauten.model.contact.pair import ContactPair
+from tauten.model.contact.pair import ContactPair, ForceBounds
 from tauten.model.contact.self_contact import (
     ALARM_EDGES,
     EDGES_AWAY,
@@ -27,6 +27,7 @@ __all__ = [
     "BLOCK",
     "ContactPair",
     "ContactSet",
+    "ForceBounds",
     "EDGES_AWAY",
     "MeshShape",
     "Obstacle",

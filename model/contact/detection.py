@@ -81,6 +81,7 @@ class ContactSet:
         n_vertices: number of vertices positions are given for.
         alarm_distance: largest distance that is reported [m].
         distance: at which surfaces are held from each other [m]; the gap is what remains to it.
+        max_force: sum of the normal forces of all pairs that decisions keep at most [N].
         n_slots: number of candidates n_c.
         frictional: whether any pair has friction.
         poses: where the obstacles are.
@@ -92,6 +93,7 @@ class ContactSet:
         n_vertices: int,
         alarm_distance: float,
         distance: float = 0.0,
+        max_force: float = np.inf,
     ) -> None:
         """Check the pairs and join their arrays.
 
@@ -100,6 +102,7 @@ class ContactSet:
             n_vertices: number of vertices positions are given for.
             alarm_distance: largest distance that is reported [m].
             distance: at which surfaces are held from each other [m].
+            max_force: sum of the normal forces of all pairs that decisions keep at most [N].
 
         Raises:
             ValueError: the alarm distance is not positive and larger than the other, or a pair has no
@@ -117,6 +120,7 @@ class ContactSet:
         self.n_vertices = n_vertices
         self.alarm_distance = alarm_distance
         self.distance = distance
+        self.max_force = max_force
         self._nodes: Ints = np.vstack([np.zeros((0, 3)), *(p.nodes for p in pairs)]).astype(
             np.int64
         )

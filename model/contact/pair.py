@@ -8,6 +8,27 @@ import numpy as np
 
 from tauten.model.contact.obstacle import Obstacle
 from tauten.model.numerics import Array, Ints
+from tauten.model.schema import LARGEST_FRICTION
+
+
+@dataclass(frozen=True, slots=True)
+class ForceBounds:
+    """What decisions keep of the forces of a contact.
+
+    Attributes:
+        least: sum of the normal forces, once it pushes [N].
+        largest: sum of the normal forces; +inf: any [N].
+        margin: distance to slip, once it pushes; 0: any [N].
+    """
+
+    least: float = 0.0
+    largest: float = np.inf
+    margin: float = 0.0
+
+    @property
+    def given(self) -> bool:
+        """Whether anything is to be kept."""
+        return self.least > 0.0 or self.largest < np.inf or self.margin > 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +43,7 @@ class ContactPair:
         apart: (k, 2) candidate and triangle that are not compared, beside those that share a vertex.
         obstacle: the target instead of triangles; None: these are.
         friction: coefficient of friction.
+        bounds: of its forces.
     """
 
     name: str
@@ -31,6 +53,7 @@ class ContactPair:
     apart: Ints = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     obstacle: Obstacle | None = None
     friction: float = 0.0
+    bounds: ForceBounds = ForceBounds()
 
 
 def check_pair(pair: ContactPair, n_vertices: int) -> None:
@@ -46,9 +69,9 @@ def check_pair(pair: ContactPair, n_vertices: int) -> None:
                 f"{pair.name}: {what} name vertices {ids.min()} to {ids.max()}, "
                 f"there are 0 to {n_vertices - 1}"
             )
-    if not 0.0 <= pair.friction < np.inf:
+    if not 0.0 <= pair.friction <= LARGEST_FRICTION:
         raise ValueError(
-            f"{pair.name}: friction is {pair.friction}, expected 0 or more, and finite"
+            f"{pair.name}: friction is {pair.friction}, expected 0 to {LARGEST_FRICTION:g}"
         )
     weights = pair.weights
     if weights.shape != pair.nodes.shape:

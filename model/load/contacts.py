@@ -16,6 +16,7 @@ from tauten.model.contact import (
     WALL_ALARMS,
     ContactPair,
     ContactSet,
+    ForceBounds,
     Obstacle,
     ObstaclePath,
     ObstaclePose,
@@ -34,12 +35,14 @@ from tauten.model.numerics import Array, Ints
 from tauten.model.schema import (
     ALARM_DISTANCE,
     ITSELF,
+    ContactRange,
     ContactSettings,
     ObstacleSettings,
     RobotConfig,
     RobotFileError,
     RobotSettings,
     RotationSettings,
+    TouchSettings,
 )
 
 CONTACT_SHAPES = "tauten.contact_shapes"
@@ -98,7 +101,20 @@ def contact_set(
     ]
     for one in obstacles:
         check_outside(one, vertices, surfaces[None], f"{source}: obstacles.{one.name}")
-    return ContactSet(pairs, len(vertices), alarm, config.contact.distance)
+    return ContactSet(
+        pairs, len(vertices), alarm, config.contact.distance, largest_force(config.contact)
+    )
+
+
+def largest_force(contact: ContactRange) -> float:
+    """Sum of the normal forces of all contacts that a robot file allows [N]."""
+    return np.inf if contact.max_force is None else contact.max_force
+
+
+def force_bounds(contact: TouchSettings) -> ForceBounds:
+    """What decisions keep of the forces of a contact."""
+    largest = np.inf if contact.max_force is None else contact.max_force
+    return ForceBounds(contact.min_force, largest, contact.min_slip_margin)
 
 
 def build_obstacle(item: ObstacleSettings, source: str) -> Obstacle:
@@ -270,21 +286,22 @@ def contact_pair(
     triangles = targets[contact.candidates]
     assert isinstance(triangles, np.ndarray)
     nodes, weights = candidates_on(vertices, triangles, contact.points, where)
+    mu, bounds = contact.friction, force_bounds(contact)
     if contact.against != ITSELF:
         name = f"{contact.candidates or 'skin'} on {contact.against}"
         target = targets[contact.against]
         if isinstance(target, np.ndarray):
-            return ContactPair(name, nodes, weights, target, friction=contact.friction)
+            return ContactPair(name, nodes, weights, target, friction=mu, bounds=bounds)
         points = np.einsum("mj,mji->mi", weights, vertices[nodes])
         check_obstacle(target, points, tolerance, where)
         return ContactPair(
-            name, nodes, weights, NO_TRIANGLES, obstacle=target, friction=contact.friction
+            name, nodes, weights, NO_TRIANGLES, obstacle=target, friction=mu, bounds=bounds
         )
     edge = mean_edge(vertices, triangles)
     along = contact.neighbour_distance or max(EDGES_AWAY * edge, 2.0 * alarm)
     apart = neighbours_at_rest(vertices, triangles, nodes, weights, along, WALL_ALARMS * alarm)
     name = f"{contact.candidates or 'skin'} on itself"
-    return ContactPair(name, nodes, weights, triangles, apart, friction=contact.friction)
+    return ContactPair(name, nodes, weights, triangles, apart, friction=mu, bounds=bounds)
 
 
 def all_triangles(named: Mapping[str, Ints]) -> Ints:

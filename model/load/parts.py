@@ -16,6 +16,8 @@ from tauten.model.load.contacts import (
     build_obstacle,
     candidates_on,
     check_obstacle,
+    force_bounds,
+    largest_force,
 )
 from tauten.model.mesh import Selector
 from tauten.model.numerics import Array, Ints
@@ -90,6 +92,7 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
         alarm_distance=config.contact.alarm_distance
         or common_alarm(own, config.contact.distance, source),
         distance=common_distance(own, config.contact.distance, source),
+        max_force=largest_force(config.contact),
         between=between,
         couplings=config.couplings,
     )
@@ -290,16 +293,18 @@ def contact_between(
         where, own = f"{source}: contacts.{index}", renumbered(candidates)
         nodes, weights = candidates_on(at_rest, own, contact.points, where)
         name = f"{side_name(contact.candidates)} on {side_name(contact.against)}"
+        mu, bounds = contact.friction, force_bounds(contact)
         if against is not None:
             other = renumbered(against)
-            pairs.append(ContactPair(name, nodes, weights, other, friction=contact.friction))
+            pairs.append(ContactPair(name, nodes, weights, other, friction=mu, bounds=bounds))
             continue
         assert isinstance(contact.against, str)
         obstacle = obstacles[contact.against]
         check_obstacle(obstacle, np.einsum("mj,mji->mi", weights, at_rest[nodes]), tolerance, where)
-        mu = contact.friction
         pairs.append(
-            ContactPair(name, nodes, weights, NO_TRIANGLES, obstacle=obstacle, friction=mu)
+            ContactPair(
+                name, nodes, weights, NO_TRIANGLES, obstacle=obstacle, friction=mu, bounds=bounds
+            )
         )
     return Between(tuple(used), tuple(pairs))
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from tauten.model.contact import ContactPair
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import CouplingSettings
@@ -36,6 +38,7 @@ class Assembly:
         distance: at which surfaces are held from each other [m].
         between: contact between parts.
         couplings: motors that drive actuators of several parts, which have the names of these.
+        max_force: sum of the normal forces of all contacts that decisions keep at most [N].
     """
 
     name: str
@@ -47,3 +50,4 @@ class Assembly:
     distance: float
     between: Between
     couplings: tuple[CouplingSettings, ...] = ()
+    max_force: float = np.inf

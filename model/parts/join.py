@@ -114,7 +114,8 @@ def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
     first = sum(one.n_vertices for one in sets)
     pairs += [moved(pair, pair.name, first) for pair in assembly.between.pairs]
     count = first + sum(len(ids) for ids in assembly.between.vertices)
-    return ContactSet(pairs, count, assembly.alarm_distance, assembly.distance)
+    distances = assembly.alarm_distance, assembly.distance
+    return ContactSet(pairs, count, *distances, assembly.max_force)
 
 
 def frame_of(placement: Placement) -> ObstaclePose:

@@ -14,9 +14,11 @@ from tauten.model.schema.constraints import AttachmentSettings
 from tauten.model.schema.contact import (
     ALARM_DISTANCE,
     ITSELF,
+    LARGEST_FRICTION,
     ContactRange,
     ContactSettings,
     ObstacleSettings,
+    TouchSettings,
     check_surfaces,
 )
 from tauten.model.schema.digest import (
@@ -80,8 +82,10 @@ from tauten.model.schema.section import (
 __all__ = [
     "ALARM_DISTANCE",
     "ITSELF",
+    "LARGEST_FRICTION",
     "ContactRange",
     "ContactSettings",
+    "TouchSettings",
     "AnyProfile",
     "AnyRegion",
     "AttachmentSettings",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -23,6 +23,8 @@ from tauten.model.schema.section import (
 
 ITSELF = "itself"  # instead of the name of a surface: the surface of the candidates
 ALARM_DISTANCE = 2e-3  # m, by default between surfaces with names
+LARGEST_FRICTION = 100.0  # beyond it a contact that sticks is not told from one that is glued
+LARGEST_FORCE = 1e6  # N
 SHORTEST_LEG = 1e-3  # s, between two waypoints
 SHAPE_NAME = r"^[A-Za-z][A-Za-z0-9_-]*$"
 
@@ -149,7 +151,44 @@ class ObstacleSettings(Section):
         return self
 
 
-class ContactSettings(Section):
+class TouchSettings(Section):
+    """What every contact may have, whatever touches."""
+
+    friction: Annotated[NonNegative, Field(le=LARGEST_FRICTION)] = Field(
+        default=0.0,
+        description="Coefficient of Coulomb friction of the contact, 0 to 100; by default 0.",
+    )
+    min_force: Annotated[NonNegative, Field(le=LARGEST_FORCE)] = Field(
+        default=0.0,
+        description="Sum of the normal forces of the contact [N] that decisions keep at least, once it "
+        "pushes: a grasp is not let go. By default 0.",
+    )
+    max_force: Annotated[float, in_range(0.0, LARGEST_FORCE, "N")] | None = Field(
+        default=None,
+        description="Sum of the normal forces of the contact [N] that decisions keep at most, by default "
+        "any.",
+    )
+    min_slip_margin: Annotated[NonNegative, Field(le=LARGEST_FORCE)] = Field(
+        default=0.0,
+        description="Distance to slip of the contact [N] that decisions keep at least, once it pushes: the "
+        "coefficient of friction times the sum of its normal forces, less the sum of its forces of friction. "
+        "By default 0.",
+    )
+
+    @model_validator(mode="after")
+    def _forces_are_possible(self) -> Self:
+        if self.max_force is not None and self.min_force > self.max_force:
+            raise ValueError(
+                f"min_force {self.min_force:g} N must be at most max_force {self.max_force:g} N"
+            )
+        if self.min_slip_margin > 0.0 and self.friction == 0.0:
+            raise ValueError(
+                "min_slip_margin needs a friction above 0: without it everything slips"
+            )
+        return self
+
+
+class ContactSettings(TouchSettings):
     """Candidate points spread over a surface against another one, against itself, or against an obstacle."""
 
     candidates: Name | None = Field(
@@ -171,10 +210,6 @@ class ContactSettings(Section):
         description='With `against = "itself"`: way along the surface at rest within which parts of it are '
         "never compared [m]; by default two mean edges of the surface, and no less than two alarm distances.",
     )
-    friction: NonNegative = Field(
-        default=0.0,
-        description="Coefficient of Coulomb friction of the contact, 0 or more; by default 0.",
-    )
 
     @model_validator(mode="after")
     def _consistent(self) -> ContactSettings:
@@ -184,7 +219,7 @@ class ContactSettings(Section):
 
 
 class ContactRange(Section):
-    """Distances of contact handling [m]."""
+    """Distances of contact handling [m], and the largest force of all contacts."""
 
     alarm_distance: Distance | None = Field(
         default=None,
@@ -200,6 +235,11 @@ class ContactRange(Section):
     tolerance: Distance = Field(
         default=5e-5,
         description="Overlap beyond which a decision adds a contact column [m], by default 5e-5.",
+    )
+    max_force: Annotated[float, in_range(0.0, LARGEST_FORCE, "N")] | None = Field(
+        default=None,
+        description="Sum of the normal forces of all contacts [N] that decisions keep at most, by default "
+        "any.",
     )
 
     @model_validator(mode="after")

@@ -23,7 +23,7 @@ from tauten.model.schema.beam_file import BeamConfig, Structure
 from tauten.model.schema.body import BodySettings, MeshSettings
 from tauten.model.schema.cable import CableSettings, CouplingSettings
 from tauten.model.schema.constraints import DriveSettings
-from tauten.model.schema.contact import ITSELF, ContactSettings, ObstacleSettings
+from tauten.model.schema.contact import ITSELF, ContactSettings, ObstacleSettings, TouchSettings
 from tauten.model.schema.material import SolidMaterialSettings
 from tauten.model.schema.region import NearStl, Region
 from tauten.model.schema.robot_file import RobotConfig, RobotSettings
@@ -254,7 +254,7 @@ def _counts(section: Section, name: str) -> bool:
     if isinstance(section, MeshSettings):
         return name not in ("file", "length_unit")  # the content counts, in metres
     if isinstance(section, ContactSettings):
-        return name != "friction"  # candidates are the same without
+        return name not in TouchSettings.model_fields  # candidates are the same without
     if isinstance(section, SolidMaterialSettings):
         return name != "viscosity"  # bases are made at rest
     if isinstance(section, ObstacleSettings) and name == "stream":

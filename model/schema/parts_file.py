@@ -10,10 +10,10 @@ from pydantic import Field, model_validator
 
 from tauten.model.schema.body import RotationSettings
 from tauten.model.schema.cable import CouplingSettings
-from tauten.model.schema.contact import ContactRange, ObstacleSettings
+from tauten.model.schema.contact import ContactRange, ObstacleSettings, TouchSettings
 from tauten.model.schema.digest import joined_digest
 from tauten.model.schema.robot_file import ControlPeriod, NamedRobot, check_unique
-from tauten.model.schema.section import Name, NonNegative, Point, Section
+from tauten.model.schema.section import Name, Point, Section
 
 
 class PartSettings(Section):
@@ -46,7 +46,7 @@ class PartSurfaceSettings(Section):
     )
 
 
-class PartContactSettings(Section):
+class PartContactSettings(TouchSettings):
     """Candidate points spread over a surface of one part against another part or an obstacle."""
 
     candidates: PartSurfaceSettings = Field(
@@ -59,10 +59,6 @@ class PartContactSettings(Section):
         default=None,
         description="Number of candidates, or `vertices` for one at each vertex of the surface; by default "
         "one for each square of a mean edge.",
-    )
-    friction: NonNegative = Field(
-        default=0.0,
-        description="Coefficient of Coulomb friction of the contact, 0 or more; by default 0.",
     )
 
 
@@ -152,5 +148,10 @@ def parts_digest(
         for item in config.contacts
     ]
     motors = [[item.gains, list(ids)] for item, ids in zip(config.couplings, members, strict=True)]
-    apart = [places, touching, surfaces, config.contact.model_dump(exclude={"tolerance"})]
+    apart = [
+        places,
+        touching,
+        surfaces,
+        config.contact.model_dump(exclude={"tolerance", "max_force"}),
+    ]
     return joined_digest(parts, json.dumps(motors) if motors else "", json.dumps(apart))

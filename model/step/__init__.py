@@ -17,6 +17,7 @@ from tauten.model.step.enrichment import (
     default_enrichment,
     worst_rows,
 )
+from tauten.model.step.force_limits import ForceLimits, force_limits
 from tauten.model.step.forces import Forces, TangentialForces, no_forces
 from tauten.model.step.forward_step import ForwardStep, eliminate_rows, forward_step
 from tauten.model.step.friction_blocks import (
@@ -34,6 +35,7 @@ __all__ = [
     "EmptySpace",
     "Enrichment",
     "EnrichmentLoop",
+    "ForceLimits",
     "Forces",
     "ForwardStep",
     "FrictionBlocks",
@@ -46,6 +48,7 @@ __all__ = [
     "contact_model",
     "default_enrichment",
     "eliminate_rows",
+    "force_limits",
     "forward_step",
     "friction_blocks",
     "no_forces",

@@ -1,0 +1,96 @@
+"""The way back to limits that holding exceeds.
+
+Steps pull a point back on its exact piece. Where contacts begin to stick the piece is short, and its slope
+may point away from where the limits are met; then steps along the slope of the smoothed law go beyond it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tauten.controller.friction.dual_qp import solve_dual
+from tauten.controller.friction.exact import lifted
+from tauten.controller.friction.law import widths
+from tauten.controller.friction.path import LAW_STEPS, displacement_scale, meet_law
+from tauten.controller.friction.problem import EffortPoint
+from tauten.controller.friction.search import EffortSearch
+from tauten.controller.qpcc import UNBOUNDED
+from tauten.model.numerics import Array
+
+PULLS = 16  # steps, at most
+TRUST = 0.3  # of the span of the efforts, a step at first
+TURNS = ((0.0, 1.0), (0.1, 1.0), (0.1, 4.0), (0.1, 12.0))  # κ of the slope, length of a step
+SHORTER = 0.2  # of the last steps, after all of them
+SHORT = 1e-6  # weight of a step's length: the shortest of those that come as near
+
+
+def nearest_to_limits(search: EffortSearch, held: EffortPoint) -> EffortPoint:
+    """The exact point that exceeds the limits least among those that some steps find.
+
+    Args:
+        search: the problem.
+        held: exact, where the steps start.
+    """
+    best, trust, refused = held, TRUST * search.span, 0
+    for _ in range(PULLS):
+        before = search.excess(best)
+        if before <= search.allowed or search.budget.exhausted:
+            break
+        share, longer = TURNS[refused % len(TURNS)]
+        slope = _slope(search, best, share)
+        lam = search.bounded(best.lam + longer * _pull(search, best, slope, trust))
+        found = search.exact(lam, best.r + slope @ (lam - best.lam))
+        if found is not None and search.excess(found) < before - search.allowed:
+            best, refused = found, 0
+            continue
+        refused += 1
+        if refused % len(TURNS) == 0:
+            trust = SHORTER * trust
+    return best
+
+
+def _slope(search: EffortSearch, point: EffortPoint, share: float) -> Array:
+    """dr/dλ (3 m, n_a) at an exact point, under the smoothed law where κ is not zero.
+
+    Args:
+        search: the problem.
+        point: exact.
+        share: κ; 0: the slope of its piece.
+    """
+    if share == 0.0:
+        return search.slope(point)
+    width = widths(search.contacts, point.r, share, displacement_scale(search, point))
+    start = lifted(search.contacts, point.r, width)
+    _, slope, _, systems = meet_law(search.contacts, point.lam, start, width, LAW_STEPS)
+    search.budget.spent += systems
+    return slope
+
+
+def _pull(search: EffortSearch, point: EffortPoint, slope: Array, trust: Array) -> Array:
+    """The change of the efforts (n_a,) after which limits are exceeded least, in the first order.
+
+    Those that are kept stay kept, and none becomes worse.
+
+    Args:
+        search: the problem.
+        point: exact.
+        slope: (3 m, n_a) of its contact forces.
+        trust: (n_a,) largest change of each effort.
+    """
+    arrays, unit, n_a = search.program.arrays, search.span, len(point.lam)
+    A = (arrays.G_a + arrays.G_c @ slope) * unit  # (p, n_a)
+    rows = arrays.G_a @ point.lam + arrays.G_c @ point.r
+    lo, hi = arrays.g_lo - rows, arrays.g_hi - rows
+    gap = np.where(lo > search.allowed, lo, np.where(hi < -search.allowed, hi, 0.0))  # (p,)
+    exceeded = gap != 0.0
+    if not A[exceeded].any():
+        return np.zeros(n_a)
+    H = A[exceeded].T @ A[exceeded]
+    H += SHORT * np.trace(H) * np.eye(n_a)
+    f, bounds, largest = -(A[exceeded].T @ gap[exceeded]), search.problem.program, np.diag(H).max()
+    size = float(np.abs(f).max()) / largest
+    lower = np.concatenate([np.maximum(bounds.lb - point.lam, -trust) / unit, np.minimum(lo, 0.0)])
+    upper = np.concatenate([np.minimum(bounds.ub - point.lam, trust) / unit, np.maximum(hi, 0.0)])
+    within = np.maximum(lower / size, -UNBOUNDED), np.minimum(upper / size, UNBOUNDED)
+    solved, y = solve_dual(H / largest, f / (largest * size), A, *within)
+    return size * unit * y if solved else np.zeros(n_a)

@@ -1,0 +1,230 @@
+"""Limits of contact forces that decisions keep: on a table, in a grasp, and where they cannot be kept."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.robots.bodies import beam_config, box_mesh
+
+from tauten.controller import Controller, Status
+from tauten.model import ContactSpace, ReducedContacts, Robot, Simulator, load_robot
+from tauten.model.load import build_robot
+from tauten.model.numerics import Array
+from tauten.model.rows import ContactRows
+from tauten.model.schema import RobotConfig
+from tauten.model.step.force_limits import DIRECTIONS, force_limits, friction_sums
+
+SIZE = (0.1, 0.01, 0.01)
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def finger(friction: float, total: float | None = None, **limits: float) -> Robot:
+    """A beam 1 mm above a table, which a cable on its lower side bends down.
+
+    Args:
+        friction: coefficient.
+        total: largest force of all contacts [N].
+        limits: of its contact.
+    """
+    settings = beam_config(
+        SIZE, fixed=[{"lower": [-1.0, -1.0, -1.0], "upper": [1e-4, 1.0, 1.0]}], gravity=[0.0, 0.0, 0.0],
+        integration={"scheme": "quasi-static"},
+        regions=[{"name": "below", "kind": "normal", "direction": [0, 0, -1]}],
+        obstacles=[
+            {"name": "table", "shape": "plane",
+             "parameters": {"point": [0.0, 0.0, -0.001], "normal": [0.0, 0.0, 1.0]}}
+        ],
+        contacts=[
+            {"candidates": "below", "against": "table", "points": 8, "friction": friction, **limits}
+        ],
+        contact={} if total is None else {"max_force": total},
+    )  # fmt: skip
+    return build_robot(RobotConfig.model_validate(settings), box_mesh(SIZE, (10, 1, 1)), "finger")
+
+
+def pressed(
+    controller: Controller, down: float, steps: int = 25
+) -> tuple[float, list[Status], tuple[str, ...]]:
+    """Force on the table [N] after steps towards a target below it, their statuses, and the last conflict."""
+    goal, statuses = controller.effector_values - [0.0, 0.0, down], []
+    for _ in range(steps):
+        actuation = controller.step(goal)
+        statuses.append(actuation.status)
+        assert actuation.status.usable
+    return float(controller.contacts.normal_force.sum()), statuses, actuation.conflict
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_a_finger_presses_as_hard_as_it_may(friction: float) -> None:
+    """The target lies 20 mm behind the table; at the positions found a simulator presses as hard."""
+    robot = finger(friction, max_force=0.06)
+    controller = Controller(robot)
+    free, _, _ = pressed(Controller(finger(friction)), 0.02)
+    force, _, conflict = pressed(controller, 0.02)
+    assert free > 0.1
+    assert force == pytest.approx(0.06, rel=0.02) and conflict == ()
+    simulator = Simulator(robot)
+    assert simulator.settle(position=controller.position).converged
+    assert simulator.contacts.normal_force.sum() == pytest.approx(
+        0.06, rel=0.1 if friction else 1e-3
+    )
+
+
+def test_the_largest_force_of_all_contacts_counts_too() -> None:
+    force, statuses, _ = pressed(Controller(finger(0.0, total=0.05)), 0.02)
+    assert force == pytest.approx(0.05, rel=1e-3) and statuses[-1] is Status.OK
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_what_has_been_touched_is_not_let_go(friction: float) -> None:
+    """The target goes 20 mm up: the finger presses on with the smallest force, until that is taken away."""
+    controller = Controller(finger(friction, min_force=0.08))
+    pressed(controller, 0.02)
+    force, _, _ = pressed(controller, -0.02)
+    assert force == pytest.approx(0.08, rel=0.1)
+    controller.settings = replace(controller.settings, forces=None)
+    force, _, _ = pressed(controller, -0.02, 5)
+    assert force == 0.0
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_a_force_out_of_reach_is_named_and_approached(friction: float) -> None:
+    """No tension presses with 500 N: as much as the winch can do is left, and the limit is named."""
+    controller = Controller(finger(friction, min_force=500.0))
+    force, statuses, conflict = pressed(controller, 0.002, 55)
+    assert statuses[-1] is Status.RELAXED
+    assert "smallest force of below on table" in conflict
+    assert controller.position[0] > 0.9 * controller.robot.limits.position_max[0]
+    assert force > 0.5
+
+
+def test_the_distance_to_slip_is_kept() -> None:
+    """A finger that presses lightly is near slipping; with a least distance to it, it presses harder."""
+    margins = []
+    for least in (0.0, 0.02):
+        controller = Controller(finger(0.5, min_slip_margin=least))
+        goal = controller.tip - [0.0, 0.0, 0.004]
+        for _ in range(25):
+            controller.step(goal)
+        found = controller.contacts
+        across = found.force - found.normal_force[:, None] * found.contacts.normal
+        slip = 0.5 * found.normal_force.sum() - np.linalg.norm(across.sum(axis=0))
+        margins.append(float(slip))
+    assert margins[0] < 0.005
+    assert 0.02 <= margins[1] < 0.021
+
+
+class TwoColumns:
+    """A basis of contact forces with two columns: one half of the candidates each, with unequal weights."""
+
+    def __init__(self, robot: Robot) -> None:
+        """For a robot."""
+        self.Psi = np.zeros((robot.n_c, 2))
+        half = robot.n_c // 2
+        self.Psi[:half, 0] = np.linspace(0.2, 0.6, half)
+        self.Psi[half:, 1] = np.linspace(0.3, 0.9, robot.n_c - half)
+
+    @property
+    def k(self) -> int:
+        """Number of columns."""
+        return 2
+
+    def reduce(self, contacts: ContactRows) -> ReducedContacts:
+        """Rows of both columns."""
+        chosen = self.Psi[contacts.slots]
+        return ReducedContacts(
+            chosen.T @ contacts.rows.dense(), chosen.T @ contacts.rows.delta, np.arange(2)
+        )
+
+    def lift(self, beta: Array) -> Array:
+        """Forces of all candidates."""
+        forces: Array = self.Psi @ beta
+        return forces
+
+
+def test_columns_of_a_basis_count_with_the_forces_that_they_are() -> None:
+    robot = finger(0.0, max_force=0.05)
+    space: ContactSpace = TwoColumns(robot)
+    force, statuses, _ = pressed(Controller(robot, space), 0.02)
+    assert force == pytest.approx(0.05, rel=1e-3) and statuses[-1] is Status.OK
+
+
+def test_rows_of_the_distance_to_slip_are_safe_within_two_percent() -> None:
+    """They never promise more than μ Σ λ_n − |Σ λ_t|, and at most 2 % of the friction less."""
+    robot = finger(0.5, min_slip_margin=0.01)
+    controller = Controller(robot)
+    pressed(controller, 0.004, 15)
+    decision = controller.last_decision
+    assert decision is not None and decision.plan is not None
+    step, limits = decision.plan.predicted.step, force_limits(robot.contacts, controller.space)
+    assert limits is not None
+    one, found = limits.limited[0], step.rows.contacts.found
+    normal, across = limits.normal_sum(step, one), friction_sums(step, one)
+    assert len(across) == DIRECTIONS
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        r = rng.normal(size=(len(step.extra), 3))
+        whole = np.einsum("rt,rti->i", r[:, 1:], found.tangents()[step.extra])
+        reached = (across @ r.ravel()).max()
+        size = np.linalg.norm(whole)
+        assert size <= reached * (1.0 + 1e-12) and reached <= 1.02 * size
+        assert normal @ r.ravel() == pytest.approx(r[:, 0].sum())
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({"min_force": 2.0, "max_force": 1.0}, "min_force 2 N must be at most max_force 1 N"),
+        ({"min_slip_margin": 0.1}, "min_slip_margin needs a friction above 0"),
+        ({"max_force": 0.0}, "more than 0"),
+        ({"max_force": float("nan")}, "finite"),
+        ({"min_force": -1.0}, "greater than or equal to 0"),
+        ({"friction": 1e300}, "less than or equal to 100"),
+    ],
+)
+def test_limits_that_make_no_sense_are_refused(table: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        finger(**{"friction": 0.0, **table})
+
+
+def gripper(folder: Path, limits: str) -> Controller:
+    """The gripper of `examples/grasp.toml` with one contact for each finger.
+
+    Args:
+        folder: for its files.
+        limits: lines of both contacts.
+    """
+    for name in ("cube.vtu", "fork.vtu", "cube.toml"):
+        shutil.copy(EXAMPLES / name, folder)
+    fork, grasp = ((EXAMPLES / name).read_text() for name in ("fork.toml", "grasp.toml"))
+    box = '[[surfaces]]\nname = "{}"\nbox = {{ lower = [-1.0, {}, -1.0], upper = [-0.05, {}, 1.0] }}\n'
+    sides = box.format("left", 0.0, 0.0135) + box.format("right", -0.0135, 0.0)
+    own = fork[fork.index("[[surfaces]]") : fork.index("[integration]")]
+    (folder / "fork.toml").write_text(fork.replace(own, sides))
+    inside = grasp[
+        grasp.index("[[contacts]]") : grasp.index('[[contacts]]\ncandidates = { part = "cube"')
+    ]
+    both = "".join(
+        inside.replace("inside", side).rstrip() + f"\n{limits}\n\n" for side in ("left", "right")
+    )
+    (folder / "grasp.toml").write_text(grasp.replace(inside, both))
+    return Controller(load_robot(folder / "grasp.toml"))
+
+
+@pytest.mark.slow
+def test_each_side_of_a_grasp_presses_with_half_a_newton(tmp_path: Path) -> None:
+    """The finger's target closes, then opens the grasp: both sides keep the smallest force, up in the air."""
+    controller = gripper(tmp_path, "min_force = 0.5\nmax_force = 0.8")
+    tip = controller.effector_values
+    for inwards, steps in ((0.004, 10), (-0.002, 15)):
+        goal = tip - np.array([0.0, inwards, 0.0])
+        for _ in range(steps):
+            assert controller.step(goal).status.usable
+            found = controller.contacts
+            sides = [found.normal_force[found.contacts.pair == pair].sum() for pair in (0, 1)]
+        assert all(0.48 < side < 0.84 for side in sides)
