@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from zipfile import BadZipFile
 
 import numpy as np
@@ -12,7 +12,19 @@ import numpy as np
 from tauten.controller.qpcc.solution import Solution
 from tauten.model.numerics import Array, Bools
 
-ARRAYS = ("Q", "c", "lb", "ub", "G", "g_lo", "g_hi", "M", "m")
+
+class QpccArrays(NamedTuple):
+    """The arrays of a `Qpcc`, with the same names, shapes and units, as kernels take them."""
+
+    Q: Array
+    c: Array
+    lb: Array
+    ub: Array
+    G: Array
+    g_lo: Array
+    g_hi: Array
+    M: Array
+    m: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,10 +78,11 @@ class Qpcc:
             )
 
     @property
-    def arrays(self) -> tuple[Array, ...]:
-        """Q, c, lb, ub, G, g_lo, g_hi, M, m."""
+    def arrays(self) -> QpccArrays:
+        """Its arrays, contiguous: a kernel is compiled anew for every memory layout."""
         p = self
-        return p.Q, p.c, p.lb, p.ub, p.G, p.g_lo, p.g_hi, p.M, p.m
+        given = (p.Q, p.c, p.lb, p.ub, p.G, p.g_lo, p.g_hi, p.M, p.m)
+        return QpccArrays(*[np.ascontiguousarray(array, np.float64) for array in given])
 
     def objective(self, lam_a: Array, beta: Array) -> float:
         """(1) at a point."""
@@ -132,7 +145,7 @@ def write_qpcc(path: Path, problem: Qpcc, start: Start | None = None) -> None:
         problem: the QPCC.
         start: tensions and piece of the step before, without which the failure may not repeat.
     """
-    arrays: dict[str, Any] = dict(zip(ARRAYS, problem.arrays, strict=True))
+    arrays: dict[str, Any] = problem.arrays._asdict()
     named = {"bound_names": problem.bound_names, "row_names": problem.row_names}
     arrays |= {name: np.array(names, dtype=np.str_) for name, names in named.items() if names}
     if start is not None:
@@ -153,12 +166,12 @@ def read_qpcc(path: Path) -> tuple[Qpcc, Start | None]:
             found: dict[str, Any] = {name: data[name] for name in data.files}
     except (BadZipFile, ValueError, AttributeError, TypeError) as error:
         raise ValueError(f"{path}: not an npz file of arrays ({error})") from error
-    missing = [name for name in ARRAYS if name not in found]
+    missing = [name for name in QpccArrays._fields if name not in found]
     if missing:
         raise ValueError(f"{path}: no QPCC, the arrays {', '.join(missing)} are missing")
     try:
         problem = Qpcc(
-            **{name: found[name].astype(np.float64) for name in ARRAYS},
+            **{name: found[name].astype(np.float64) for name in QpccArrays._fields},
             constant=float(found.get("constant", 0.0)),
             bound_names=tuple(found.get("bound_names", np.zeros(0, np.str_)).tolist()),
             row_names=tuple(map(tuple, found.get("row_names", np.zeros((0, 2), np.str_)).tolist())),

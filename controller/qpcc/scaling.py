@@ -11,13 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauten.controller.qpcc.problem import Qpcc
+from tauten.controller.qpcc.problem import Qpcc, QpccArrays
 from tauten.controller.qpcc.qp import UNBOUNDED
 from tauten.model.numerics import Array, kernel
 
 USABLE, CROSSED_LIMITS, NOT_FINITE = 0, 1, 2  # the larger one counts
-
-
 FLAT = 1e-12  # a curvature this far below the slope is none, and it is the slope that becomes one
 
 
@@ -58,26 +56,7 @@ class Units(NamedTuple):
 
 def scale(problem: Qpcc) -> tuple[int, Scaled, Units]:
     """Whether the numbers are USABLE, NOT_FINITE or CROSSED_LIMITS, and the problem without units."""
-    return scaled_arrays(in_rows(problem))
-
-
-class QpccArrays(NamedTuple):
-    """The arrays of a `Qpcc`, with the same names, shapes and units, as kernels take them."""
-
-    Q: Array
-    c: Array
-    lb: Array
-    ub: Array
-    G: Array
-    g_lo: Array
-    g_hi: Array
-    M: Array
-    m: Array
-
-
-def in_rows(problem: Qpcc) -> QpccArrays:
-    """The arrays of a problem, contiguous: a kernel is compiled anew for every memory layout."""
-    return QpccArrays(*[np.ascontiguousarray(array, np.float64) for array in problem.arrays])
+    return scaled_arrays(problem.arrays)
 
 
 @kernel

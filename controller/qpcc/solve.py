@@ -18,17 +18,15 @@ import numpy as np
 from tauten.controller.qpcc.descent import Budget, Descent, DescentPoint
 from tauten.controller.qpcc.feasible import all_empty, least_violation
 from tauten.controller.qpcc.homotopy import penalty_homotopy
-from tauten.controller.qpcc.problem import Qpcc, Warm, start_of
+from tauten.controller.qpcc.problem import Qpcc, QpccArrays, Warm, start_of
 from tauten.controller.qpcc.qp import Backend, qp_backend
 from tauten.controller.qpcc.residuals import EXACT, FLOOR, RIDGE
 from tauten.controller.qpcc.scaling import (
     CROSSED_LIMITS,
     NOT_FINITE,
     USABLE,
-    QpccArrays,
     Scaled,
     Units,
-    in_rows,
     largest_magnitude,
     scaled_arrays,
 )
@@ -77,7 +75,7 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     backend = qp_backend(settings.solver)
     budget = Budget(settings.max_pivots, perf_counter() + settings.time_limit)
     given, guess = start_of(warm, len(problem.lb), len(problem.m))
-    numbers, scaled, units, lam_a, found, piece, z = start(given, guess, in_rows(problem))
+    numbers, scaled, units, lam_a, found, piece, z = start(given, guess, problem.arrays)
     if numbers == NOT_FINITE:
         return nothing(problem, Status.NOT_FINITE, lam_a)
     if numbers == CROSSED_LIMITS:

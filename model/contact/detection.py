@@ -124,6 +124,7 @@ class ContactSet:
         self._nodes: Ints = np.vstack([np.zeros((0, 3)), *(p.nodes for p in pairs)]).astype(
             np.int64
         )
+        self.n_slots = len(self._nodes)
         self._weights: Array = np.vstack([np.zeros((0, 3)), *(p.weights for p in pairs)])
         self._friction = np.array([pair.friction for pair in pairs], dtype=float)
         self.frictional = bool(self._friction.any())
@@ -140,11 +141,6 @@ class ContactSet:
             [pair.apart.astype(np.int64) for pair in pairs],
             [pair.name for pair in pairs],
         )
-
-    @property
-    def n_slots(self) -> int:
-        """Number of candidates."""
-        return len(self._nodes)
 
     @property
     def pair_slots(self) -> tuple[PairSlots, ...]:

@@ -287,7 +287,7 @@ def build_beam_cables(
         ]
         counts.append(len(route))
     stations = join_attached_points(cables)
-    return make_paths(counts, placed_at_rest(stations, body)), stations
+    return make_paths(counts, stations.at_rest(body.nodes)), stations
 
 
 def build_beam_forces(
@@ -317,13 +317,7 @@ def build_beam_forces(
         shares.append(share)
         directions.append(np.array([item.direction]) / np.linalg.norm(item.direction))
     pushed = join_attached_points(points)
-    return make_forces(np.concatenate(directions), shares, placed_at_rest(pushed, body)), pushed
-
-
-def placed_at_rest(points: AttachedPoints, body: Beams) -> Array:
-    """Positions (p, 3) of points that are attached to beams at rest [m]."""
-    unturned = np.tile([1.0, 0.0, 0.0, 0.0], (len(body.nodes), 1))
-    return points.place(body.nodes, unturned)[0]
+    return make_forces(np.concatenate(directions), shares, pushed.at_rest(body.nodes)), pushed
 
 
 def on_vertebra(
@@ -394,5 +388,5 @@ def build_beam_contacts(
         raise RobotFileError(f"{source}: {error}") from error
     triangles: dict[str | None, Ints] = {None: all_triangles(named)}
     triangles.update(named.items())
-    vertices = placed_at_rest(surfaces.contact_points, body)
+    vertices = surfaces.contact_points.at_rest(body.nodes)
     return contact_set(config, vertices, triangles, source)

@@ -221,8 +221,7 @@ def build_beam_effectors(
             measures.append(FrameMeasure(np.zeros(3)))
             parts.append(_node_frame(attached([item.point])))
     joined = join_attached_points(parts)
-    rest = np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1))
-    kinds = _effector_set(effectors, measures, joined.place(nodes, rest)[0], selector)
+    kinds = _effector_set(effectors, measures, joined.at_rest(nodes), selector)
     return Effectors(kinds, joined)
 
 

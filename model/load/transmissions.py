@@ -83,7 +83,7 @@ def build_beam_transmissions(
     if not found:
         return None
     points, counts = join_attached_points(found), [len(part) for part in found]
-    y0, _ = points.place(nodes, np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1)))
+    y0 = points.at_rest(nodes)
     return make_transmissions(_functions(items, counts, y0, selector.source), counts, y0, points)
 
 

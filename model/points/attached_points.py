@@ -52,6 +52,10 @@ class AttachedPoints:
         """
         return place(x, Q, self.nodes, self.weights, self.offsets)
 
+    def at_rest(self, nodes: Array) -> Array:
+        """Positions (p, 3) where no node of nodes (n_nodes, 3) has turned [m]."""
+        return self.place(nodes, np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1)))[0]
+
 
 @dataclass(frozen=True, slots=True)
 class PoseMotion:

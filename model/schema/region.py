@@ -178,7 +178,7 @@ def kind_of(value: Any) -> str | None:
 
 
 # Tags in angle brackets: `validated` leaves them out of the names of fields.
-AnyRegion = Annotated[
+Tagged = (
     Annotated[Box, Tag("<box>")]
     | Annotated[Sphere, Tag("<sphere>")]
     | Annotated[Cylinder, Tag("<cylinder>")]
@@ -191,7 +191,10 @@ AnyRegion = Annotated[
     | Annotated[Facing, Tag("<normal>")]
     | Annotated[Union, Tag("<union>")]
     | Annotated[Intersection, Tag("<intersection>")]
-    | Annotated[Difference, Tag("<difference>")],
+    | Annotated[Difference, Tag("<difference>")]
+)
+AnyRegion = Annotated[
+    Tagged,
     Discriminator(
         kind_of,
         custom_error_type="region",
@@ -199,20 +202,7 @@ AnyRegion = Annotated[
     ),
 ]
 Selection = Annotated[
-    Annotated[Name, Tag("<name>")]
-    | Annotated[Box, Tag("<box>")]
-    | Annotated[Sphere, Tag("<sphere>")]
-    | Annotated[Cylinder, Tag("<cylinder>")]
-    | Annotated[HalfSpace, Tag("<half_space>")]
-    | Annotated[NamedGroup, Tag("<group>")]
-    | Annotated[NumberedNodes, Tag("<nodes>")]
-    | Annotated[NearStl, Tag("<near_stl>")]
-    | Annotated[Skin, Tag("<skin>")]
-    | Annotated[Everything, Tag("<all>")]
-    | Annotated[Facing, Tag("<normal>")]
-    | Annotated[Union, Tag("<union>")]
-    | Annotated[Intersection, Tag("<intersection>")]
-    | Annotated[Difference, Tag("<difference>")],
+    Annotated[Name, Tag("<name>")] | Tagged,
     Discriminator(
         kind_of,
         custom_error_type="region",
