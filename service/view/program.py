@@ -79,11 +79,6 @@ class WaypointProgram:
         """Of the effector that is chosen."""
         return self._lists[self.effector]
 
-    @property
-    def plays(self) -> bool:
-        """Whether the target moves along a path."""
-        return self._path is not None
-
     def follow(self, path: TargetPath, now: float) -> None:
         """Move the first effector's target along a path.
 

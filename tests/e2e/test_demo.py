@@ -8,43 +8,16 @@ import shutil
 import time
 from pathlib import Path
 
-import meshio
 import numpy as np
 import pytest
 from support.processes import START, Forked, fork_server, run_main, start
-from support.robots.bodies import box_mesh
+from support.robots.hanging import hanging_beam
 
 from tauten.service.plant import DemoError, DemoSettings, child, run_demo
 from tauten.service.plant.demo import FIGURE, LOG, REPORT, TARGETS
 from tauten.service.process import StopFlag
 from tauten.service.replay import replay
 from tauten.service.view import export_log
-
-HANGING = """
-name = "weak"
-gravity = [0.0, 0.0, -9.81]
-[mesh]
-file = "body.vtu"
-[material]
-young_modulus = {young}
-poisson_ratio = 0.3
-density = 1000.0
-[[fixed]]
-lower = [0.0, 0.0, 0.0]
-upper = [0.0, 0.02, 0.02]
-[[cables]]
-name = "tendon"
-pull_point = [0.18, 0.01, 0.1]
-points = [[0.18, 0.01, 0.01]]
-max_tension = {tension}
-max_pull = 0.05
-max_rate = 0.1
-[[effectors]]
-name = "tip"
-point = [0.2, 0.01, 0.01]
-[controller]
-rate = {rate}
-"""
 
 
 def forked(command: str, arguments: list[str], output: Path) -> Forked:
@@ -101,21 +74,11 @@ def test_its_folder_opens_at_a_colleague_s(folder: Path, tmp_path: Path) -> None
     assert export_log(log, tmp_path / "run.html", None, recorded_paths=False) > 10
 
 
-def weak_beam(folder: Path, **changes: float) -> Path:
-    """A beam that hangs at its cable."""
-    values = {"tension": 100.0, "young": 1e6, "rate": 20.0} | changes
-    mesh = box_mesh((0.2, 0.02, 0.02), (10, 1, 1))
-    meshio.write(folder / "body.vtu", meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]))
-    path = folder / "weak.toml"
-    path.write_text(HANGING.format(**values), encoding="utf-8")
-    return path
-
-
 def test_a_demo_without_one_good_decision_fails_and_names_the_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("tauten.service.plant.processes.Copy", forked)  # this process has sessions
-    robot = weak_beam(tmp_path, tension=1e-4, young=3e3)
+    robot = hanging_beam(tmp_path, tension=1e-4, young=3e3)
     out = tmp_path / "demo"
     assert run_main("demo", robot, "--path", "line", "--seconds", 2, "--out", out) == 1
     said = " ".join(capsys.readouterr().out.split())
@@ -128,7 +91,7 @@ def test_targets_are_slowed_where_the_period_cannot_be_held(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tauten.service.plant.processes._start", forked)
-    robot = weak_beam(tmp_path, rate=1000.0)
+    robot = hanging_beam(tmp_path, rate=1000.0)
     settings = DemoSettings(str(robot), tmp_path / "demo", 2.0, path="line", period=4.0)
     done = run_demo(settings, StopFlag(), lambda _said: None)
     note = [said for said in done.notes if "times slower; tauten reduce" in said][-1]
@@ -145,7 +108,7 @@ def test_a_time_of_a_step_that_is_unknown_is_said(
     monkeypatch.setattr("tauten.service.plant.processes._start", forked)
     monkeypatch.setattr("tauten.service.plant.demo.step_at_start", lambda *_: float("nan"))
     monkeypatch.setattr("tauten.service.plant.demo._ANSWER", 0.0)
-    settings = DemoSettings(str(weak_beam(tmp_path)), tmp_path / "demo", 1.0, path="line")
+    settings = DemoSettings(str(hanging_beam(tmp_path)), tmp_path / "demo", 1.0, path="line")
     said: list[str] = []
     done = run_demo(settings, StopFlag(), said.append)
     assert "whether it holds 20 Hz is unknown" in done.notes[0]

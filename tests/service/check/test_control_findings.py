@@ -3,50 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
-import meshio
 import pytest
-from support.robots.bodies import box_mesh
+from support.robots.hanging import hanging_beam
 
 from tauten.service.check import CheckSettings, Finding, check_robot
 from tauten.service.check.control_findings import step_time
 from tauten.service.process import StopFlag
 
-BEAM = """
-name = "beam"
-gravity = [0.0, 0.0, -9.81]
-[mesh]
-file = "beam.vtu"
-[material]
-young_modulus = {young}
-poisson_ratio = 0.3
-density = 1000.0
-[[fixed]]
-lower = [0.0, 0.0, 0.0]
-upper = [0.0, 0.02, 0.02]
-[[cables]]
-name = "tendon"
-pull_point = [0.18, 0.01, 0.1]
-points = [[0.18, 0.01, 0.01]]
-max_tension = {tension}
-max_pull = 0.05
-max_rate = 0.1
-[[effectors]]
-name = "tip"
-point = [0.2, 0.01, 0.01]
-[controller]
-rate = {rate}
-"""
 
-
-def findings(
-    folder: Path, tension: float = 100.0, rate: float = 20.0, young: float = 1e6, more: str = ""
-) -> dict[str, Finding]:
+def findings(folder: Path, **changes: Any) -> dict[str, Finding]:
     """What is found about a beam that hangs at its cable, by subject."""
-    mesh = box_mesh((0.2, 0.02, 0.02), (10, 1, 1))
-    meshio.write(folder / "beam.vtu", meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]))
-    path = folder / "beam.toml"
-    path.write_text(BEAM.format(tension=tension, rate=rate, young=young) + more, encoding="utf-8")
+    path = hanging_beam(folder, **changes)
     result = check_robot(CheckSettings(str(path), ()), StopFlag(), lambda _share, _what="": None)
     return {item.subject: item for item in result.findings}
 
