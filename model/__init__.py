@@ -9,13 +9,15 @@ from tauten.model.robot import (
     NO_CONTACTS,
     Floats,
     Geometry,
+    ObstacleOutline,
     PushingContacts,
     Robot,
     SkinMesh,
+    contact_wrenches,
     held_vertices,
-    obstacle_wrenches,
     obstacles_of,
     skin_of,
+    touched_names,
 )
 from tauten.model.rows import ChainedRows, ContactRows, EffectorRows, PairSlots, Rows
 from tauten.model.schema.section import RobotFileError
@@ -70,6 +72,7 @@ from tauten.model.system import Integration, System, make_pattern
 from tauten.model.threads import one_blas_thread
 
 __all__ = [
+    "ObstacleOutline",
     "ActuatorKind",
     "Actuators",
     "Assembled",
@@ -140,7 +143,8 @@ __all__ = [
     "row_compliance",
     "row_layout",
     "held_vertices",
-    "obstacle_wrenches",
+    "contact_wrenches",
+    "touched_names",
     "obstacles_of",
     "skin_of",
     "sorted_rows",

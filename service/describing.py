@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 
-from tauten.model import held_vertices, obstacles_of, skin_of
+from tauten.model import ObstacleOutline, held_vertices, obstacles_of, skin_of
 from tauten.model.numerics import Array
 from tauten.service.log import description_metadata
 from tauten.service.process import versions
@@ -15,6 +15,7 @@ from tauten.service.wire import (
     DescribedEffector,
     DescribedModel,
     DescribedObstacle,
+    DescribedRod,
     DescribedSurface,
     RobotDescription,
 )
@@ -47,16 +48,7 @@ def describe(setup: Setup, start: Array | None = None) -> RobotDescription:
             segments=robot.segment_owners,
             chambers=robot.chamber_owners,
             held=held_vertices(robot, skin),
-            obstacles=tuple(
-                DescribedObstacle(
-                    name=one.name,
-                    position=tuple(one.pose.position.tolist()),
-                    quaternion=tuple(one.pose.quaternion.tolist()),
-                    vertices=tuple((x, y, z) for x, y, z in one.vertices.tolist()),
-                    triangles=one.triangles,
-                )
-                for one in obstacles_of(robot)
-            ),
+            obstacles=tuple(map(_obstacle, obstacles_of(robot))),
             pairs=tuple(pair.name for pair in robot.pairs),
         ),
         model=DescribedModel(
@@ -79,6 +71,19 @@ def describe(setup: Setup, start: Array | None = None) -> RobotDescription:
             **versions(),
         },
     )
+
+
+def _obstacle(one: ObstacleOutline) -> DescribedObstacle:
+    """An obstacle; a round one without its triangles."""
+    position, quaternion = tuple(one.pose.position.tolist()), tuple(one.pose.quaternion.tolist())
+    if one.rod is None:
+        return DescribedObstacle(
+            name=one.name, position=position, quaternion=quaternion, vertices=one.vertices,
+            triangles=one.triangles,
+        )  # fmt: skip
+    ends = tuple(one.rod.start.tolist()), tuple(one.rod.along.tolist())
+    rod = DescribedRod(start=ends[0], along=ends[1], radius=one.rod.radius, flat=one.rod.flat)
+    return DescribedObstacle(name=one.name, position=position, quaternion=quaternion, rod=rod)
 
 
 def _actuators(setup: Setup) -> tuple[DescribedActuator, ...]:

@@ -12,6 +12,7 @@ from tauten.model.contact.obstacle import (
     pose_at,
     velocity_between,
 )
+from tauten.model.contact.outlines import RodOutline
 from tauten.model.contact.pair import ContactPair, ForceBounds
 from tauten.model.contact.self_contact import (
     ALARM_EDGES,
@@ -36,6 +37,7 @@ __all__ = [
     "ObstaclePoses",
     "PlaneShape",
     "PoseStream",
+    "RodOutline",
     "SHAPES",
     "Shape",
     "WALL_ALARMS",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from tauten.model.numerics import Array, Ints
@@ -11,6 +13,30 @@ _BOX = np.array([
     [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
     [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
 ])  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class RodOutline:
+    """A rod, or a ball: what its triangles are made from.
+
+    Attributes:
+        start: (3,) centre of one end [m].
+        along: (3,) from there to the centre of the other [m]; zero: a ball.
+        radius: [m].
+        flat: whether the ends are flat instead of round.
+    """
+
+    start: Array
+    along: Array
+    radius: float
+    flat: bool = False
+
+    def triangles(self) -> tuple[Array, Ints]:
+        """Vertices (v, 3) [m] and triangles (t, 3)."""
+        if self.flat:
+            half = 0.5 * self.along
+            return cylinder(self.start + half, half, self.radius)
+        return rod(self.start, self.along, self.radius)
 
 
 def square(centre: Array, normal: Array, side: float) -> tuple[Array, Ints]:

@@ -44,6 +44,8 @@ class ContactPair:
         obstacle: the target instead of triangles; None: these are.
         friction: coefficient of friction.
         bounds: of its forces.
+        owner: name of the part that the candidates belong to; "": the robot has no parts.
+        other: name of the part that they may touch; "": an obstacle, or the robot has no parts.
     """
 
     name: str
@@ -54,6 +56,8 @@ class ContactPair:
     obstacle: Obstacle | None = None
     friction: float = 0.0
     bounds: ForceBounds = ForceBounds()
+    owner: str = ""
+    other: str = ""
 
 
 def check_pair(pair: ContactPair, n_vertices: int) -> None:

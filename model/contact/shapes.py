@@ -10,7 +10,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from tauten.model.contact.outlines import across, box, cylinder, rod, square
+from tauten.model.contact.outlines import RodOutline, across, box, square
 from tauten.model.numerics import Array, Ints
 
 _SHORTEST = 1e-9  # m, below which a length is none
@@ -93,6 +93,7 @@ class SphereShape:
             ValueError: the centre is not three numbers, or the radius is not positive.
         """
         self._centre, self._radius = vector("centre", centre), positive("radius", radius)
+        self.rod = RodOutline(self._centre, np.zeros(3), self._radius)
 
     def closest(self, points: Array) -> tuple[Array, Array]:
         """Distances (m,) of points (m, 3) [m], and their gradients (m, 3)."""
@@ -100,7 +101,7 @@ class SphereShape:
 
     def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
         """Vertices (v, 3) [m] and triangles (t, 3) of the ball."""
-        return rod(self._centre, np.zeros(3), self._radius)
+        return self.rod.triangles()
 
 
 class CapsuleShape:
@@ -121,6 +122,7 @@ class CapsuleShape:
         self._along = vector("end", end) - self._start
         if np.linalg.norm(self._along) < _SHORTEST:
             raise ValueError("end: coincides with start; a ball is a sphere")
+        self.rod = RodOutline(self._start, self._along, self._radius)
 
     def closest(self, points: Array) -> tuple[Array, Array]:
         """Distances (m,) of points (m, 3) [m], and their gradients (m, 3)."""
@@ -130,7 +132,7 @@ class CapsuleShape:
 
     def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
         """Vertices (v, 3) [m] and triangles (t, 3) of the rod."""
-        return rod(self._start, self._along, self._radius)
+        return self.rod.triangles()
 
 
 class CylinderShape:
@@ -153,6 +155,7 @@ class CylinderShape:
         if self._half < _SHORTEST:
             raise ValueError("end: coincides with start; a cylinder has a length")
         self._centre, self._axis = first + 0.5 * along, along / (2.0 * self._half)
+        self.rod = RodOutline(first, along, self._radius, flat=True)
 
     def closest(self, points: Array) -> tuple[Array, Array]:
         """Distances (m,) of points (m, 3) [m], inside to the nearest face, and their gradients (m, 3)."""
@@ -169,7 +172,7 @@ class CylinderShape:
 
     def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
         """Vertices (v, 3) [m] and triangles (t, 3) of the rod."""
-        return cylinder(self._centre, self._half * self._axis, self._radius)
+        return self.rod.triangles()
 
 
 class BoxShape:

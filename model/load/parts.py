@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -296,16 +296,16 @@ def contact_between(
         mu, bounds = contact.friction, force_bounds(contact)
         if against is not None:
             other = renumbered(against)
-            pairs.append(ContactPair(name, nodes, weights, other, friction=mu, bounds=bounds))
+            pair = ContactPair(name, nodes, weights, other, friction=mu, bounds=bounds)
+            pairs.append(replace(pair, owner=contact.candidates.part, other=names[against[0]]))
             continue
         assert isinstance(contact.against, str)
         obstacle = obstacles[contact.against]
         check_obstacle(obstacle, np.einsum("mj,mji->mi", weights, at_rest[nodes]), tolerance, where)
-        pairs.append(
-            ContactPair(
-                name, nodes, weights, NO_TRIANGLES, obstacle=obstacle, friction=mu, bounds=bounds
-            )
+        pair = ContactPair(
+            name, nodes, weights, NO_TRIANGLES, obstacle=obstacle, friction=mu, bounds=bounds
         )
+        pairs.append(replace(pair, owner=contact.candidates.part))
     return Between(tuple(used), tuple(pairs))
 
 

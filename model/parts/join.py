@@ -110,7 +110,9 @@ def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
             one, name = pair.obstacle, f"{part.name}: {pair.name}"
             if one is not None:
                 one = one.within(part.named(one.name), frame_of(part.placement))
-            pairs.append(replace(moved(pair, name, span.start), obstacle=one))
+            other = part.name if one is None else ""
+            within = moved(pair, name, span.start)
+            pairs.append(replace(within, obstacle=one, owner=part.name, other=other))
     first = sum(one.n_vertices for one in sets)
     pairs += [moved(pair, pair.name, first) for pair in assembly.between.pairs]
     count = first + sum(len(ids) for ids in assembly.between.vertices)

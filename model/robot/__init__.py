@@ -10,9 +10,16 @@ from tauten.model.robot.skin import (
     SkinMesh,
     skin_of,
 )
-from tauten.model.robot.surroundings import held_vertices, obstacle_wrenches, obstacles_of
+from tauten.model.robot.surroundings import (
+    ObstacleOutline,
+    contact_wrenches,
+    held_vertices,
+    obstacles_of,
+    touched_names,
+)
 
 __all__ = [
+    "ObstacleOutline",
     "Floats",
     "Geometry",
     "NO_CONTACTS",
@@ -22,7 +29,8 @@ __all__ = [
     "SkinMesh",
     "held_vertices",
     "names_of",
-    "obstacle_wrenches",
+    "contact_wrenches",
+    "touched_names",
     "obstacles_of",
     "skin_of",
 ]

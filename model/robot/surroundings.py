@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.contact import ObstaclePose
+from tauten.model.contact import ObstaclePose, RodOutline
 from tauten.model.contacts import ContactForces
 from tauten.model.numerics import Array, Ints
 from tauten.model.robot.robot import Robot
@@ -26,12 +26,14 @@ class ObstacleOutline:
         vertices: (v, 3) of its surface in its own frame [m].
         triangles: (t, 3) of them.
         pose: of that frame.
+        rod: what the triangles are made from, of a round obstacle.
     """
 
     name: str
     vertices: Array
     triangles: Ints
     pose: ObstaclePose
+    rod: RodOutline | None
 
 
 def held_vertices(robot: Robot, skin: SkinMesh) -> Ints:
@@ -48,20 +50,31 @@ def held_vertices(robot: Robot, skin: SkinMesh) -> Ints:
     return np.flatnonzero(moved <= _STILL * _TRIAL)
 
 
-def obstacle_wrenches(robot: Robot, found: ContactForces) -> Array:
-    """Force [N] and torque about the origin [N m] of the robot on each of its obstacles: (o, 6).
+def touched_names(robot: Robot) -> tuple[str, ...]:
+    """Names of the obstacles of a robot, and of its parts that have contacts."""
+    owners = (name for pair in robot.contacts.pairs for name in (pair.owner, pair.other) if name)
+    return (*robot.obstacles.names, *dict.fromkeys(owners))
+
+
+def contact_wrenches(robot: Robot, found: ContactForces) -> Array:
+    """Force [N] and torque about the origin [N m] by contact on each of `touched_names`: (o, 6).
+
+    On an obstacle it is that of the robot, on a part that of obstacles and other parts.
 
     Args:
         robot: the robot.
         found: contacts in range with their forces.
     """
-    names = robot.obstacles.names
-    pairs = robot.contacts.pairs
-    owner = [-1 if pair.obstacle is None else names.index(pair.obstacle.name) for pair in pairs]
-    own = np.array(owner, dtype=np.int64)[found.contacts.pair]  # (m,)
-    wrench, on = np.zeros((len(names), 6)), own >= 0
-    both = -np.hstack([found.force, np.cross(found.contacts.point, found.force)])  # (m, 6)
-    np.add.at(wrench, own[on], both[on])
+    names, pair = touched_names(robot), found.contacts.pair
+    own = np.hstack([found.force, np.cross(found.contacts.point, found.force)])  # (m, 6)
+    wrench = np.zeros((len(names), 6))
+    for number, one in enumerate(robot.contacts.pairs):
+        whole = own[pair == number].sum(axis=0)
+        against = one.other if one.obstacle is None else one.obstacle.name
+        if one.owner:
+            wrench[names.index(one.owner)] += whole
+        if against:
+            wrench[names.index(against)] -= whole
     return wrench
 
 
@@ -69,7 +82,12 @@ def obstacles_of(robot: Robot) -> tuple[ObstacleOutline, ...]:
     """The obstacles that a robot may touch; without those of packages that say not how they are drawn."""
     centre, found = robot.points(robot.rest()).mean(axis=0), robot.obstacles
     outlines = [
-        ObstacleOutline(one.name, *one.outline(pose, centre, _AROUND * robot.size), pose)
+        ObstacleOutline(
+            one.name,
+            *one.outline(pose, centre, _AROUND * robot.size),
+            pose,
+            getattr(one.shape, "rod", None),
+        )
         for one, pose in zip(found.obstacles, found.poses, strict=True)
     ]
     return tuple(one for one in outlines if len(one.triangles))

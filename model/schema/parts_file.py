@@ -93,6 +93,8 @@ class PartsConfig(NamedRobot):
     def _names(self) -> Self:
         check_unique("parts", [part.name for part in self.parts])
         check_unique("obstacles", [one.name for one in self.obstacles])
+        both = [*(part.name for part in self.parts), *(one.name for one in self.obstacles)]
+        check_unique("parts and obstacles", both)
         for index, motor in enumerate(self.couplings):
             if motor.kind == "drum" or motor.pretensions is not None:
                 raise ValueError(

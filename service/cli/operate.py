@@ -102,23 +102,42 @@ def metrics(
         typer.echo(text.decode(), nl=False)
 
 
-def contacts(robot: ServedName, port: Port = None, zenoh_config: ZenohConfig = None) -> None:
+def contacts(
+    robot: ServedName,
+    open_ones: Annotated[
+        bool,
+        typer.Option("--open", help="The contacts in range that do not push, with their gaps."),
+    ] = False,
+    port: Port = None,
+    zenoh_config: ZenohConfig = None,
+) -> None:
     """What a robot touches now: points, forces, gaps and slip of the contacts that push."""
     from tauten.service.link import Network, node_of
     from tauten.service.operate import read_contacts
 
     with node_of(robot, Network(port, zenoh_config)) as session:
-        found = read_contacts(session, robot)
-    heads = ("pair", "point [mm]", "force [N]", "gap [mm]", "slips", "margin [N]")
-    table = Table(*heads, title=f"contacts of {robot}")
+        found = read_contacts(session, robot, not open_ones)
+    if open_ones:
+        table = Table("pair", "point [mm]", "gap [mm]", title=f"open contacts of {robot}")
+    else:
+        heads = ("pair", "point [mm]", "force [N]", "gap [mm]", "slips", "margin [N]")
+        table = Table(*heads, title=f"contacts of {robot}")
     for i, row in enumerate(found.values):
         point, force = (
             " ".join(f"{one:.3g}" for one in part) for part in (1e3 * row[:3], row[3:6])
         )
         gap, slips, margin = (float(found.column(name)[i]) for name in ("gap", "sliding", "margin"))
+        if open_ones:
+            table.add_row(found.pair_of(i), point, f"{1e3 * gap:.3g}")
+            continue
         said = "yes" if slips else "no"
         table.add_row(found.pair_of(i), point, force, f"{1e3 * gap:.3g}", said, f"{margin:.3g}")
-    Console(markup=False).print(table if len(found.values) else f"{robot} touches nothing")
+    nothing = (
+        f"{robot} is near nothing that it does not touch"
+        if open_ones
+        else f"{robot} touches nothing"
+    )
+    Console(markup=False).print(table if len(found.values) else nothing)
 
 
 def record(

@@ -84,6 +84,11 @@ class Keys:
         return self._key("contacts")
 
     @property
+    def open_contacts(self) -> str:
+        """Published by the node while somebody listens, as contacts: those in range that do not push."""
+        return self._key("open_contacts")
+
+    @property
     def plant_token(self) -> str:
         """Liveliness token of a plant."""
         return self._key("plant")
@@ -117,7 +122,7 @@ class Keys:
         return self._key("obstacle_state", name)
 
     def wrench(self, name: str) -> str:
-        """Published by the node each tick, geometry_msgs/WrenchStamped: of the robot on an obstacle."""
+        """Published by the node each tick, geometry_msgs/WrenchStamped: on an obstacle or a part."""
         return self._key("wrench", name)
 
     def targets(self, effectors: tuple[str, ...]) -> tuple[str, ...]:

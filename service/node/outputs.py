@@ -3,7 +3,7 @@
 Actuation always leaves. The model's effectors and the tick are encoded only when there is a subscriber or a
 log: at a kilohertz their encoding is a twentieth of the period.
 
-So are the contacts that push, the wrenches on obstacles, and where these are if they move.
+So are the contacts that push, the wrenches on obstacles and parts, and where these are if they move.
 
 For viewers there is a cloud of the skin's vertices and the ends of the cables on the key `surface`, while
 somebody listens and in time that is left. What joins the points never changes and is in the description.
@@ -23,8 +23,9 @@ from tauten.model import (
     ObstaclePoses,
     Robot,
     SkinMesh,
-    obstacle_wrenches,
+    contact_wrenches,
     skin_of,
+    touched_names,
 )
 from tauten.service.log import Entry, LogRecorder
 from tauten.service.node.clock import Clock
@@ -102,8 +103,10 @@ class NodeOutputs:
         self._tick = Publisher(session, keys.tick, TICK, urgent=False)
         names = robot.obstacles.names
         self._contacts = Publisher(session, keys.contacts, CLOUD, urgent=False)
+        self._open = Publisher(session, keys.open_contacts, CLOUD, urgent=False)
         self._wrenches = [
-            Publisher(session, keys.wrench(name), WRENCH, urgent=False) for name in names
+            Publisher(session, keys.wrench(name), WRENCH, urgent=False)
+            for name in touched_names(robot)
         ]
         self._moving = [
             number for number, one in enumerate(robot.obstacles.obstacles) if one.may_move
@@ -146,7 +149,8 @@ class NodeOutputs:
             mode: of the tick.
         """
         wanted = (self._contacts, *self._wrenches, *self._places)
-        if self._robot.n_c == 0 or mode is Mode.STOP or not any(map(self._is_used, wanted)):
+        used = self._open.has_subscribers or any(map(self._is_used, wanted))
+        if self._robot.n_c == 0 or mode is Mode.STOP or not used:
             return None
         return Readout(controller.contacts, controller.obstacles)
 
@@ -168,9 +172,12 @@ class NodeOutputs:
         if self._is_used(self._contacts):
             cloud = contact_cloud(tick.stamp, frame, readout.contacts)
             self._send(self._contacts, encode_cloud(cloud, CONTACT_FIELDS), *at)
+        if self._open.has_subscribers:  # a log does not need them
+            cloud = contact_cloud(tick.stamp, frame, readout.contacts, pushing=False)
+            self._open.put(encode_cloud(cloud, CONTACT_FIELDS))
         used = [(i, one) for i, one in enumerate(self._wrenches) if self._is_used(one)]
         if used:
-            wrenches = obstacle_wrenches(self._robot, readout.contacts)
+            wrenches = contact_wrenches(self._robot, readout.contacts)
             for i, publisher in used:
                 self._send(publisher, encode_wrench(tick.stamp, frame, wrenches[i]), *at)
         for number, publisher in zip(self._moving, self._places, strict=True):

@@ -23,7 +23,7 @@ _PATIENCE = 3.0  # s for the first contacts
 
 @dataclass(frozen=True, slots=True)
 class Touched:
-    """The contacts of a robot that push, at one tick.
+    """The contacts of a robot that push, or those in range that do not, at one tick.
 
     Attributes:
         pairs: names of the contact pairs.
@@ -44,19 +44,21 @@ class Touched:
         return self.pairs[number] if 0 <= number < len(self.pairs) else str(number)
 
 
-def read_contacts(session: zenoh.Session, robot: str) -> Touched:
+def read_contacts(session: zenoh.Session, robot: str, pushing: bool = True) -> Touched:
     """The contacts of a robot in its next tick.
 
     Args:
         session: to the robot's node.
         robot: name.
+        pushing: those that push; else those in range that do not.
 
     Raises:
         NetworkError: the node does not answer, or sends no contacts: its model has none.
     """
     keys = Keys(robot)
     pairs = ask_description(session, keys).surface.pairs
-    source = session.declare_subscriber(keys.contacts, zenoh.handlers.RingChannel(1))
+    key = keys.contacts if pushing else keys.open_contacts
+    source = session.declare_subscriber(key, zenoh.handlers.RingChannel(1))
     end, wrong = time.monotonic() + _PATIENCE, ""
     while time.monotonic() < end:
         sample = source.try_recv()

@@ -45,20 +45,21 @@ class Cloud:
     values: NDArray[np.float32]
 
 
-def contact_cloud(stamp: int, frame: str, found: ContactForces) -> Cloud:
-    """The contacts that push, with the columns `CONTACT_FIELDS`.
+def contact_cloud(stamp: int, frame: str, found: ContactForces, pushing: bool = True) -> Cloud:
+    """The contacts that push, or those that do not, with the columns `CONTACT_FIELDS`.
 
     Args:
         stamp: time [ns since the epoch].
         frame: of the robot.
         found: contacts in range with their forces.
+        pushing: which.
     """
-    pushing, contacts = np.flatnonzero(found.pushing), found.contacts
+    chosen, contacts = np.flatnonzero(found.pushing == pushing), found.contacts
     columns = (
         contacts.gap, contacts.pair.astype(float), found.sliding.astype(float), found.margin,
     )  # fmt: skip
     vectors = (contacts.point, found.force, contacts.normal)
-    values = np.hstack([*vectors, *(one[:, None] for one in columns)])[pushing]
+    values = np.hstack([*vectors, *(one[:, None] for one in columns)])[chosen]
     return Cloud(stamp, frame, values)
 
 

@@ -7,10 +7,7 @@ before it is used: by `read_description` from the wire, by `tauten.service.log.l
 
 from __future__ import annotations
 
-import base64
-import binascii
 import itertools
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -25,14 +22,15 @@ from pydantic import (
     model_serializer,
     model_validator,
 )
-from pydantic_core import core_schema
 
 from tauten.model import ROWS, VALUES, ActuatorKind
+from tauten.model.contact import RodOutline
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.schema import EffectorKind, Name
 from tauten.service.link import Keys, NetworkError
 from tauten.service.wire.cloud import CLOUD
 from tauten.service.wire.effector_messages import MESSAGE_TYPES
+from tauten.service.wire.json_messages import FARTHEST, CodedNumbers, CodedPoints
 from tauten.service.wire.messages import HEALTH, JOINTS, TEXT, TICK
 
 _Limits = tuple[float, float]
@@ -41,44 +39,7 @@ _Weight = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 _Acceleration = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]
 _Name = Annotated[Name, Field(max_length=100)]  # as robot files may have it
 _Text = Annotated[str, Field(max_length=1000)]
-_MOST = 10_000_000  # characters of a coded array
 _MAX_RATE = 1e4  # Hz, as robot files allow it
-
-
-@dataclass(frozen=True, slots=True)
-class _Coded:
-    """Whole numbers as little-endian uint32 in base64: triangles would be most of the text otherwise.
-
-    Attributes:
-        first: number that is coded as zero.
-        columns: of a table of numbers; 0: one row.
-    """
-
-    first: int = 0
-    columns: int = 0
-
-    def numbers(self, text: object) -> object:
-        """The numbers of a text; arrays stay as they are."""
-        if isinstance(text, np.ndarray):
-            return text
-        if not isinstance(text, str) or len(text) > _MOST:
-            raise ValueError("not whole numbers in base64")
-        try:
-            found = np.frombuffer(base64.b64decode(text, validate=True), "<u4").astype(np.int64)
-        except (binascii.Error, ValueError) as error:
-            raise ValueError("not whole numbers in base64") from error
-        return self.first + (found.reshape(-1, self.columns) if self.columns else found)
-
-    def text(self, numbers: Ints) -> str:
-        """The text of numbers."""
-        return base64.b64encode((numbers - self.first).astype("<u4").tobytes()).decode("ascii")
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
-        """How a field of this annotation is read and written."""
-        return core_schema.no_info_plain_validator_function(
-            self.numbers,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.text),
-        )
 
 
 class _Described(BaseModel):
@@ -203,6 +164,15 @@ class DescribedEffector(RunEffector):
         return self
 
 
+class DescribedRod(_Described):
+    """A round obstacle in its frame, see `RodOutline`: many would be too large with their triangles."""
+
+    start: tuple[_Number, _Number, _Number]
+    along: tuple[_Number, _Number, _Number]
+    radius: Annotated[float, Field(gt=0.0, le=FARTHEST)]
+    flat: bool = False
+
+
 class DescribedObstacle(_Described):
     """What the robot may touch, with its surface.
 
@@ -210,15 +180,28 @@ class DescribedObstacle(_Described):
         name: of the obstacle.
         position: of the origin of its frame at the start [m].
         quaternion: w, x, y, z of the rotation of its frame at the start.
-        vertices: of its surface in its frame [m].
+        rod: a round one; it has no vertices then.
+        vertices: (v, 3) of its surface in its frame [m].
         triangles: (t, 3) of them.
     """
 
     name: _Name
     position: tuple[_Number, _Number, _Number] = (0.0, 0.0, 0.0)
     quaternion: tuple[_Number, _Number, _Number, _Number] = (1.0, 0.0, 0.0, 0.0)
-    vertices: Annotated[tuple[tuple[_Number, _Number, _Number], ...], Field(max_length=100_000)]
-    triangles: Annotated[Ints, _Coded(columns=3)]
+    rod: DescribedRod | None = None
+    vertices: Annotated[Array, CodedPoints()] = Field(default_factory=lambda: np.zeros((0, 3)))
+    triangles: Annotated[Ints, CodedNumbers(columns=3)] = Field(
+        default_factory=lambda: np.zeros((0, 3), np.int64)
+    )
+
+    @property
+    def outline(self) -> tuple[Array, Ints]:
+        """Vertices (v, 3) [m] and triangles (t, 3) of its surface."""
+        one = self.rod
+        if one is None:
+            return self.vertices, self.triangles
+        ends = np.array(one.start), np.array(one.along)
+        return RodOutline(*ends, one.radius, one.flat and bool(ends[1].any())).triangles()
 
     @field_validator("triangles")
     @classmethod
@@ -243,10 +226,10 @@ class DescribedSurface(_Described):
     """
 
     vertices: Annotated[int, Field(ge=3)]
-    triangles: Annotated[Ints, _Coded(columns=3)]
-    segments: Annotated[Ints, _Coded()]
-    chambers: Annotated[Ints, _Coded(first=-1)]
-    held: Annotated[Ints, _Coded()]
+    triangles: Annotated[Ints, CodedNumbers(columns=3)]
+    segments: Annotated[Ints, CodedNumbers()]
+    chambers: Annotated[Ints, CodedNumbers(first=-1)]
+    held: Annotated[Ints, CodedNumbers()]
     obstacles: Annotated[tuple[DescribedObstacle, ...], Field(max_length=1000)]
     pairs: Annotated[tuple[_Text, ...], Field(max_length=10_000)] = ()
 
@@ -375,6 +358,7 @@ _PARTS = frozenset(
     field.alias or name
     for record in (
         RobotDescription, DescribedActuator, DescribedEffector, DescribedSurface, DescribedObstacle,
+        DescribedRod,
         DescribedModel, DescribedBasis,
     )
     for name, field in record.model_fields.items()

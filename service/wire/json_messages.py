@@ -1,19 +1,27 @@
 """The same messages as JSON: fields with the names of ROS 2, checked by pydantic; others are passed over.
 
-Headers, their parts and the names of a JointState may be left out.
+Headers, their parts and the names of a JointState may be left out. Arrays of descriptions are base64.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, TypeVar
+import base64
+import binascii
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeVar
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import core_schema
 
+from tauten.model.numerics import Array, Ints
 from tauten.service.wire.rejection import Rejection, RejectionReason
 
 NANO = 1_000_000_000
 SECONDS = 2**31  # of a builtin_interfaces/Time
 _MOST_TEXT = 200  # characters of a reason
+_MOST = 10_000_000  # characters of a coded array
+FARTHEST = 1e6  # m, of a point of a description
 
 
 class JsonMessage(BaseModel):
@@ -103,3 +111,70 @@ def from_json(model: type[M], kind: str, payload: bytes) -> M | Rejection:
         place = ".".join(str(part) for part in first["loc"])
         detail = f"not a {kind} as JSON: {f'{place}: ' if place else ''}{first['msg']}"
         return Rejection(RejectionReason.MALFORMED, detail[:_MOST_TEXT])
+
+
+@dataclass(frozen=True, slots=True)
+class CodedNumbers:
+    """Whole numbers as little-endian uint32 in base64: triangles would be most of the text otherwise.
+
+    Attributes:
+        first: number that is coded as zero.
+        columns: of a table of numbers; 0: one row.
+    """
+
+    first: int = 0
+    columns: int = 0
+
+    def numbers(self, text: object) -> object:
+        """The numbers of a text; arrays stay as they are."""
+        if isinstance(text, np.ndarray):
+            return text
+        if not isinstance(text, str) or len(text) > _MOST:
+            raise ValueError("not whole numbers in base64")
+        try:
+            found = np.frombuffer(base64.b64decode(text, validate=True), "<u4").astype(np.int64)
+        except (binascii.Error, ValueError) as error:
+            raise ValueError("not whole numbers in base64") from error
+        return self.first + (found.reshape(-1, self.columns) if self.columns else found)
+
+    def text(self, numbers: Ints) -> str:
+        """The text of numbers."""
+        return base64.b64encode((numbers - self.first).astype("<u4").tobytes()).decode("ascii")
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        """How a field of this annotation is read and written."""
+        return core_schema.no_info_plain_validator_function(
+            self.numbers,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.text),
+        )
+
+
+class CodedPoints:
+    """Points (m, 3) as little-endian float32 in base64; older descriptions have lists of them."""
+
+    def points(self, found: object) -> object:
+        """The points of a text, or of lists; arrays stay as they are."""
+        if isinstance(found, np.ndarray):
+            return found
+        try:
+            if isinstance(found, str) and len(found) <= _MOST:
+                values = np.frombuffer(base64.b64decode(found, validate=True), "<f4")
+            else:
+                values = np.array(found, dtype=float)
+            points = values.astype(float).reshape(-1, 3)
+        except (binascii.Error, ValueError, TypeError) as error:
+            raise ValueError("no points in base64") from error
+        if not (np.abs(points) <= FARTHEST).all():  # also NaN
+            raise ValueError("a point is not finite, or farther than it may be")
+        return points
+
+    def text(self, points: Array) -> str:
+        """The text of points."""
+        return base64.b64encode(points.astype("<f4").tobytes()).decode("ascii")
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        """How a field of this annotation is read and written."""
+        return core_schema.no_info_plain_validator_function(
+            self.points,
+            serialization=core_schema.plain_serializer_function_ser_schema(self.text),
+        )

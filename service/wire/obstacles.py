@@ -1,10 +1,10 @@
-"""Where obstacles are, and the wrenches on them.
+"""Where obstacles are, and the wrenches on them and on the parts of a robot.
 
 | message | keys | fields |
 |---|---|---|
 | geometry_msgs/PoseStamped | obstacle | where an obstacle is, see `tauten.service.wire.obstacle_subscriber` |
 | nav_msgs/Odometry | obstacle_state | where the model has it; the twist is in its own frame |
-| geometry_msgs/WrenchStamped | wrench | of the robot on it, in the robot's frame and about its origin |
+| geometry_msgs/WrenchStamped | wrench | by contact on it, in the robot's frame and about its origin |
 """
 
 from __future__ import annotations

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 from viser import transforms
 
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Ints
 from tauten.service.frames import RobotLook
 from tauten.service.view.picture.directions import WEIGHTLESS, sideways, upwards
 from tauten.service.view.picture.round_numbers import rounded_down
@@ -34,12 +35,17 @@ def draw_surroundings(server: viser.ViserServer, look: RobotLook) -> list[viser.
     _draw_gravity(server.scene, look)
     return [
         server.scene.add_mesh_simple(
-            f"/obstacles/{i}", np.array(one.vertices, np.float32), one.triangles.astype(np.uint32),
+            f"/obstacles/{i}", *_arrays(*one.outline),
             wxyz=one.quaternion, position=one.position, color=OBSTACLE, opacity=0.6, side="double",
             flat_shading=True, cast_shadow=False, receive_shadow=False,
         )
         for i, one in enumerate(look.robot.surface.obstacles)
     ]  # fmt: skip
+
+
+def _arrays(vertices: Array, triangles: Ints) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+    """Vertices (v, 3) and triangles (t, 3) as the scene takes them."""
+    return vertices.astype(np.float32), triangles.astype(np.uint32)
 
 
 def cell_size(size: float) -> float:

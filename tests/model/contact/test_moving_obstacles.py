@@ -12,7 +12,7 @@ from support.robots.blocks import block, force_on
 from support.robots.small_bodies import small_body
 
 from tauten.controller import Controller
-from tauten.model import Robot, RobotFileError, Simulator, obstacle_wrenches
+from tauten.model import Robot, RobotFileError, Simulator, contact_wrenches
 from tauten.model.contact import ObstaclePath, pose_at, velocity_between
 from tauten.model.contact.shapes import BoxShape
 
@@ -85,7 +85,7 @@ def test_the_force_of_a_floor_is_the_weight_at_an_equilibrium() -> None:
         simulator.step(effort=[0.0])
     np.testing.assert_allclose(force_on(simulator)[2], 1000.0 * 0.02**3 * 9.81, rtol=1e-6)
     np.testing.assert_allclose(force_on(simulator)[:2], 0.0, atol=1e-9)
-    (wrench,) = obstacle_wrenches(simulator.robot, simulator.contacts)
+    (wrench,) = contact_wrenches(simulator.robot, simulator.contacts)
     np.testing.assert_allclose(wrench[2], -1000.0 * 0.02**3 * 9.81, rtol=1e-6)
     x, y = simulator.effector[0][:2]  # the weight acts below the middle of the block
     np.testing.assert_allclose(wrench[3:], [y * wrench[2], -x * wrench[2], 0.0], atol=1e-6)

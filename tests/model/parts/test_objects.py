@@ -11,7 +11,14 @@ from support.robots.bodies import box_mesh
 from support.robots.combinations import write_structures
 from support.robots.solids import RIGID_CUBE
 
-from tauten.model import Robot, RobotFileError, Simulator, load_robot
+from tauten.model import (
+    Robot,
+    RobotFileError,
+    Simulator,
+    contact_wrenches,
+    load_robot,
+    touched_names,
+)
 
 EDGE, DENSITY = 0.02, 2000.0
 WEIGHT = DENSITY * EDGE**3 * 9.81  # N
@@ -85,6 +92,19 @@ def test_a_cushion_in_static_steps_carries_the_weight_of_a_cube_in_dynamic_ones(
     assert np.abs(forces[:2]).max() < 1e-4 * WEIGHT  # no friction: the cube may slide on a dent
     speed = np.abs(simulator.state.v[robot.body.spans.columns[1]][2])
     assert speed < 1e-6
+
+
+def test_wrenches_on_parts_and_obstacles_balance_the_weight(tmp_path: Path) -> None:
+    """The cube lies on the cushion: action and reaction about one origin."""
+    robot = load_robot(written(tmp_path, TABLE + ON_CUSHION))
+    simulator = resting(robot, 40)
+    assert touched_names(robot) == ("cube", "cushion")
+    cube, cushion = contact_wrenches(robot, simulator.contacts)
+    np.testing.assert_allclose(cube[2], WEIGHT, rtol=1e-4)
+    np.testing.assert_allclose(cushion, -cube, atol=1e-12)
+    middle = robot.body.part_robots[1].body  # of mass, over which the force acts
+    x, y = simulator.robot.points(simulator.state)[-middle.n_nodes :, :2].mean(axis=0)
+    np.testing.assert_allclose(cube[3:5], [y * WEIGHT, -x * WEIGHT], rtol=1e-2)
 
 
 def test_it_falls_freely_before_it_touches(tmp_path: Path) -> None:

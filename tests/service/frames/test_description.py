@@ -7,8 +7,11 @@ import random
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from support.processes import ROBOT, write_robot
 
+from tauten.model import obstacles_of
 from tauten.service.describing import describe
 from tauten.service.setup import load_setup
 from tauten.service.wire import NetworkError
@@ -53,6 +56,43 @@ def test_a_doctored_description_is_read_or_refused(honest: dict[str, Any]) -> No
         assert all(name.isidentifier() for name in names), names
         read += 1
     assert 20 < read < 380
+
+
+def test_many_round_obstacles_fit_in_an_answer(tmp_path: Path) -> None:
+    """Balls and rods are sent as they are made; what is read has the surfaces that were described."""
+    table = ""
+    for i in range(60):
+        shape = (
+            'shape = "sphere"\nparameters = { centre = [0.0, 0.0, 0.0], radius = 0.01 }',
+            'shape = "cylinder"\n'
+            "parameters = { start = [0.0, 0.0, 0.0], end = [0.0, 0.02, 0.0], radius = 0.01 }",
+            'shape = "box"\nparameters = { lower = [0.0, 0.0, 0.0], upper = [0.01, 0.02, 0.03] }',
+        )[i % 3]
+        table += f'[[obstacles]]\nname = "one{i}"\n{shape}\nposition = [0.5, 0.0, {0.1 * i}]\n'
+        table += f'[[contacts]]\nagainst = "one{i}"\npoints = 1\n'
+    setup = load_setup(write_robot(tmp_path, ROBOT + table))
+    payload = describe(setup).as_json().encode()
+    assert len(payload) < 2**17
+    found = read_description("beam", payload).surface.obstacles
+    outlines = obstacles_of(setup.robot)
+    assert len(found) == len(outlines) == 60
+    for one, outline in list(zip(found, outlines, strict=True))[:6]:
+        vertices, triangles = one.outline
+        np.testing.assert_allclose(vertices, outline.vertices, atol=1e-8)
+        np.testing.assert_array_equal(triangles, outline.triangles)
+
+
+def test_a_description_of_an_older_node_has_lists_of_points(honest: dict[str, Any]) -> None:
+    found = json.loads(json.dumps(honest))
+    triangle = {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0.5]], "triangles": "AAAAAAEAAAACAAAA"}
+    found["surface"]["obstacles"] = [{"name": "old", **triangle}]
+    (old,) = read_description("beam", json.dumps(found).encode()).surface.obstacles
+    np.testing.assert_array_equal(old.outline[0][2], [0.0, 1.0, 0.5])
+    np.testing.assert_array_equal(old.outline[1], [[0, 1, 2]])
+    for wrong in ("AAAA", [[1, 2]], [[1, 2, "x"]], [[1, 2, 1e300]], 5, None):
+        found["surface"]["obstacles"][0]["vertices"] = wrong
+        with pytest.raises(NetworkError, match="vertices"):
+            read_description("beam", json.dumps(found).encode())
 
 
 @pytest.mark.parametrize("place", ["robot", "frame", "actuators", "effectors"])

@@ -98,13 +98,13 @@ class Rig:
 class Reading(threading.Thread):
     """`tauten contacts` beside a node whose ticks are made by hand."""
 
-    def __init__(self, session: zenoh.Session) -> None:
+    def __init__(self, session: zenoh.Session, pushing: bool = True) -> None:
         super().__init__(daemon=True)
-        self.session = session
+        self.session, self.pushing = session, pushing
         self.found: Touched | None = None
 
     def run(self) -> None:
-        self.found = read_contacts(self.session, "beam")
+        self.found = read_contacts(self.session, "beam", self.pushing)
 
 
 @pytest.fixture
@@ -181,6 +181,12 @@ def test_a_table_that_is_lifted_pushes_the_model_and_the_log_replays(rig: Rig) -
     assert reading.found is not None
     assert reading.found.pair_of(0) == "below on table"
     np.testing.assert_allclose(reading.found.column("fz").sum(), columns["fz"].sum(), rtol=0.1)
+    others = Reading(rig.outside, pushing=False)
+    others.start()
+    rig.until(lambda: not others.is_alive(), 2e-3)
+    assert others.found is not None and len(others.found.values) > 0
+    assert not others.found.column("fz").any() and (others.found.column("gap") > -1e-4).all()
+    assert len(others.found.values) + len(columns["fz"]) == len(loop.controller.contacts)
     # hostile ones
     for wrong in (np.nan, 1.0, 2e-3):
         rig.pose(wrong, time.time_ns() - 10**10 if wrong == 2e-3 else None)

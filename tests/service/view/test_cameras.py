@@ -93,7 +93,7 @@ def test_the_base_is_what_the_file_holds(finger: RobotLook) -> None:
 def test_obstacles_are_drawn_once(tmp_path: Path) -> None:
     look = look_of(write_robot(tmp_path, ROBOT + BALL))
     (ball,) = look.robot.surface.obstacles
-    away = np.linalg.norm(np.array(ball.vertices) - [0.05, 0.0, -0.1], axis=1)
+    away = np.linalg.norm(ball.outline[0] - [0.05, 0.0, -0.1], axis=1)
     assert away == pytest.approx(0.02)
     with open_server(0, "test") as (server, _):
         RobotScene(server, look, draggable=False)
