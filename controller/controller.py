@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -251,13 +252,14 @@ class Controller(RobotModel):
         except FactorisationError:
             self.status = Status.NOT_FINITE
 
-    def decide(self, target: Target) -> Actuation:
+    def decide(self, target: Target, within: float = math.inf) -> Actuation:
         """Efforts for a target. A bad target raises nothing: the actuators hold, and `status` is the reason.
 
         Args:
             target: positions (p, 3) or (3 p,) of effectors that are points or centres [m]; of other
                 kinds one goal for each effector, a position (3,) [m], a `Pose` or a number, or all goal
                 values (n_v,) in a row.
+            within: time after which plans with friction end with the best that they have [s].
         """
         goal = self._robot.effector_layout.goal_values(target)
         self.prepare()
@@ -268,10 +270,8 @@ class Controller(RobotModel):
         locks = self._step_locks()
         if locks is not None and (locks.by_position | locks.by_force).all():
             return self._keep(locks, None)
-        left = self._left.position
-        decision = decide(
-            self._robot, self._prepared, goal, left, self.settings, locks, *self._taken
-        )
+        settings, left = self.settings.within(within), self._left.position
+        decision = decide(self._robot, self._prepared, goal, left, settings, locks, *self._taken)
         self._last_decision = decision
         if not decision.status.usable or not np.isfinite(decision.predicted.dv).all():
             status = Status.NOT_FINITE if decision.status.usable else decision.status

@@ -8,16 +8,13 @@ that the actuators reach within one tick; a step of that size is what the linear
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from time import perf_counter
 
 import numpy as np
 
-from tauten.controller.friction import (
-    FrictionInverse,
-    FrictionSettings,
-    as_solution,
-    solve_friction_inverse,
-)
+from tauten.controller.friction import FrictionSettings, PlanContacts
 from tauten.controller.inverse import (
     energy_cap,
     energy_scale,
@@ -47,7 +44,6 @@ from tauten.model import (
     EnrichmentLoop,
     ForceLimits,
     Forces,
-    FrictionBlocks,
     PredictedStep,
     Robot,
     forward_step,
@@ -56,11 +52,10 @@ from tauten.model import (
 )
 from tauten.model.numerics import Array, Bools
 
-EXACTLY = 1e-7  # of the robot's size: error of exact effectors, and of forces
+EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
 ENDLESSLY = 1e6  # s, in which every actuator can get everywhere
 NEAREST = 40  # candidates in range that a search for contact looks at
 NEARER = 1e-3  # of the distance of the effectors from their target, that a plan takes off it
-ARRIVED = 1e-5  # of the robot's size, distance from a target below which nothing is looked for
 PATH_STEPS, DESCENT = 25, 3  # of a plan with friction
 MET = 1e-3  # of the robot's size, distance from a target that needs no contact
 
@@ -97,6 +92,7 @@ class DecideSettings:
         ahead: ticks of the horizon; 0: decisions look one tick ahead.
         friction_share: of the coefficients of friction, that plans count on.
         forces: limits of contact forces; None: there are none.
+        end: value of `perf_counter` at which plans with friction end [s].
     """
 
     epsilon: float
@@ -106,6 +102,19 @@ class DecideSettings:
     ahead: int = 0
     friction_share: float = 0.8
     forces: ForceLimits | None = None
+    end: float = math.inf
+
+    def within(self, seconds: float) -> DecideSettings:
+        """The same for a decision that has this long from now on [s]."""
+        return self if seconds == math.inf else replace(self, end=perf_counter() + seconds)
+
+    @property
+    def search(self) -> FrictionSettings:
+        """How far a search with friction may go that begins now."""
+        solves, left = 2 * self.qpcc.max_pivots, self.end - perf_counter()
+        return FrictionSettings(
+            self.qpcc.solver, solves, left, perf_counter, PATH_STEPS, DESCENT, True
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,7 +244,8 @@ def make_plan(
     untouched = len(plan.predicted.step.extra) == 0 and not _brings_nearer(
         robot, prepared, aim, plan
     )
-    if untouched or plan.status is Status.SEEKING_CONTACT:
+    seeks = untouched or plan.status is Status.SEEKING_CONTACT
+    if seeks and perf_counter() < settings.end:
         near = np.argsort(step.rows.contacts.rows.delta, kind="stable")[:NEAREST]
         near = np.setdiff1d(near, step.extra)
         if len(near) > 0:
@@ -267,7 +277,7 @@ def _plan_from(
     away = held.delta[layout.effectors] - aim.target  # (n_e,)
     target = aim.scale * (aim.target + share * away)  # (n_e,)
     kept = held.delta[layout.actuators]
-    loop = EnrichmentLoop(step, settings.enrichment)
+    loop, guess = EnrichmentLoop(step, settings.enrichment), None
     while loop.prediction is None:
         reduced = None if locks is None else LockedStep(loop.step, locks)
         effort, pushing = _start(held, loop.step)
@@ -293,11 +303,14 @@ def _plan_from(
         problem = with_force_limits(problem, settings.forces, loop.step, held)
         elastic = not aim.equations.any()
         if loop.step.frictional and len(loop.step.extra) > 0:
-            contacts = friction_blocks(loop.step, prepared.forces)
-            energy = weight * np.diag(W)[places.actuators]
+            contacts = PlanContacts.of(
+                friction_blocks(loop.step, prepared.forces), len(problem.m), settings.friction_share,
+                robot.size, weight * np.diag(W)[places.actuators], settings.search,
+            )  # fmt: skip
             problem, solution = _solved_with_friction(
-                problem, start, contacts, settings, robot.size, energy, elastic
+                problem, start.lam_a, contacts, guess, elastic
             )
+            guess = solution if solution.status.usable else None
         else:
             problem, solution = _solved(problem, start, settings.qpcc, elastic)
         if reduced is not None:
@@ -329,41 +342,22 @@ def _brings_nearer(robot: Robot, prepared: Prepared, aim: Aim, plan: Plan) -> bo
 
 
 def _solved_with_friction(
-    problem: Qpcc,
-    start: Start,
-    contacts: FrictionBlocks,
-    settings: DecideSettings,
-    size: float,
-    energy: Array,
-    elastic: bool,
+    problem: Qpcc, lam: Array, contacts: PlanContacts, guess: Solution | None, elastic: bool
 ) -> tuple[Qpcc, Solution]:
-    """Solve a problem whose last rows are contacts with friction, three of each, as `_solved` does.
+    """Solve a problem whose contacts have friction, as `_solved` does.
 
     Args:
         problem: limits, objective, rows of the contacts.
-        start: efforts of holding.
-        contacts: these, with their forces in the last step.
-        settings: of the solver, and the share of friction.
-        size: of the robot [m].
-        energy: (n_a,) curvatures of the energy of the actuators.
+        lam: (n_a,) efforts of holding.
+        contacts: what it has besides.
+        guess: answer before the last contacts joined.
         elastic: whether limits may be relaxed.
     """
-    forces, share = np.zeros(len(problem.m)), settings.friction_share
-    forces[len(forces) - len(contacts.r) :] = contacts.r
-    enough, solves = 0.5 * (ARRIVED * size) ** 2, 2 * settings.qpcc.max_pivots
-    limited = FrictionSettings(
-        settings.qpcc.solver, solves, settings.qpcc.time_limit, PATH_STEPS, DESCENT, warm=True
-    )
-
-    def solved(given: Qpcc, lam: Array, r: Array) -> Solution:
-        inverse = FrictionInverse(given, share * contacts.mu, EXACTLY * size, enough, energy)
-        return as_solution(given, solve_friction_inverse(inverse, lam, r, limited))
-
-    solution = solved(problem, start.lam_a, forces)
+    solution = contacts.solve(problem, lam, guess=guess)
     if solution.status is not Status.INFEASIBLE or not elastic:
         return problem, solution
     wider = relaxed(problem, solution)
-    again = solved(wider, solution.lam_a, solution.beta)
+    again = contacts.solve(wider, solution.lam_a, solution.beta)
     if again.status.usable:
         again = replace(again, status=Status.RELAXED, conflict=solution.conflict)
     return wider, again

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tauten.controller.controller import Controller
+from tauten.controller.friction import warm_search
 from tauten.controller.loading import ControllerSetup, Order, controller_setup
 from tauten.controller.qpcc import warm_solver
 from tauten.model import Report, Robot, Simulator, default_enrichment, one_blas_thread
@@ -91,6 +92,8 @@ def target_beside(controller: Controller) -> Array:
 def warm_up(controller: Controller) -> Controller:
     """The controller back at its start, after steps enough for every kernel it needs to be compiled."""
     warm_solver(controller.settings.qpcc.solver)
+    if controller.robot.contacts.frictional:
+        warm_search()
     away = target_beside(controller)
     for _ in range(_WARM_UP):
         controller.step(away)

@@ -23,6 +23,11 @@ class ServiceSettings(Section):
         default=25,
         description="Deadlines missed in a row after which the node holds, by default 25.",
     )
+    decision_share: Annotated[float, Field(gt=0.0, le=1.0)] = Field(
+        default=0.5,
+        description="Share of the period after which the node ends a decision about contacts with friction "
+        "with the best point that it has, by default 0.5. It is never worse than holding.",
+    )
     measurement_timeout: Annotated[Positive, in_range(1e-3, 10.0, "s")] = Field(
         default=0.25,
         description="Time without measurement after which a closed loop holds [s], by default 0.25.",

@@ -16,7 +16,7 @@ from benchmarks.friction.modes import (
     shared_modes_case,
 )
 from benchmarks.friction.published import FrictionBench, bench_friction, read_problem
-from benchmarks.friction.stored import read_inverse
+from benchmarks.friction.stored import read_inverse, solve_stored, violation
 
 __all__ = [
     "CUTS",
@@ -35,4 +35,6 @@ __all__ = [
     "read_inverse",
     "read_problem",
     "shared_modes_case",
+    "solve_stored",
+    "violation",
 ]

@@ -1,17 +1,19 @@
 """Inverse control with exact Coulomb friction: problem and solver."""
 
+from tauten.controller.friction.planned import PlanContacts
 from tauten.controller.friction.problem import FrictionInverse
 from tauten.controller.friction.solve import (
     FrictionSettings,
     InverseSolution,
-    as_solution,
     solve_friction_inverse,
 )
+from tauten.controller.friction.warming import warm_search
 
 __all__ = [
     "FrictionInverse",
     "FrictionSettings",
     "InverseSolution",
-    "as_solution",
+    "PlanContacts",
     "solve_friction_inverse",
+    "warm_search",
 ]

@@ -38,24 +38,6 @@ OPEN = 1e-8  # of the largest |q|, w r_n that counts as none
 PROXIMAL = 1e-10  # of the largest compliance, by which redundant contacts yield
 
 
-def exact_forces(
-    contacts: InverseContacts, lam: Array, start: Array, budget: Budget, wide: Width | None
-) -> Array | None:
-    """Contact forces (3 m,) at efforts; None where none are found that are exact.
-
-    Args:
-        contacts: the contacts.
-        lam: (n_a,) efforts.
-        start: (3 m,) forces to start from.
-        budget: linear systems are counted; it does not end the solution.
-        wide: of the smoothed law that is tried where the exact one fails; None: it is not.
-    """
-    width = NO_WIDTH if wide is None else wide
-    found, r, spent = forces_at(contacts, lam, start, width)
-    budget.spent += spent
-    return r if found else None
-
-
 class Width(NamedTuple):
     """How wide the smoothed law is at first.
 
@@ -68,31 +50,47 @@ class Width(NamedTuple):
     length: float
 
 
-WIDE, NO_WIDTH = Width(1.0, 0.0), Width(0.0, 0.0)
+WIDE = Width(1.0, 0.0)
+
+
+def exact_forces(
+    contacts: InverseContacts, lam: Array, start: Array, budget: Budget, wide: Width, needed: bool
+) -> Array | None:
+    """Contact forces (3 m,) at efforts; None where none are found that are exact.
+
+    Args:
+        contacts: the contacts.
+        lam: (n_a,) efforts.
+        start: (3 m,) forces to start from.
+        budget: linear systems are counted; where it has none left, the smoothed law is not tried.
+        wide: of the smoothed law that is tried where the exact one fails.
+        needed: whether the smoothed law is tried in any case.
+    """
+    begin = budget.clock()
+    found, r, spent = forces_at(contacts, lam, start)
+    budget.count(spent, begin)
+    if not found and (needed or (not budget.exhausted and budget.allows(SMOOTHED + NEWTON))):
+        begin = budget.clock()
+        near, systems = smoothed_forces(contacts, lam, start, wide)
+        found, r, spent = forces_at(contacts, lam, near)
+        budget.count(systems + spent, begin)
+    return r if found else None
 
 
 @kernel
-def forces_at(
-    contacts: InverseContacts, lam: Array, start: Array, wide: Width
-) -> tuple[bool, Array, int]:
+def forces_at(contacts: InverseContacts, lam: Array, start: Array) -> tuple[bool, Array, int]:
     """Whether forces at efforts are exact, the forces (3 m,), and linear systems that were solved.
 
     Args:
         contacts: the contacts.
         lam: (n_a,) efforts.
         start: (3 m,) forces to start from.
-        wide: of the smoothed law that is tried where the exact one fails; a share of zero: it is not.
     """
     q = contacts.q + np.dot(contacts.W_ca, lam)
     cones = Cones(contacts.W, q, contacts.mu, contacts.w)
     error = min(PRECISELY * np.abs(q).max(), 0.3 * contacts.exact)
     found = newton_forces(cones, start, error, NEWTON)
-    spent = found.newton
-    if found.error > contacts.exact and wide.share > 0.0:
-        near, systems = smoothed_forces(contacts, lam, start, wide)
-        found = newton_forces(cones, near, error, NEWTON)
-        spent += systems + found.newton
-    return found.error <= contacts.exact, found.r, spent
+    return found.error <= contacts.exact, found.r, found.newton
 
 
 @kernel
@@ -200,8 +198,9 @@ def exact_slope(contacts: InverseContacts, lam: Array, r: Array, budget: Budget)
         r: (3 m,) exact forces.
         budget: a linear system is counted.
     """
+    begin = budget.clock()
     systems, slope = slope_at(contacts, lam, r)
-    budget.spent += systems
+    budget.count(systems, begin)
     return slope
 
 

@@ -60,9 +60,9 @@ def _slope(search: EffortSearch, point: EffortPoint, share: float) -> Array:
     if share == 0.0:
         return search.slope(point)
     width = widths(search.contacts, point.r, share, displacement_scale(search, point))
-    start = lifted(search.contacts, point.r, width)
+    start, begin = lifted(search.contacts, point.r, width), search.budget.clock()
     _, slope, _, systems = meet_law(search.contacts, point.lam, start, width, LAW_STEPS)
-    search.budget.spent += systems
+    search.budget.count(systems, begin)
     return slope
 
 

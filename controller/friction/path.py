@@ -28,7 +28,7 @@ from tauten.model.numerics import Array, kernel
 
 NARROWEST = 1e-2  # κ at the end
 ENOUGH_NARROW = 2  # steps that meet the law there
-AT_ONCE = 16  # steps between two looks at the clock
+AT_ONCE = 8  # steps between two looks at the clock
 SHRINK = 0.6  # of κ, where the law is met
 GATE = 0.1  # error of the law, of its widths, below which they shrink
 ASTRAY = 20.0  # the same above which the efforts wait
@@ -83,11 +83,16 @@ def one_shot_path(
     widest = TRUST * search.span
     state, end = PathState(start.lam, r, widest, share, 0), budget.spent + steps
     while state.narrow < ENOUGH_NARROW and budget.spent < end and not budget.exhausted:
-        number = min(AT_ONCE, end - budget.spent, budget.pivots - budget.spent)
+        number, begin = (
+            min(AT_ONCE, end - budget.spent, budget.pivots - budget.spent),
+            budget.clock(),
+        )
+        if not budget.allows(number):
+            break
         state, taken = path_steps(
             contacts, search.program.arrays, state, length, WIDEST * widest, number
         )
-        budget.spent += taken
+        budget.count(taken, begin)
     return state.lam, state.r, Width(state.share, length)
 
 
@@ -205,8 +210,9 @@ def _meet(search: EffortSearch, lam: Array, r: Array, width: Widths) -> tuple[Ar
         width: of the law.
     """
     left = 1 if search.budget.exhausted else search.budget.pivots - search.budget.spent
+    begin = search.budget.clock()
     found, slope, error, spent = meet_law(search.contacts, lam, r, width, min(LAW_STEPS, left))
-    search.budget.spent += spent
+    search.budget.count(spent, begin)
     return found, slope, error <= 10.0 * MET
 
 

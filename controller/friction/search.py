@@ -97,18 +97,20 @@ class EffortSearch:
         """Whether a point is within the limits."""
         return self.excess(point) <= self.allowed
 
-    def exact(self, lam: Array, start: Array, wide: Width = WIDE) -> EffortPoint | None:
+    def exact(
+        self, lam: Array, start: Array, wide: Width = WIDE, needed: bool = False
+    ) -> EffortPoint | None:
         """The exact point at efforts; None where none is found.
 
-        With the budget used up only a few steps on the exact law are taken.
+        With the budget used up only a few steps on the exact law are taken, unless the point is needed.
 
         Args:
             lam: (n_a,) efforts.
             start: (3 m,) forces to start from.
-            wide: of the smoothed law, where it is needed.
+            wide: of the smoothed law, where the exact one fails.
+            needed: whether it is looked for whatever the budget.
         """
-        smoothed = None if self.budget.exhausted else wide
-        r = exact_forces(self.contacts, lam, start, self.budget, smoothed)
+        r = exact_forces(self.contacts, lam, start, self.budget, wide, needed)
         return None if r is None else EffortPoint(lam, r, self.objective(lam, r))
 
     def within(self, point: EffortPoint, held: EffortPoint) -> EffortPoint | None:

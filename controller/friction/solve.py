@@ -8,22 +8,24 @@ limits is the answer, whenever the search is cut.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
 
 from tauten.controller.friction.descent import GONE, descend, predicted_gain
-from tauten.controller.friction.exact import WIDE, forces_error
+from tauten.controller.friction.exact import NEWTON, WIDE, forces_error
 from tauten.controller.friction.nearest import nearest_to_limits
 from tauten.controller.friction.path import nested_path, one_shot_path
 from tauten.controller.friction.problem import EffortPoint, FrictionInverse
 from tauten.controller.friction.search import EffortSearch, effort_search
-from tauten.controller.qpcc import Backend, Budget, Certificate, Qpcc, Solution, Status
+from tauten.controller.qpcc import Backend, Budget, Status
 from tauten.model.numerics import Array
 
 LOWER = 1e-6  # of the objective of holding, by which a trial must be lower to replace what is known
 MOVED = 0.1  # of the way to the target, that efforts move effectors where nothing hides it
+RESERVED = NEWTON + 4  # linear systems: an exact solution, a slope and two QPs
 SLOPING = 1e-3  # predicted gain, of the objective, from which a point counts as having a gradient
 
 
@@ -62,7 +64,8 @@ class FrictionSettings:
     Attributes:
         solver: QP library for what `solve_dual` leaves, see `qpcc.qp_backend`.
         solves: linear systems, after which only the forward solution at hand is completed.
-        time_limit: the same as wall time [s].
+        time_limit: time after which the same [s]; the point of holding is found in any case.
+        clock: that tells the time [s].
         path_steps: of a path, at most.
         forwards: exact solutions of a descent, at most.
         warm: whether one narrow path is enough, as from step to step of a control loop.
@@ -71,6 +74,7 @@ class FrictionSettings:
     solver: str | Backend = "daqp"
     solves: int = 2000
     time_limit: float = math.inf
+    clock: Callable[[], float] = perf_counter
     path_steps: int = 60
     forwards: int = 12
     warm: bool = False
@@ -111,6 +115,7 @@ def solve_friction_inverse(
     lam: Array,
     forces: Array | None = None,
     settings: FrictionSettings = DEFAULT,
+    guess: tuple[Array, Array] | None = None,
 ) -> InverseSolution:
     """The best efforts found; never worse than those that are held, and exact, also when the search is cut.
 
@@ -121,22 +126,33 @@ def solve_friction_inverse(
         lam: (n_a,) efforts of holding.
         forces: (s + 3 k,) contact forces to start from; None: zero.
         settings: how far the search goes.
+        guess: efforts (n_a,) and contact forces (s + 3 k,) of an answer to nearly the same problem. Where
+            descent from there is lower than holding, nothing else is tried.
     """
     program = problem.program
     numbers = (*program.arrays[:2], program.G, program.M, program.m, lam)
     if not all(np.isfinite(values).all() for values in numbers):
         return _unsolved(problem, lam, Status.NOT_FINITE, 0)
-    budget = Budget(settings.solves, perf_counter() + settings.time_limit)
+    clock = settings.clock
+    budget = Budget(settings.solves, clock() + settings.time_limit, reserved=RESERVED, clock=clock)
     search = effort_search(problem, settings.solver, budget)
     start = np.zeros(len(search.contacts.q))
     if forces is not None:
         start[search.place] = forces
-    held = search.exact(search.bounded(lam), start)
+    held = search.exact(search.bounded(lam), start, needed=True)
     if held is None:
         return _unsolved(problem, lam, Status.NOT_FOUND, budget.spent)
     held = nearest_to_limits(search, held)
-    flat = _flat(search, held, settings.warm)
-    best = _best(search, held, FLAT if flat else WARM if settings.warm else SLOPED, settings)
+    flat, best = False, held
+    if guess is not None:
+        forces = np.zeros_like(start)
+        forces[search.place] = guess[1]
+        near = search.exact(search.bounded(guess[0]), forces)
+        best = _lower(search, near, held, settings) or held
+    if best is held:
+        flat = _flat(search, held, settings.warm)
+        trials = FLAT if flat else WARM if settings.warm else SLOPED
+        best = _best(search, held, trials, settings)
     if flat and best.objective > (1.0 - SLOPING) * held.objective and search.feasible(held):
         best = held  # crumbs would only make the efforts drift
     status = Status.OK
@@ -230,42 +246,27 @@ def _tried(
     return None if found is None else descend(search, found, held, settings.forwards)
 
 
+def _lower(
+    search: EffortSearch, near: EffortPoint | None, held: EffortPoint, settings: FrictionSettings
+) -> EffortPoint | None:
+    """The point that descent from a guess leads to; None where it is no lower than holding.
+
+    Args:
+        search: the problem.
+        near: exact; None: there is none.
+        held: the point of holding.
+        settings: length of the descent.
+    """
+    if near is not None:
+        near = search.within(near, held)
+    if near is None:
+        return None
+    found = descend(search, near, held, settings.forwards)
+    lower = found.objective < (1.0 - LOWER) * held.objective or not search.feasible(held)
+    return found if lower else None
+
+
 def _unsolved(problem: FrictionInverse, lam: Array, status: Status, solves: int) -> InverseSolution:
     """No solution, with the reason."""
     none = np.zeros(len(problem.program.m))
     return InverseSolution(lam, none, status, np.inf, np.inf, np.inf, 0.0, solves)
-
-
-def as_solution(program: Qpcc, found: InverseSolution) -> Solution:
-    """An answer as that of a QPCC with the same rows; its pieces are the normal and single rows that push.
-
-    Args:
-        program: of the problem.
-        found: its answer.
-    """
-    rows = program.G @ np.concatenate([found.lam_a, found.forces])
-    excess = np.maximum(rows - program.g_hi, program.g_lo - rows)
-    limits = np.abs(np.concatenate([program.g_lo, program.g_hi]))
-    largest = float(limits[np.isfinite(limits)].max(initial=0.0))
-    gaps = float(np.abs(program.m).max(initial=0.0))
-    certificate = Certificate(
-        primal=max(0.0, float(excess.max(initial=0.0))) / (largest or 1.0),
-        complementarity=found.error / (gaps or 1.0),
-        stationarity=float(np.sqrt(max(found.gain, 0.0))),
-        deepest_gap=np.inf,
-    )
-    infeasible = found.status is Status.INFEASIBLE
-    conflict = tuple(
-        program.name_of_row(i, bool(rows[i] > program.g_hi[i]))
-        for i in np.flatnonzero(infeasible & (excess > 1e-6 * largest)).tolist()
-    )
-    return Solution(
-        found.lam_a,
-        found.forces,
-        found.status,
-        certificate,
-        found.objective,
-        found.solves,
-        found.forces > 0.0,
-        conflict,
-    )

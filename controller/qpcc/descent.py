@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
@@ -70,22 +70,38 @@ class DescentPoint:
 
 @dataclass(slots=True)
 class Budget:
-    """QPs and time that a solve may take, in all of its phases together.
+    """QPs or linear systems, and time, that a solve may take in all of its phases together.
 
     Attributes:
-        pivots: QPs at most.
-        end: value of `perf_counter` at which to stop [s].
-        spent: QPs solved.
+        pivots: QPs or systems at most.
+        end: value of the clock at which to stop [s].
+        spent: QPs or systems solved.
+        reserved: systems for which time is left when the budget is used up.
+        pace: longest time that a system has taken [s].
+        clock: tells the time [s].
     """
 
     pivots: int
     end: float
     spent: int = 0
+    reserved: int = 0
+    pace: float = 0.0
+    clock: Callable[[], float] = perf_counter
 
     @property
     def exhausted(self) -> bool:
-        """Whether QPs or time are used up."""
-        return self.spent >= self.pivots or perf_counter() >= self.end
+        """Whether QPs or time are used up, but for what is reserved."""
+        return self.spent >= self.pivots or not self.allows(0)
+
+    def allows(self, systems: int) -> bool:
+        """Whether there is time for some systems and for those that are reserved."""
+        return self.clock() + (systems + self.reserved) * self.pace < self.end
+
+    def count(self, systems: int, begin: float) -> None:
+        """Count systems that have been solved since a value of the clock."""
+        self.spent += systems
+        if systems > 0:
+            self.pace = max(self.pace, (self.clock() - begin) / systems)
 
     def spend(self) -> bool:
         """Count a QP; False when it must not be solved any more."""

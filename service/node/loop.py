@@ -6,6 +6,7 @@ log contains.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -69,6 +70,7 @@ class ControlLoop:
         controller: Controller,
         enabled: bool = True,
         settings: ServiceSettings | None = None,
+        timed: bool = False,
     ) -> None:
         """Start at rest, with a controller that is at rest too.
 
@@ -77,9 +79,12 @@ class ControlLoop:
             enabled: whether targets are followed before an operator enables it.
             settings: limit of missed deadlines and time of a release; default: those of a file that
                 does not set any.
+            timed: whether decisions with friction end after a share of the period on the clock. Without
+                that a loop repeats exactly.
         """
         self._state = NodeState(enabled=enabled)
         self._settings = settings or ServiceSettings()
+        self._share = self._settings.decision_share if timed else math.inf
         self.take_over(controller)
 
     def take_over(self, controller: Controller) -> None:
@@ -181,7 +186,7 @@ class ControlLoop:
             wanted = self._release()
         elif self._state.mode is Mode.RUN and goal is not None:
             self._ramp, decided = None, True
-            wanted = self.controller.decide(goal)
+            wanted = self.controller.decide(goal, self._share * self.controller.period)
             self._state = judged(self._state, wanted.status.usable)
         else:
             self._ramp = None

@@ -95,7 +95,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
             step = step_seconds(controller)
             advice = faster(command_name(setup.path), step, bool(setup.states))
             check_rate(rate, step, settings.rate_requested, advice)
-            loop = ControlLoop(controller, enabled=not settings.wait, settings=setup.service)
+            loop = ControlLoop(controller, not settings.wait, setup.service, timed=True)
             typestore()
         stack.enter_context(claimed(session, keys))
         recorder = None

@@ -128,3 +128,18 @@ def test_contacts_are_those_of_the_obstacles_after_a_reset() -> None:
     assert len(controller.contacts.contacts) == 0
     controller.reset()
     assert len(controller.contacts.contacts) == before
+
+
+def test_a_decision_without_time_holds_what_it_has_and_says_so() -> None:
+    controller = Controller(finger(0.5))
+    goal = controller.tip - [0.01, 0.0, 0.003]
+    for _ in range(30):
+        controller.step(goal)
+    before, there = controller.effort, controller.tip - [0.0, 0.0, 0.003]
+    controller.prepare()
+    controller.rehearse(there)  # which changes nothing
+    held = controller.decide(there, within=0.0)
+    assert held.status is Status.MAX_PIVOTS
+    moved = controller.decide(there)
+    assert moved.status is Status.OK
+    assert np.abs(held.effort - before).max() < 0.1 * np.abs(moved.effort - before).max()

@@ -15,6 +15,8 @@ from benchmarks.friction import (
     inverse_run,
     normals_alone,
     read_inverse,
+    solve_stored,
+    violation,
 )
 from tauten.controller.friction import (
     FrictionInverse,
@@ -88,7 +90,7 @@ def block(mu: float, weight: float, target: float) -> FrictionInverse:
 def exact_at(contacts: InverseContacts, lam: Array, start: Array | None = None) -> Array:
     """Exact forces (3 m,) at efforts."""
     first = np.zeros(len(contacts.q)) if start is None else start
-    r = exact_forces(contacts, lam, first, Budget(1000, np.inf), WIDE)
+    r = exact_forces(contacts, lam, first, Budget(1000, np.inf), WIDE, needed=True)
     assert r is not None
     return r
 
@@ -168,6 +170,48 @@ def test_what_is_returned_is_exact_within_limits_and_no_worse_than_hold(singles:
             friction = found.forces[singles:].reshape(-1, 3)
             allowed = problem.friction * friction[:, 0]
             assert (np.linalg.norm(friction[:, 1:], axis=1) <= allowed + 1e-7).all()
+
+
+class Ticking:
+    """A clock that is a millisecond further each time that it is read."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        """The time [s]."""
+        self.now += 1e-3
+        return self.now
+
+
+@pytest.mark.parametrize("warm", [False, True])
+def test_whenever_time_is_up_the_answer_is_exact_within_limits_and_no_worse_than_hold(
+    reference: Path, warm: bool
+) -> None:
+    stored = {one.name: one for one in read_inverse(reference / "friction_inverse")}
+    solves = list[int]()
+    for limit in (0.0, 1e-3, 4e-3, 0.016, 0.064, np.inf):
+        settings = FrictionSettings(time_limit=limit, clock=Ticking(), warm=warm)
+        found = {name: solve_stored(stored[name], settings) for name in FEW}
+        solves.append(sum(one.solves for one in found.values()))
+        for name, one in found.items():
+            assert one.status in (Status.OK, Status.MAX_PIVOTS)
+            assert one.error <= EXACT
+            assert violation(stored[name], one) <= LIMIT
+            assert one.objective <= one.held
+            assert limit > 0.0 or one.objective == one.held
+    assert solves == sorted(solves)
+    assert solves[0] < 0.2 * solves[-1]
+
+
+def test_a_guess_near_the_answer_needs_no_path() -> None:
+    problem, lam = random_problem(3), np.full(3, 0.3)
+    settings = FrictionSettings(warm=True)
+    found = solve_friction_inverse(problem, lam, settings=settings)
+    near = found.lam_a + 1e-3, found.forces
+    again = solve_friction_inverse(problem, lam, settings=settings, guess=near)
+    assert again.objective <= found.objective * (1.0 + 1e-3)
+    assert again.solves < 0.7 * found.solves
 
 
 def test_without_friction_it_is_the_qpcc_of_the_normals() -> None:
