@@ -102,6 +102,7 @@ SMALL = {
     "controller.controller.Controller.actuation",
     "controller.controller.Controller.effector",
     "controller.inverse.position_names",
+    "controller.plan.DecideSettings.within",
     "model.step.condensed_step.CondensedStep.n_contacts",
     "model.step.condensed_step.CondensedStep.pushing",
     "model.step.condensed_step.CondensedStep.split",

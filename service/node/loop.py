@@ -91,6 +91,7 @@ class ControlLoop:
         """Continue with another controller, which has taken over from this one, at its own time step."""
         robot = controller.robot
         self.controller = controller
+        self._within = self._share * robot.h
         self._limiter = ActuationLimiter(robot.limits, robot.h)
         last = controller.actuation
         self._limiter.limit(last, last)  # compiles its kernels now, not at the first tick
@@ -186,7 +187,7 @@ class ControlLoop:
             wanted = self._release()
         elif self._state.mode is Mode.RUN and goal is not None:
             self._ramp, decided = None, True
-            wanted = self.controller.decide(goal, self._share * self.controller.period)
+            wanted = self.controller.decide(goal, self._within)
             self._state = judged(self._state, wanted.status.usable)
         else:
             self._ramp = None
