@@ -175,11 +175,12 @@ class LockedStep:
         """
         W, n_e = step.compliance.W, step.layout.n_e
         rows = sorted_rows(step, locks)
-        self.free, self.layout = rows.decided - n_e, row_layout(n_e, len(rows.decided))
+        self.free = np.flatnonzero(~(locks.by_position | locks.by_force))
+        self.layout = row_layout(n_e, len(self.free))
         self._forced, self._effort = rows.forced, rows.effort
         self._zero, self._cables = rows.equal, rows.cables
         delta = rows.under_effort(W)
-        self._kept = np.concatenate([np.arange(n_e), rows.decided, rows.unilateral])
+        self._kept = np.concatenate([np.arange(n_e), n_e + self.free, rows.unilateral])
         self._all_W, self._all_delta = W, delta
         self._rest = eliminate_rows(W, delta, self._kept, self._zero)
         self.W, self.delta_free = self._rest.W, self._rest.delta

@@ -366,7 +366,7 @@ def _solved_with_friction(
 def _start(held: PredictedStep, step: CondensedStep) -> tuple[Array, Bools]:
     """Efforts (n_a,) and pushing contacts of a hold, where the solver starts; new columns do not push."""
     layout = step.layout
-    pushing = np.zeros(len(step.compliance) - layout.contacts.start, np.bool_)
+    pushing = np.zeros(len(step.compliance.delta_free) - layout.contacts.start, np.bool_)
     if step.frictional is held.step.frictional:
         known = held.lam[layout.contacts] > 0.0
         pushing[: len(known)] = known

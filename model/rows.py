@@ -120,6 +120,9 @@ class EffectorRows(Rows):
     positions: Array
 
 
+NO_EFFECTOR_ROWS = EffectorRows(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros((0, 3)))
+
+
 class TangentRows(Protocol):
     """Rows of the relative motion across the normals of contacts."""
 

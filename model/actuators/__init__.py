@@ -2,7 +2,7 @@
 
 from tauten.model.actuators.actuator_set import ActuatorRows, ActuatorSet
 from tauten.model.actuators.chamber import ChamberSet, ChamberSurface, make_chambers, volumes
-from tauten.model.actuators.coupling import Coupling, coupling_of, motor_rows
+from tauten.model.actuators.coupling import Coupling, coupling_of
 from tauten.model.actuators.curvature import Loads, NodalCurvature, coupled_nodes, nodal_curvature
 from tauten.model.actuators.drive import DriveSet, no_drives
 from tauten.model.actuators.enclosure import (
@@ -48,7 +48,6 @@ __all__ = [
     "enclosed_volume",
     "inside_out",
     "make_chambers",
-    "motor_rows",
     "make_forces",
     "make_transmissions",
     "no_drives",

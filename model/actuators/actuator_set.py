@@ -9,7 +9,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 
 from tauten.model.actuators.chamber import ChamberSet
-from tauten.model.actuators.coupling import Coupling, motor_rows
+from tauten.model.actuators.coupling import Coupling
 from tauten.model.actuators.curvature import Loads
 from tauten.model.actuators.drive import DriveSet
 from tauten.model.actuators.force import ForceSet
@@ -134,7 +134,8 @@ class ActuatorSet(Generic[P]):
 
     def rows(self, motion: Motion[P]) -> Rows:
         """Positions δ_a and H_a: Rows of (n_a, n)."""
-        return motor_rows(self.coupling, self.member_rows(motion))
+        members = self.member_rows(motion)
+        return members if self.coupling is None else self.coupling.rows(members)
 
     def member_rows(self, motion: Motion[P]) -> Rows:
         """Rows of the single actuators."""

@@ -65,16 +65,6 @@ class Coupling:
         return efforts
 
 
-def motor_rows(coupling: Coupling | None, members: Rows) -> Rows:
-    """Rows of the motors (n_a, n) from those of the single actuators.
-
-    Args:
-        coupling: of these; None: each is driven alone.
-        members: rows of the single actuators.
-    """
-    return members if coupling is None else coupling.rows(members)
-
-
 def coupling_of(config: RobotSettings) -> Coupling | None:
     """The couplings of a robot file; None where there are none.
 

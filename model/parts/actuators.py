@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tauten.model.actuators import ActuatorRows, Coupling, motor_rows
+from tauten.model.actuators import ActuatorRows, Coupling
 from tauten.model.numerics import Array, Ints
 from tauten.model.parts.motion import PartsMotion, slices, stacked
 from tauten.model.parts.placement import Placement
@@ -73,7 +73,7 @@ class PartsActuators:
             stacked([part.H for part in rows], self.columns),
             np.concatenate([part.delta for part in rows]),
         )
-        return motor_rows(self.coupling, single)
+        return single if self.coupling is None else self.coupling.rows(single)
 
     def split(self, effort: Array | None) -> list[Array | None]:
         """Efforts (n_a,) of the actuators of each part; None: of none."""

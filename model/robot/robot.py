@@ -24,7 +24,7 @@ from tauten.model.layout import Layout, row_layout
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Motion
 from tauten.model.robot.names import RobotNames
-from tauten.model.rows import ContactRows, PairSlots
+from tauten.model.rows import NO_EFFECTOR_ROWS, ContactRows, PairSlots
 from tauten.model.signals import Actuators, EffectorLayout, Limits
 from tauten.model.state import Assembled, RobotRows, State
 from tauten.model.system import Integration, System
@@ -236,11 +236,18 @@ class Robot(Generic[B_co]):
         """Largest displacement of a node in a change dq (n,) of the configuration at a state [m]."""
         return self.body.displacement(state, dq)
 
-    def rows(self, state: State, contacts: bool = True) -> RobotRows:
-        """Rows of effectors, actuators and, with `contacts`, contacts at this state."""
+    def rows(self, state: State, contacts: bool = True, effectors: bool = True) -> RobotRows:
+        """Rows of effectors, actuators and contacts at a state.
+
+        Args:
+            state: where.
+            contacts: whether contacts are detected; else none is in range.
+            effectors: whether effectors have rows.
+        """
         motion = self.motion(state)
         found = self.contact_rows(motion) if contacts else self.no_contact_rows(motion)
-        return RobotRows(self.effectors.rows(motion), self.actuator_set.rows(motion), found)
+        reaching = self.effectors.rows(motion) if effectors else NO_EFFECTOR_ROWS
+        return RobotRows(reaching, self.actuator_set.rows(motion), found)
 
     def contact_rows(self, motion: Motion[Any]) -> ContactRows:
         """Gaps and H_c of the candidates in range."""

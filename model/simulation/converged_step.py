@@ -149,7 +149,7 @@ def without_gain(
         forces: constraint forces at the end.
         pushed: work of the obstacles [J].
     """
-    positions = [robot.rows(at, contacts=False).actuators.delta for at in (before, after)]
+    positions = [robot.rows(at, False, False).actuators.delta for at in (before, after)]
     work = pushed + float(forces.effort @ (positions[1] - positions[0]))
     gain = robot.energy(after) - robot.energy(before) - work
     if not gain > 0.0:

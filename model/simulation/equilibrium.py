@@ -129,7 +129,7 @@ class Merit:
 
     def _constraints(self, state: State) -> float:
         """Work of given efforts, energy of springs and weighted violations [J]."""
-        rows = self._robot.rows(state, contacts=self._touching)
+        rows = self._robot.rows(state, self._touching, effectors=False)
         laws = self._robot.actuators.laws
         value = laws.penalty(self._command, rows.actuators.delta, self._weights)
         if self._touching:

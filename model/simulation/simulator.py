@@ -149,7 +149,7 @@ class Simulator(RobotModel):
     @property
     def position(self) -> Array:
         """Positions of the actuators: (n_a,) [m, m³]."""
-        delta = self.robot.rows(self._state, contacts=False).actuators.delta
+        delta = self.robot.rows(self._state, False, False).actuators.delta
         return self.robot.actuators.laws.motors(delta, self._forces.effort)
 
     @property
@@ -248,7 +248,8 @@ class Simulator(RobotModel):
         )  # fmt: skip
         self._state, self._forces, self._moved = done.state, done.forces, command
         self._stepped = done.state, done.last.prediction
-        return make_report(self._robot, done.state, done.last, steps, done.movement)
+        movement = self._robot.displacement(done.start, done.way)
+        return make_report(self._robot, done.state, done.last, steps, movement)
 
     def _converged_step(self, command: Command) -> Report:
         model = self.robot, self._space, self._enrichment

@@ -28,7 +28,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from tauten.model.numerics import FactorisationError
+from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.state import State
@@ -59,7 +59,8 @@ class Travel:
         state: there.
         forces: constraint forces of the last stage.
         last: the last stage.
-        movement: largest displacement of a node in it [m].
+        start: where that started.
+        way: (n,) displacement in it [m].
         correction: largest displacement of a node in any stage from where the velocity alone led [m].
         converged: whether the complementarity problem of every stage met its tolerance.
     """
@@ -67,7 +68,8 @@ class Travel:
     state: State
     forces: Forces
     last: ForwardStep
-    movement: float
+    start: State
+    way: Array
     correction: float
     converged: bool
 
@@ -215,11 +217,11 @@ class _Stages:
         last = forward_step(step, self.enrichment, forces, command)
         solved = last.prediction
         system = step.system if scheme.static else replace(step.system, v=start.v)
-        movement = robot.displacement(start, system.h * (system.v + solved.dv))
+        way = system.h * (system.v + solved.dv)  # (n,)
         correction = robot.displacement(start, system.h * solved.dv)
         state = robot.advance(start, system, solved.dv)
         after = solved.step.split(solved.lam, space.k)
-        return Travel(state, after, last, movement, correction, last.converged)
+        return Travel(state, after, last, start, way, correction, last.converged)
 
     def at(self, share: float) -> _Stages:
         """The same with the obstacles where they are at the end of a share of the period."""

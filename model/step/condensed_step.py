@@ -168,7 +168,7 @@ def condensed(
         effectors: whether the compliance has rows of the effectors.
         slid: (n,) see `CondensedStep`.
     """
-    rows = robot.rows(state, contacts=contacts)
+    rows = robot.rows(state, contacts, effectors)
     reduced = space.reduce(rows.contacts.without_friction())
     extra = rows.contacts.rows_of(forces.pushing)
     H, delta = [rows.actuators.dense(), reduced.H], [rows.actuators.delta, reduced.delta]

@@ -101,7 +101,7 @@ def forward_step(
         ]
     )
     while loop.prediction is None:
-        start = np.zeros(len(loop.step.compliance))
+        start = np.zeros(len(loop.step.compliance.delta_free))
         start[: len(lam)] = lam
         lam, residual, converged = solve_forces(loop.step, start, command)
         loop.check(lam)

@@ -30,24 +30,27 @@ class SortedRows:
         forced: (f,) rows whose effort is given.
         effort: (f,) these efforts [N, Pa].
         equal: (e,) rows of bilateral actuators whose position is given.
-        cables: (u,) rows of cables whose position is given.
-        contacts: (c,) rows of contacts.
-        decided: (d,) rows of actuators of which nothing is given.
+        unilateral: (u + c,) rows with 0 ≤ δ ⟂ λ ≥ 0: of cables whose position is given, then of contacts.
+        n_cables: how many of them are cables, u.
         delta: (m,) row values without forces, less the positions that are given.
     """
 
     forced: Ints
     effort: Array
     equal: Ints
-    cables: Ints
-    contacts: Ints
-    decided: Ints
+    unilateral: Ints
+    n_cables: int
     delta: Array
 
     @property
-    def unilateral(self) -> Ints:
-        """Rows (u + c,) with 0 ≤ δ ⟂ λ ≥ 0."""
-        return np.concatenate([self.cables, self.contacts])
+    def cables(self) -> Ints:
+        """Rows (u,) of cables whose position is given."""
+        return self.unilateral[: self.n_cables]
+
+    @property
+    def contacts(self) -> Ints:
+        """Rows (c,) of contacts."""
+        return self.unilateral[self.n_cables :]
 
     def under_effort(self, W: Array) -> Array:
         """`delta` (m,) under the efforts that are given, with the compliance W (m, m)."""
@@ -72,7 +75,7 @@ def sorted_rows(step: CondensedStep, command: Command) -> SortedRows:
 @kernel
 def _sorted(
     delta_free: Array, position: Array, effort: Array, bilateral: Bools, n_e: int
-) -> tuple[Ints, Array, Ints, Ints, Ints, Ints, Array]:
+) -> tuple[Ints, Array, Ints, Ints, int, Array]:
     """The arrays of `SortedRows`, in their order.
 
     Args:
@@ -85,12 +88,12 @@ def _sorted(
     by_force, by_position = ~np.isnan(effort), ~np.isnan(position)
     delta, end = delta_free.copy(), n_e + len(position)
     delta[n_e:end] -= np.where(by_position, position, 0.0)
+    cables = n_e + np.flatnonzero(by_position & ~bilateral)
     return (
         n_e + np.flatnonzero(by_force),
         effort[by_force],
         n_e + np.flatnonzero(by_position & bilateral),
-        n_e + np.flatnonzero(by_position & ~bilateral),
-        np.arange(end, len(delta)),
-        n_e + np.flatnonzero(~by_force & ~by_position),
+        np.concatenate((cables, np.arange(end, len(delta)))),
+        len(cables),
         delta,
     )

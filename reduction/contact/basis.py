@@ -71,13 +71,13 @@ class ContactBasis:
             rows = contacts.rows
             S = rows.starts, rows.columns, rows.data
             return ReducedContacts(
-                *_condense_chained(self.Psi, contacts.slots, S, rows.motion, rows.delta)
+                *_condense_chained(self.Psi, contacts.found.slots, S, rows.motion, rows.delta)
             )
         if isinstance(contacts.rows.H, np.ndarray):
             return ReducedContacts(
-                *_condense(self.Psi, contacts.slots, contacts.rows.H, contacts.rows.delta)
+                *_condense(self.Psi, contacts.found.slots, contacts.rows.H, contacts.rows.delta)
             )
-        weights = self.Psi[contacts.slots]  # (m, k)
+        weights = self.Psi[contacts.found.slots]  # (m, k)
         modes = np.flatnonzero(weights.any(axis=0))  # (k',)
         weights = weights[:, modes]  # (m, k')
         H_c = contacts.rows.H

@@ -32,7 +32,7 @@ def test_a_solved_step_obeys_the_law_of_every_row() -> None:
     effort[np.isnan(position)] = 2e3
     command = Command(position, effort)
     rows = sorted_rows(step, command)
-    found = [rows.forced, rows.equal, rows.cables, rows.contacts, rows.decided]
+    found = [rows.forced, rows.equal, rows.unilateral]
     acting = np.arange(step.layout.n_e, len(step.compliance))
     np.testing.assert_array_equal(np.sort(np.concatenate(found)), acting)
     assert (len(rows.forced), len(rows.equal), len(rows.cables)) == (1, 1, 2)

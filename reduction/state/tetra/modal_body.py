@@ -192,7 +192,7 @@ class ModalBody(ReducedBody[ModePoints]):
         actuators, motion = self.actuator_set, self.motion(state)
         beta, J = motion.beta, motion.J
         efforts = actuators.efforts(effort)
-        wound = self.wound(motion)
+        wound = None if self.drums is None else self.wound(motion)
         if wound is not None and self.drums is not None:
             efforts = np.zeros(len(actuators.others)) if efforts is None else efforts
             efforts[self.drums.cables] = wound.tension
