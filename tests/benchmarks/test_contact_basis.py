@@ -18,13 +18,12 @@ from tauten.reduction.contact import ReduceSettings, reduce_robot
 from tauten.service.process import StopFlag
 
 
-@pytest.fixture(scope="module")
-def inputs(tmp_path_factory: pytest.TempPathFactory) -> ContactBasisInputs:
-    folder = tmp_path_factory.mktemp("thumb")
+def inputs(folder: Path, step: float) -> ContactBasisInputs:
+    """The thumb's campaign with steps of this pull [m], and its basis."""
     robot = load_robot(write_thumb(folder))
     settings = ReduceSettings(k=4)
     made = reduce_robot(
-        robot, ramp(robot, 2e-4), folder / "campaign", settings, show_progress=False
+        robot, ramp(robot, step), folder / "campaign", settings, show_progress=False
     )
     return ContactBasisInputs(
         robot, made.basis, made.snapshots, folder / "campaign", 6, 3, ks=(2, 5)
@@ -32,8 +31,9 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> ContactBasisInputs:
 
 
 @pytest.fixture(scope="module")
-def result(inputs: ContactBasisInputs) -> ContactBasisBench:
-    return bench_contact_basis(inputs, StopFlag(), lambda share, what: None)
+def result(tmp_path_factory: pytest.TempPathFactory) -> ContactBasisBench:
+    fine = inputs(tmp_path_factory.mktemp("thumb"), 2e-4)
+    return bench_contact_basis(fine, StopFlag(), lambda share, what: None)
 
 
 @pytest.mark.slow
@@ -89,7 +89,7 @@ def test_it_goes_into_json_a_page_and_a_picture(result: ContactBasisBench, tmp_p
     assert (tmp_path / "bench.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_stopping_keeps_what_is_done(inputs: ContactBasisInputs) -> None:
+def test_stopping_keeps_what_is_done(tmp_path: Path) -> None:
     stop, done = StopFlag(), []
 
     def progress(share: float, what: str) -> None:
@@ -97,7 +97,7 @@ def test_stopping_keeps_what_is_done(inputs: ContactBasisInputs) -> None:
         if done.count("bases on the training path") == 3:  # announced once, then after each
             stop.request()
 
-    found = bench_contact_basis(inputs, stop, progress)
+    found = bench_contact_basis(inputs(tmp_path, 8e-4), stop, progress)
     assert not found.complete
     assert len(found.training) == 2
     assert found.held_out == ()

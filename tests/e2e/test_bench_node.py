@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.processes import run_main
+from support.processes import forked, run_main
 
 from tauten.service.bench import Deadlines, NodeBenchSettings, bench_node
 from tauten.service.bench.node import deadlines, idle_loop
@@ -61,7 +61,10 @@ def test_a_stop_before_there_is_anything_is_no_error(beam_file: Path) -> None:
     assert bench_node(setup, str(beam_file), settings, stop, lambda text: None) is None
 
 
-def test_a_node_that_ends_is_an_error_with_its_last_words(beam_file: Path) -> None:
+def test_a_node_that_ends_is_an_error_with_its_last_words(
+    beam_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tauten.service.plant.processes._start", forked)
     settings = NodeBenchSettings(seconds=2.0, target_rate=50.0, options=("--rate", "1e4"))
     setup = load_setup(str(beam_file))
     with pytest.raises(DemoError, match="cannot be held") as error:

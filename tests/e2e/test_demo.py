@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.processes import START, Forked, fork_server, run_main, start
+from support.processes import START, forked, run_main, start
 from support.robots.hanging import hanging_beam
 
 from tauten.service.plant import DemoError, DemoSettings, child, run_demo
@@ -20,19 +20,14 @@ from tauten.service.replay import replay
 from tauten.service.view import export_log
 
 
-def forked(command: str, arguments: list[str], output: Path) -> Forked:
-    """A process of the demo."""
-    return Forked(fork_server(), output, arguments=[command, *arguments])
-
-
 @pytest.fixture(scope="module")
 def folder(beam_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Of the command, whose node and plant are copies of it."""
     out = tmp_path_factory.mktemp("demo") / "out"
-    targets = ("--seconds", 4, "--period", 4, "--fraction", 0.3)
+    targets = ("--seconds", 2, "--period", 2, "--fraction", 0.3)
     demo = start(out.with_name("said.txt"), "demo", beam_file, "--out", out, *targets)
     assert demo.process.wait(START) == 0, demo.output.read_text()
-    assert "beam, 4" in demo.output.read_text()
+    assert "beam, " in demo.output.read_text()
     return out
 
 
@@ -80,7 +75,7 @@ def test_a_demo_without_one_good_decision_fails_and_names_the_limit(
     monkeypatch.setattr("tauten.service.plant.processes.Copy", forked)  # this process has sessions
     robot = hanging_beam(tmp_path, tension=1e-4, young=3e3)
     out = tmp_path / "demo"
-    assert run_main("demo", robot, "--path", "line", "--seconds", 2, "--out", out) == 1
+    assert run_main("demo", robot, "--path", "line", "--seconds", 1, "--out", out) == 1
     said = " ".join(capsys.readouterr().out.split())
     assert "no decision was OK" in said
     assert "tendon" in said
@@ -90,14 +85,16 @@ def test_a_demo_without_one_good_decision_fails_and_names_the_limit(
 def test_targets_are_slowed_where_the_period_cannot_be_held(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """The period of 10 ms is held well, but a node that takes 20 ms for a step would say so."""
     monkeypatch.setattr("tauten.service.plant.processes._start", forked)
-    robot = hanging_beam(tmp_path, rate=1000.0)
-    settings = DemoSettings(str(robot), tmp_path / "demo", 2.0, path="line", period=4.0)
+    monkeypatch.setattr("tauten.service.plant.demo.step_at_start", lambda *_: 0.02)
+    robot = hanging_beam(tmp_path, rate=100.0)
+    settings = DemoSettings(str(robot), tmp_path / "demo", 1.0, path="line", period=4.0)
     done = run_demo(settings, StopFlag(), lambda _said: None)
     note = [said for said in done.notes if "times slower; tauten reduce" in said][-1]
     slower = float(note.split(" times slower")[0].split()[-1])
-    assert done.report.rate_hz < 900.0
-    assert done.report.following > 20
+    assert done.report.rate_hz <= 25.0
+    assert done.report.following > 5
     times = np.loadtxt(tmp_path / "demo" / TARGETS, delimiter=",", skiprows=1)[:, 0]
     assert times[-1] == pytest.approx(4.0 * slower, rel=0.05)
 
@@ -115,7 +112,10 @@ def test_a_time_of_a_step_that_is_unknown_is_said(
     assert done.notes[0] in said
 
 
-def test_a_process_that_fails_is_named_with_its_last_line(tmp_path: Path) -> None:
+def test_a_process_that_fails_is_named_with_its_last_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tauten.service.plant.processes._start", forked)
     with (
         pytest.raises(DemoError, match=r"tauten plant ended with 2: no robot 'nobody'"),
         child("plant", ["nobody"], tmp_path) as process,

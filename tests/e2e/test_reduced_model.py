@@ -32,7 +32,7 @@ def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Robot file with contact and state basis beside it."""
     folder = tmp_path_factory.mktemp("thumb")
     file = write_thumb(folder)
-    more = ("--design", "ramp", "--step", 2e-4, "--k", 3, "--states", "--state-modes", 8)
+    more = ("--design", "ramp", "--step", 4e-4, "--k", 3, "--states", "--state-modes", 8)
     places = ("--out", folder / "thumb.basis", "--snapshots", folder / "campaign")
     assert run_main("reduce", file, *more, *places) == 0
     return file
@@ -99,7 +99,7 @@ def test_reduce_keeps_no_model_that_errs_too_much(
     configure(thumb_file, max_tip_error=1e-9)
     folder = thumb_file.parent
     (folder / "thumb.states").unlink()
-    more = ("--design", "ramp", "--step", 2e-4, "--k", 3, "--states", "--state-modes", 8)
+    more = ("--design", "ramp", "--step", 4e-4, "--k", 3, "--states", "--state-modes", 8)
     places = ("--out", folder / "thumb.basis", "--snapshots", folder / "campaign")
     assert run_main("reduce", thumb_file, *more, *places) == 2
     said = capsys.readouterr().err

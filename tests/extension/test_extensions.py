@@ -65,7 +65,7 @@ def test_a_qp_library_decides_alike(package: ModuleType, tmp_path: Path) -> None
     assert named.settings.qpcc.solver == "admm"
     usual = Controller(setup.robot)
     target = usual.shifted(0.05 * setup.robot.size)
-    for _ in range(4):
+    for _ in range(2):
         found = [one.step(target) for one in (named, given, usual)]
         for one in found:
             assert one.status is Status.OK

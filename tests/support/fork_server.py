@@ -16,6 +16,10 @@ import signal
 import sys
 from typing import Any, TextIO
 
+import tauten.service.cli.app
+import tauten.service.node
+import tauten.service.plant
+import tauten.service.replay  # noqa: F401 - the copies need not import them
 from tauten.controller import warm_controller
 from tauten.service.cli import main
 from tauten.service.process import one_blas_thread

@@ -146,6 +146,14 @@ class Forked:
         self.send_signal(signal.SIGKILL)
 
 
+def forked(command: str, arguments: list[str], output: Path) -> Forked:
+    """In place of `_start` and `Copy` of `tauten.service.plant.processes`, where a test runs a demo itself.
+
+    An interpreter that starts takes seconds, and a process with Zenoh sessions must not be copied.
+    """
+    return Forked(fork_server(), output, arguments=[command, *arguments])
+
+
 @dataclasses.dataclass
 class Process:
     """A `tauten` command that runs."""

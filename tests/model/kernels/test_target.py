@@ -42,11 +42,16 @@ def machine(before: str = "", **variables: str) -> list[str]:
 @pytest.mark.skipif(target.portable_level() is None, reason="this processor has no such level")
 def test_processes_compile_for_the_level() -> None:
     level = target.portable_level()
-    assert machine() == [level, "True"]
     host = llvm.get_host_cpu_name()
     assert machine(NUMBA_CPU_NAME=host) == [host, "False"], "the user's choice"
-    assert machine(NUMBA_CPU_FEATURES="+sse2") == [host, "False"]
     first = "import numba\nnumba.njit(lambda x: x)(1.0)"
     assert machine(first) == [host, "True"], "numba's compiler was made before"
     changed = "import tauten.model.numerics, os\nos.environ['NUMBA_OPT'] = '3'"
     assert machine(f"{changed}\n{first}") == [level, "True"], "its settings were read again"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(target.portable_level() is None, reason="this processor has no such level")
+def test_features_that_the_user_chooses_are_for_this_processor() -> None:
+    assert machine() == [target.portable_level(), "True"]
+    assert machine(NUMBA_CPU_FEATURES="+sse2") == [llvm.get_host_cpu_name(), "False"]

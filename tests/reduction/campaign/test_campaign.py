@@ -22,7 +22,7 @@ from tauten.reduction.campaign import (
 )
 from tauten.reduction.campaign import run as campaign
 
-STEPS = 16
+STEPS = 12
 
 
 class Interrupted(executors.InProcess):

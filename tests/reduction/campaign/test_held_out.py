@@ -30,7 +30,7 @@ def test_gravity_forces_and_release(thumb: Robot, steps: int) -> None:
 
 def test_a_stable_path_is_unchanged(thumb: Robot, thumb_ramp: Snapshots) -> None:
     """A perturbation of a millionth moves a robot that does not buckle by micrometres."""
-    some = thumb_ramp.select(np.arange(4, len(thumb_ramp), 5))
+    some = thumb_ramp.select(np.arange(4, len(thumb_ramp), 10))
     apart = sensitivity(thumb, some)
     assert np.isfinite(apart).all()
     assert 0.0 < apart.max() < 2e-5

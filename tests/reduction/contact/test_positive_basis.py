@@ -151,7 +151,7 @@ def test_number_of_threads_does_not_change_a_bit() -> None:
     S = rng.random((300, 12)) @ rng.random((12, 400))
     S += 0.1 * rng.random(S.shape) * (rng.random(S.shape) < 0.3)
     found = []
-    for threads in (1, 2, 4):
+    for threads in (1, 2):
         with threadpool_limits(threads):
             found.append(factorise(S, 2).Psi.tobytes())
-    assert found[1:] == found[:1] * 2
+    assert found[0] == found[1]

@@ -31,7 +31,7 @@ from tauten.reduction.state.modes import pod, with_own, without_own
 
 BOX = ((0.02, 0.02, 0.02), (2, 2, 2))
 SOFT = ((0.06, 0.02, 0.02), (6, 2, 2))
-FORCES = np.random.default_rng(4).uniform(-1.0, 1.0, size=(40, 3)) * [0.02, 0.05, 0.05]
+FORCES = np.random.default_rng(4).uniform(-1.0, 1.0, size=(24, 3)) * [0.02, 0.05, 0.05]
 
 
 def chain() -> Robot[ConstrainedBody]:
@@ -161,7 +161,7 @@ def test_the_springs_of_a_hinge_hold_it_in_modes(
     """Forces of all modes, at a state in their span, are those of the nodes: the power of a motion."""
     robot, q = equilibria
     body = reducible(robot)
-    modes = pod(without_own(body, body.deviations(q)), body.weight, 38)
+    modes = pod(without_own(body, body.deviations(q)), body.weight, 22)
     every = np.arange(body.n_elements)
     Phi = with_own(body, modes.Phi)
     reduced = reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
