@@ -168,7 +168,7 @@ class Controller(RobotModel):
     @property
     def lam_c(self) -> Array:
         """Normal force of every candidate in the last step: (n_c,) [N]."""
-        return self._forces.at_candidates(self.space)
+        return self._forces.at_candidates(self.space, self.robot.contacts.without_friction)
 
     @property
     def contacts(self) -> ContactForces:

@@ -52,7 +52,7 @@ from tauten.model.contact.obstacle import ObstaclePoses, poses_at_start
 from tauten.model.contact.pair import ContactPair, check_pair
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
-from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.points import Entries, Placed
 from tauten.model.rows import ContactRows, PairSlots, dense
 
@@ -141,6 +141,12 @@ class ContactSet:
             [pair.apart.astype(np.int64) for pair in pairs],
             [pair.name for pair in pairs],
         )
+
+    @property
+    def without_friction(self) -> Bools:
+        """Which candidates belong to pairs without friction, whose forces a basis may give: (n_c,)."""
+        chosen: Bools = np.repeat(self._friction == 0.0, np.diff(self._first))
+        return chosen
 
     @property
     def pair_slots(self) -> tuple[PairSlots, ...]:

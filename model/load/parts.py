@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -86,7 +87,7 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
     assembly = Assembly(
         name=config.name,
         frame=config.frame,
-        digest=digest_of(config, parts, between),
+        digest=digest_of(config, parts, between, source),
         gravity=gravity,
         tolerance=tolerance,
         alarm_distance=config.contact.alarm_distance
@@ -102,13 +103,14 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
         raise RobotFileError(f"{source}: {error}") from error
 
 
-def digest_of(config: PartsConfig, parts: Sequence[Part], between: Between) -> str:
+def digest_of(config: PartsConfig, parts: Sequence[Part], between: Between, source: str) -> str:
     """What the contact forces of a robot of parts depend on.
 
     Args:
         config: its file.
         parts: the parts.
         between: contact between them.
+        source: the robot file's path.
     """
     names = [part.named(name) for part in parts for name in part.robot.actuators.names]
     members = [
@@ -116,7 +118,8 @@ def digest_of(config: PartsConfig, parts: Sequence[Part], between: Between) -> s
     ]
     touching = [*between.vertices, *(pair.triangles.ravel() for pair in between.pairs)]
     surfaces = [ids.tolist() for ids in touching]
-    return parts_digest(config, [part.robot.digest for part in parts], surfaces, members)
+    robots = [part.robot.digest for part in parts]
+    return parts_digest(config, robots, surfaces, members, Path(source).parent)
 
 
 def smallest_tolerance(contact: ContactRange, robots: Sequence[Robot]) -> float:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Sequence
-from typing import Annotated, Literal, Self
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -131,6 +133,7 @@ def parts_digest(
     parts: Sequence[str],
     surfaces: Sequence[Sequence[int]],
     members: Sequence[Sequence[int]],
+    folder: Path,
 ) -> str:
     """The digest of a robot of several parts: what its contact forces depend on; names do not count.
 
@@ -139,12 +142,11 @@ def parts_digest(
         parts: digests of its parts.
         surfaces: numbers of the vertices that touch of each part, and of the triangles of each contact.
         members: actuators of each coupling, by their numbers among those of all parts.
+        folder: where files that obstacles name are; their content counts.
     """
     places = [part.model_dump(exclude={"robot", "name"}) for part in config.parts]
     used = [item.against for item in config.contacts if isinstance(item.against, str)]
-    obstacles = {
-        one.name: one.model_dump(exclude={"name"}) for one in config.obstacles if one.name in used
-    }
+    obstacles = {one.name: _by_content(one, folder) for one in config.obstacles if one.name in used}
     touching = [
         [item.points, obstacles.get(item.against) if isinstance(item.against, str) else None]
         for item in config.contacts
@@ -157,3 +159,17 @@ def parts_digest(
         config.contact.model_dump(exclude={"tolerance", "max_force"}),
     ]
     return joined_digest(parts, json.dumps(motors) if motors else "", json.dumps(apart))
+
+
+def _by_content(obstacle: ObstacleSettings, folder: Path) -> dict[str, Any]:
+    """What contact forces depend on of an obstacle, with the content of its file.
+
+    Args:
+        obstacle: its table.
+        folder: where its file is.
+    """
+    found = obstacle.model_dump(exclude={"name"}) | {"stream": None}
+    if "file" in obstacle.parameters:
+        content = (folder / str(obstacle.parameters["file"])).read_bytes()
+        found["parameters"] = {**obstacle.parameters, "file": hashlib.sha256(content).hexdigest()}
+    return found

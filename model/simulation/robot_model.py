@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tauten.model.contact import ObstaclePoses, pose_at
+from tauten.model.contact import ObstaclePose, ObstaclePoses, pose_at
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
 from tauten.model.state import State
@@ -54,6 +54,25 @@ class RobotModel(ABC):
     def set_obstacles(self, poses: ObstaclePoses) -> None:
         """Have the obstacles in other poses from the next step on."""
         self._robot = self._robot.with_obstacles(poses)
+
+    def depth_of(self, obstacle: str, pose: ObstaclePose) -> float:
+        """How deep candidates of the robot would be in an obstacle at a pose [m]; 0 where they are not.
+
+        Args:
+            obstacle: name.
+            pose: of its frame.
+
+        Raises:
+            ValueError: no such obstacle.
+        """
+        robot = self._robot.with_obstacles(self.obstacles.with_pose(obstacle, pose))
+        found = robot.rows(self._state).contacts.found
+        own = [
+            number
+            for number, pair in enumerate(robot.contacts.pairs)
+            if pair.obstacle is not None and pair.obstacle.name == obstacle
+        ]
+        return max(0.0, -float(found.gap[np.isin(found.pair, own)].min(initial=0.0)))
 
     def place(
         self,

@@ -165,7 +165,7 @@ class Simulator(RobotModel):
     @property
     def lam_c(self) -> Array:
         """Normal force of every candidate in the last step: (n_c,) [N]."""
-        return self._forces.at_candidates(self._space)
+        return self._forces.at_candidates(self._space, self._robot.contacts.without_friction)
 
     @property
     def contacts(self) -> ContactForces:

@@ -69,13 +69,14 @@ class Forces:
             margin[own], sliding[own] = self.friction.margin[at], self.friction.sliding[at]
         return ContactForces(found, force, sliding, margin)
 
-    def at_candidates(self, space: ContactSpace) -> Array:
+    def at_candidates(self, space: ContactSpace, by_basis: Bools) -> Array:
         """Normal force of every contact candidate: (n_c,) [N].
 
         Args:
             space: whose columns `beta` has.
+            by_basis: (n_c,) candidates without friction; columns of a basis leave out the others.
         """
-        lam = space.lift(self.beta).copy()
+        lam = np.where(by_basis, space.lift(self.beta), 0.0)
         lam[self.extra] += self.extra_beta
         return lam
 

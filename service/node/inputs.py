@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import zenoh
 
+from tauten.controller import Controller
 from tauten.model import Robot
 from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
@@ -130,7 +131,8 @@ class NodeInputs:
             for one in robot.obstacles.obstacles
             if one.stream is not None
         }
-        self._obstacles = ObstacleSubscriber(streams, robot.frame) if streams else None
+        deepest = robot.contacts.alarm_distance
+        self._obstacles = ObstacleSubscriber(streams, robot.frame, deepest) if streams else None
         self._loop: MeasuredLoop | None = None
         if closed_loop:
             timeout = settings.measurement_timeout + settings.measurement_delay
@@ -219,11 +221,16 @@ class NodeInputs:
         self._record(accepted, self._measured_keys, tick)
         return self._loop.correct(now, effectors) if following else Cause.NONE
 
-    def read_obstacles(self) -> dict[str, ObstaclePose]:
-        """Where obstacles are after the tick of which poses have arrived, or no longer do."""
+    def read_obstacles(self, controller: Controller) -> dict[str, ObstaclePose]:
+        """Where obstacles are after the tick of which poses have arrived, or no longer do.
+
+        Args:
+            controller: in whose robot none may appear.
+        """
         if self._obstacles is None:
             return {}
-        return self._obstacles.read(time.monotonic(), time.time(), self._ahead)
+        now = time.monotonic(), time.time()
+        return self._obstacles.read(*now, self._ahead, controller.depth_of)
 
     def record_plant(self, tick: int) -> None:
         """Write a plant's messages into the log; other messages on its keys are left out."""

@@ -145,7 +145,7 @@ class Node:
         stamp = time.time_ns()
         self._outputs.actuate(action, stamp, index)
         published = time.perf_counter()
-        loop.prepare(inputs.read_obstacles())
+        loop.prepare(inputs.read_obstacles(loop.controller))
         step = self._decide_seconds + time.perf_counter() - published
         if not action.decided:  # a target that was not followed is not recorded
             goal = None

@@ -1,14 +1,15 @@
 """Poses of obstacles that arrive at run time: decoded, checked, counted, and continued at their velocity.
 
 A pose is refused that is not finite, of another frame, older than the timeout of its obstacle or not newer
-than the last one, or farther from it than the obstacle travels at its largest speed. Between poses an
+than the last one, or farther from it than the obstacle travels at its largest speed. The first one, and one
+after the timeout, is refused too where the obstacle would appear within the robot. Between poses an
 obstacle keeps the velocity that led from one to the next. Without a pose for longer than the timeout it
 stands still where it is then.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -28,6 +29,8 @@ NEWER = 1e-5  # s, above the rounding of times since the epoch
 STILL = 1e-4, 1e-3  # m and rad, that a pose may change by in no time: noise
 FARTHEST = 1e3  # m from the origin
 _NANO = 1e-9
+
+Depth = Callable[[str, ObstaclePose], float]  # of an obstacle at a pose in the robot [m]
 
 
 @dataclass(slots=True)
@@ -57,31 +60,38 @@ class ObstacleSubscriber:
         stopped: how often a stream has stopped.
     """
 
-    def __init__(self, sources: Mapping[str, tuple[Ring, PoseStream]], frame: str) -> None:
+    def __init__(
+        self, sources: Mapping[str, tuple[Ring, PoseStream]], frame: str, deepest: float
+    ) -> None:
         """Start without messages.
 
         Args:
             sources: ring of samples and limits of each obstacle, by its name.
             frame: the only frame accepted, beside an empty one.
+            deepest: how deep an obstacle may be in the robot where it appears [m].
         """
+        self._deepest = deepest
         self.counts = MessageCounts()
         self.stopped = 0
         self._frame = frame
         self._tracks = {name: _Track(*source) for name, source in sources.items()}
 
-    def read(self, now: float, wall: float, ahead: float) -> dict[str, ObstaclePose]:
+    def read(
+        self, now: float, wall: float, ahead: float, depth_of: Depth
+    ) -> dict[str, ObstaclePose]:
         """Read what has arrived; the obstacles that are elsewhere, or move otherwise, than they did before.
 
         Args:
             now: monotonic time [s].
             wall: time since the Unix epoch [s].
             ahead: after which time the poses are wanted [s].
+            depth_of: how deep an obstacle would be in the robot.
         """
         changed = dict[str, ObstaclePose]()
         for name, track in self._tracks.items():
             fresh, samples = False, list(islice(iter(track.source.try_recv, None), OBSTACLE_RING))
             for sample in reversed(samples):  # the newest that is good counts
-                refused = self._take(name, track, sample, now, wall)
+                refused = self._take(name, track, sample, now, wall, depth_of)
                 if refused is None:
                     self.counts.accepted += 1
                     fresh = True
@@ -118,7 +128,13 @@ class ObstacleSubscriber:
         return now - track.made > track.stream.timeout
 
     def _take(
-        self, name: str, track: _Track, sample: zenoh.Sample, now: float, wall: float
+        self,
+        name: str,
+        track: _Track,
+        sample: zenoh.Sample,
+        now: float,
+        wall: float,
+        depth_of: Depth,
     ) -> Rejection | None:
         """Take a sample for the last pose of an obstacle; why it is refused where it is.
 
@@ -128,6 +144,7 @@ class ObstacleSubscriber:
             sample: that has arrived.
             now: monotonic time [s].
             wall: time since the Unix epoch [s].
+            depth_of: how deep an obstacle would be in the robot.
         """
         payload = payload_of(sample)
         if isinstance(payload, Rejection):
@@ -151,11 +168,19 @@ class ObstacleSubscriber:
             detail = f"a pose of {name!r} is farther than {FARTHEST:g} m from the origin"
             return Rejection(RejectionReason.OUT_OF_REACH, detail)
         pose, made = pose_at(values[:3], values[3:]), now - age
+        appears = track.pose is None or made - track.made > track.stream.timeout
         if track.pose is not None:
             moving = _followed(name, track, pose, made)
             if isinstance(moving, Rejection):
                 return moving
             pose = moving
+        depth = depth_of(name, pose) if appears else 0.0
+        if depth > self._deepest:
+            detail = (
+                f"{name!r} would appear {1e3 * depth:.3g} mm deep in the robot, allowed are "
+                f"{1e3 * self._deepest:.3g} mm"
+            )
+            return Rejection(RejectionReason.NOT_PLAUSIBLE, detail)
         track.pose, track.made, track.moving = pose, made, True
         return None
 

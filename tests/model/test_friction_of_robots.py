@@ -24,8 +24,8 @@ def finger(**friction: float) -> dict[str, Any]:
     return contents
 
 
-@pytest.mark.parametrize("wrong", [-0.1, float("nan"), float("inf")])
-def test_a_coefficient_is_a_finite_number_that_is_not_negative(wrong: float) -> None:
+@pytest.mark.parametrize("wrong", [-0.1, float("nan"), float("inf"), 1e300, 100.1])
+def test_a_coefficient_is_a_number_from_0_to_100(wrong: float) -> None:
     with pytest.raises(RobotFileError, match=r"contacts\.2\.friction: Input should be .*, found"):
         controller_setup(finger(notch3_below=wrong), FINGER)
 
@@ -43,5 +43,8 @@ def test_pairs_that_rub_have_unit_columns_and_the_others_the_basis_which_stays_v
     assert (np.linalg.norm(across, axis=1) <= friction * normal + 1e-9).all()
     rubbing = normal[friction > 0.0].max()
     assert rubbing > 1e-3 and normal[friction == 0.0].max() > 1e-3
-    units = forces.at_candidates(EmptySpace(setup.robot.n_c))[contacts.contacts.slots]
+    none, slots = EmptySpace(setup.robot.n_c), contacts.contacts.slots
+    units = forces.at_candidates(none, setup.robot.contacts.without_friction)[slots]
     np.testing.assert_allclose(units[friction > 0.0], normal[friction > 0.0], atol=1e-12)
+    # columns of the basis that reach candidates with friction give these no force
+    np.testing.assert_allclose(simulator.lam_c[slots], normal, atol=1e-12)

@@ -19,6 +19,7 @@ from tauten.model import (
     load_robot,
     touched_names,
 )
+from tauten.model.mesh.surface import boundary_triangles
 
 EDGE, DENSITY = 0.02, 2000.0
 WEIGHT = DENSITY * EDGE**3 * 9.81  # N
@@ -232,6 +233,51 @@ def test_what_lies_between_parts_changes_the_digest_and_no_part(tmp_path: Path) 
     assert len(apart.digest) == len(touching.digest) == len(apart.body.part_robots[0].digest)
     pairs = zip(apart.body.part_robots, touching.body.part_robots, strict=True)
     assert all(one.digest == other.digest for one, other in pairs)
+
+
+def test_the_content_of_an_obstacles_mesh_counts_in_the_digest_and_not_its_name(
+    tmp_path: Path,
+) -> None:
+    obstacle = """
+[[obstacles]]
+name = "stone"
+shape = "mesh"
+parameters = {{ file = "{}", length_unit = "m" }}
+position = [0.0, 0.0, -1.0]
+[[contacts]]
+candidates = {{ part = "cube" }}
+against = "stone"
+"""
+    for name, size in (("a.stl", 0.02), ("b.stl", 0.03), ("c.stl", 0.02)):
+        mesh = box_mesh((size, 0.02, 0.02), (1, 1, 1))
+        triangles = boundary_triangles(mesh.tets)
+        meshio.write(tmp_path / name, meshio.Mesh(mesh.nodes, [("triangle", triangles)]))
+    first, second, third = (
+        load_robot(written(tmp_path, TABLE + ON_CUSHION + obstacle.format(f"{name}.stl"))).digest
+        for name in "abc"
+    )
+    assert first == third != second
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("density = 2000.0", "density = 0.0"), "density"),
+        (("density = 2000.0", "density = -1.0"), "density"),
+        (("density = 2000.0", "density = nan"), "density"),
+        (("density = 2000.0", "density = 1e-30"), "density"),
+        ((", density = 2000.0", ""), "density: .*missing|density: .*required"),
+        (("density = 2000.0", "total_mass = 0.0"), "total_mass"),
+    ],
+)
+def test_an_object_without_mass_is_refused(
+    tmp_path: Path, change: tuple[str, str], message: str
+) -> None:
+    path = written(tmp_path, TABLE + ON_CUSHION)
+    assert change[0] in RIGID_CUBE
+    (tmp_path / "cube.toml").write_text(RIGID_CUBE.replace(*change))
+    with pytest.raises(RobotFileError, match=message):
+        load_robot(path)
 
 
 ARM = """

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from tauten.model.contact import PoseStream, pose_at
+from tauten.model.contact import ObstaclePose, PoseStream, pose_at
 from tauten.model.numerics import Array
 from tauten.service.wire import (
     CDR,
@@ -39,12 +39,17 @@ class Sample:
     timestamp: None = None
 
 
+def depth_in_robot(name: str, pose: ObstaclePose) -> float:
+    """The robot is all that lies below z = −0.5 m."""
+    return max(0.0, -0.5 - float(pose.position[2]))
+
+
 class Sender:
     """A ring that is filled by hand, and the subscriber that reads it."""
 
     def __init__(self) -> None:
         self.samples: deque[Sample] = deque(maxlen=OBSTACLE_RING)
-        self.subscriber = ObstacleSubscriber({"ball": (self, STREAM)}, "base")  # type: ignore[dict-item]
+        self.subscriber = ObstacleSubscriber({"ball": (self, STREAM)}, "base", 2e-3)  # type: ignore[dict-item]
 
     def try_recv(self) -> Sample | None:
         return self.samples.popleft() if self.samples else None
@@ -65,7 +70,7 @@ class Sender:
 
     def read(self, now: float) -> Array | None:
         """Position (3,) and velocity (3,) of the obstacle if it is placed: (6,)."""
-        changed = self.subscriber.read(now, WALL + now, TICK)
+        changed = self.subscriber.read(now, WALL + now, TICK, depth_in_robot)
         if not changed:
             return None
         return np.concatenate([changed["ball"].position, changed["ball"].velocity])
@@ -91,6 +96,19 @@ def test_the_velocity_is_that_between_poses_and_continues_them(sender: Sender) -
     assert sender.read(0.12) is None, "the model has its velocity"
     assert sender.subscriber.counts.accepted == 2
     assert not sender.refused
+
+
+def test_an_obstacle_that_would_appear_in_the_robot_is_refused_and_counted(sender: Sender) -> None:
+    sender.put(0.0, (0.0, 0.0, -0.51))
+    assert sender.read(0.0) is None
+    assert sender.refused == {"not_plausible": 1}
+    sender.put(0.02, (0.0, 0.0, -0.501))  # 1 mm: it touches
+    assert sender.read(0.02) is not None
+    sender.put(0.12, (0.0, 0.0, -0.53))  # it pushes its way in, as fast as it may
+    assert sender.read(0.12) is not None
+    sender.put(0.62, (0.0, 0.0, -0.6))  # after a silence it appears again
+    sender.read(0.62)
+    assert sender.refused == {"not_plausible": 2}
 
 
 def test_a_stream_that_stops_leaves_the_obstacle_where_it_is_then(sender: Sender) -> None:
