@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.robots.sofa_gripper import GRAVITY, MASS, MM, WAY, Course, gripper_file
 from support.robots.sofa_robots import robots_folder
+from support.sofa.gripper import GRAVITY, MASS, MM, WAY, Course, gripper_file
 
 from tauten.model import Simulator, load_robot
 from tauten.model.numerics import Array

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.robots.sofa_ring import MM, command, ring
 from support.robots.sofa_robots import robots_folder
+from support.sofa.ring import MM, command, ring
 
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array

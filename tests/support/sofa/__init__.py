@@ -1,0 +1,1 @@
+"""Robots of SOFA that act on what they touch."""
