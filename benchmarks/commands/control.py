@@ -1,4 +1,4 @@
-"""`python -m benchmarks closed-loop`: controllers against robots."""
+"""`python -m benchmarks closed-loop` and `contact-loop`: controllers against robots."""
 
 from __future__ import annotations
 
@@ -43,3 +43,14 @@ def closed_loop(
         figures.mkdir(parents=True, exist_ok=True)
         for one in runs:
             draw_case(one, setup.robot.h, figures / f"{one.name}.png")
+
+
+def contact_loop(json_file: Json = None, markdown: Markdown = None) -> None:
+    """A tip along a wall with 1 N, and a cube that is lifted; Ctrl-C keeps finished runs."""
+    from benchmarks.control import bench_contact
+    from benchmarks.tables import contact_loop_page
+    from tauten.service.process import stop_on_signals
+
+    with stop_on_signals() as stop, progress_bar("contact") as report:
+        result = bench_contact(stop, report)
+    show_result(result, contact_loop_page(result), json_file, markdown)

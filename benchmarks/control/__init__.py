@@ -1,17 +1,24 @@
 """Controllers under test: models of contact in open and closed loop."""
 
 from benchmarks.control.bench import CaseRunner, CaseRuns, ContactLoops, bench_cases, planned
+from benchmarks.control.contact import ContactBench, bench_contact
+from benchmarks.control.lift import LiftBench
 from benchmarks.control.outcome import Outcome
 from benchmarks.control.targets import CASES, Case, make_cases
+from benchmarks.control.wall import WallBench
 
 __all__ = [
     "CASES",
     "Case",
     "CaseRunner",
     "CaseRuns",
+    "ContactBench",
     "ContactLoops",
+    "LiftBench",
     "Outcome",
+    "WallBench",
     "bench_cases",
+    "bench_contact",
     "make_cases",
     "planned",
 ]

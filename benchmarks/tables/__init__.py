@@ -2,6 +2,7 @@
 
 from benchmarks.tables.arm import arm_page
 from benchmarks.tables.contact_basis import by_method, contact_basis_page, pairs_of
+from benchmarks.tables.contact_loop import contact_loop_page
 from benchmarks.tables.control import closed_loop_page
 from benchmarks.tables.elements import element_page
 from benchmarks.tables.friction import friction_page
@@ -20,6 +21,7 @@ __all__ = [
     "by_method",
     "closed_loop_page",
     "contact_basis_page",
+    "contact_loop_page",
     "control_page",
     "element_page",
     "energy_page",

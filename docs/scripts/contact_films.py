@@ -161,8 +161,30 @@ def push_scene() -> Scene:
     )  # fmt: skip
 
 
+def lift_scene() -> Scene:
+    """The gripper that is told where its cube is to go."""
+    names: dict[str, Any] = {}
+
+    def run(found: dict[str, Any]) -> Iterator[Simulator]:
+        names.update(found)
+        yield from found["lift"](load_robot(found["FILE"]))
+
+    return Scene(
+        example="12_lift",
+        run=run,
+        plots=(
+            ("height of the cube [mm]", lambda now: MM * now.tip[2]),
+            ("force of the fingers, upwards [N]", lambda now: names["grip"](now)),
+            ("tension [N]", lambda now: now.effort[0]),
+        ),
+        every=1, rate=15, turn=(-25.0, 20.0), force=0.02,
+        floor=((-0.11, 0.02), (-0.03, 0.03)), objects=("parcel",),
+    )  # fmt: skip
+
+
 SCENES = {
     "crawler": crawler_scene, "grasp": grasp_scene, "post": post_scene, "push": push_scene,
+    "lift": lift_scene,
 }  # fmt: skip
 
 

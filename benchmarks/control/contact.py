@@ -1,0 +1,72 @@
+"""`python -m benchmarks contact-loop`: controllers in contact with a wall and with an object.
+
+Plants have steps of their own and pointwise contact in full order; their friction and mass may be others
+than controllers believe.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from benchmarks.control.lift import CUBES, LiftBench, LiftRun
+from benchmarks.control.wall import CONTROLLERS, WallBench, WallRun
+from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
+
+
+@dataclass(frozen=True, slots=True)
+class ContactBench:
+    """Everything the benchmark measures.
+
+    Attributes:
+        machine: facts about it.
+        wall_depth_mm: of targets behind the wall, of the controller that does not know it.
+        wall_plant_steps: steps of the plant in a period.
+        lift_plant_steps: the same.
+        wall: one a controller, in open and closed loop.
+        lift: one a cube, in open and closed loop.
+        complete: whether all runs were done.
+    """
+
+    machine: HostInfo
+    wall_depth_mm: float
+    wall_plant_steps: int
+    lift_plant_steps: int
+    wall: tuple[WallRun, ...]
+    lift: tuple[LiftRun, ...]
+    complete: bool
+
+
+def bench_contact(stop: StopFlag, progress: Progress) -> ContactBench:
+    """Do all runs, or as many as are done when `stop` is raised.
+
+    Args:
+        stop: raised to end early.
+        progress: called with the share of the work that has just been done, and what comes next.
+    """
+    walls, lifts = list[WallRun](), list[LiftRun]()
+    share = 1.0 / (2 * len(CONTROLLERS) + 2 * len(CUBES) + 2)
+    with one_blas_thread():
+        progress(0.0, "how far behind the wall")
+        wall, lift = WallBench(), LiftBench()
+        progress(2.0 * share, "wall")
+        for closed in (False, True):
+            for controller in CONTROLLERS:
+                if not stop.requested:
+                    progress(0.0, f"wall, controller knows {controller}")
+                    walls.append(wall.run(controller, closed))
+                    progress(share, "wall")
+        for mass, friction in CUBES:
+            for closed in (False, True):
+                if not stop.requested:
+                    progress(0.0, f"cube, mass x {mass:g}, friction x {friction:g}")
+                    lifts.append(lift.run(mass, friction, closed))
+                    progress(share, "cube")
+    return ContactBench(
+        machine=host_info(),
+        wall_depth_mm=1e3 * wall.depth,
+        wall_plant_steps=wall.plant.steps,
+        lift_plant_steps=lift.plant_steps or 0,
+        wall=tuple(walls),
+        lift=tuple(lifts),
+        complete=not stop.requested,
+    )
