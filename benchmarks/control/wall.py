@@ -1,16 +1,26 @@
 """A trunk whose tip slides along a wall with 1 N, under controllers that know the wall and that do not.
 
 Targets go to and fro along the wall. For the controller that does not know it they are behind it, by so much
-that it presses with `FORCE` in the middle of the path. The error is that along the wall.
+that it presses with `FORCE` in the middle of the path. "wall and force" keeps the sum of the normal forces
+within a tenth of it. The error is that along the wall.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.control.plants import EXAMPLES, ObservedRobot, force_of, observed, ramp
+from benchmarks.control.plants import (
+    EXAMPLES,
+    ObservedRobot,
+    changed_example,
+    force_of,
+    observed,
+    ramp,
+)
 from tauten.controller import Controller
 from tauten.model import Simulator, load_robot
 from tauten.model.numerics import Array
@@ -19,11 +29,11 @@ from tauten.service.replay import Spread, spread
 
 FILE = EXAMPLES / "wall.toml"
 FORCE = 1.0  # N
-CONTROLLERS = ("no wall", "wall")
+CONTROLLERS = ("no wall", "wall", "wall and force")
 
 _START = np.array([0.022, 0.0, -0.150])  # m, of the tip where it touches the wall
 _WAY = 0.012  # m, along the wall to either side
-_APPROACH, _PERIOD = 0.6, 3.0  # s
+_APPROACH, _REST, _PERIOD = 0.6, 0.4, 3.0  # s
 _DEEPEST = 0.03  # m, behind the wall
 _DEPTHS = 4  # that are tried
 
@@ -70,9 +80,12 @@ class WallBench:
             depth: of targets behind the wall [m]; None: it is found.
             steps: of the plant in a period; None: as many as it needs.
         """
-        self._controllers = {
-            "no wall": Controller.of("trunk"), "wall": Controller.of(FILE)
-        }  # fmt: skip
+        with TemporaryDirectory() as folder:
+            bounds = f"min_force = {0.9 * FORCE}\nmax_force = {1.1 * FORCE}"
+            changes = {"friction = 0.3": f"friction = 0.3\n{bounds}"}
+            pressing = Controller.of(changed_example(FILE.name, Path(folder), changes))
+        made = Controller.of("trunk"), Controller.of(FILE), pressing
+        self._controllers = dict(zip(CONTROLLERS, made, strict=True))
         h = self._controllers["wall"].period
         simulator = Simulator(load_robot(FILE, rate=1.0 / h), "full")
         self.plant: ObservedRobot = observed(simulator, _seen, steps)
@@ -89,7 +102,7 @@ class WallBench:
         used = self._controllers[controller]
         targets = self.targets(self.depth if controller == "no wall" else 0.0, seconds)
         trace = follow(used, self.plant, targets, closed=closed)
-        first = round(_APPROACH / used.period)
+        first = len(targets) - round(seconds / used.period)
         seen = np.array(self.plant.seen)[first:]  # (s, 4) tip and force
         along = np.linalg.norm(seen[:, 1:3] - targets[first:, 1:3], axis=1)
         force = seen[:, 3]
@@ -116,10 +129,11 @@ class WallBench:
         used.reset()
         rest, wanted = used.effector[0], _START + np.array([depth, 0.0, 0.0])
         approach = rest + ramp(round(_APPROACH / used.period))[:, None] * (wanted - rest)
+        still = np.tile(wanted, (round(_REST / used.period), 1))
         phase = 2.0 * np.pi * used.period / _PERIOD * np.arange(1, round(seconds / used.period) + 1)
         way = np.zeros((len(phase), 3))
         way[:, 1] = _WAY * np.sin(phase)
-        found: Array = np.concatenate([approach, wanted + way])
+        found: Array = np.concatenate([approach, still, wanted + way])
         return found
 
     def _pressing_depth(self) -> float:
@@ -128,12 +142,11 @@ class WallBench:
         used = self._controllers["no wall"]
         for _ in range(_DEPTHS):
             middle = 0.5 * (low + high)
-            approach = self.targets(middle, 0.0)
-            follow(used, self.plant, np.concatenate([approach, np.tile(approach[-1:], (15, 1))]))
+            follow(used, self.plant, self.targets(middle, 0.0))
             low, high = (middle, high) if self.plant.seen[-1][3] < FORCE else (low, middle)
         return 0.5 * (low + high)
 
 
 def _seen(simulator: Simulator) -> Array:
     """Tip and force on the wall: (4,) [m, N]."""
-    return np.append(simulator.tip, -force_of(simulator, 0)[0])
+    return np.append(simulator.tip, 0.0 - force_of(simulator, 0)[0])

@@ -2,23 +2,48 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from benchmarks.control import ContactBench, LiftBench, WallBench
+from benchmarks.control.lift import LiftRun
+from benchmarks.control.plants import changed_example
 from benchmarks.tables import contact_loop_page
+from tauten.model import load_robot
 from tauten.service.process import host_info
+from tauten.service.replay import spread
 
 DEPTH = 0.02  # m
 
 
+def test_a_plant_has_another_cube_than_the_file(tmp_path: Path) -> None:
+    changes = {"density = 1000.0": "density = 1200.0", "friction = 0.5": "friction = 0.4"}
+    robot = load_robot(changed_example("lift.toml", tmp_path, changes))
+    assert robot.body.part_robots[1].body.moving_mass == pytest.approx(1200.0 * 0.024**3)
+    assert {pair.friction for pair in robot.contacts.pairs} == {0.4}
+    with pytest.raises(AssertionError, match="no such text"):
+        changed_example("lift.toml", tmp_path, {"no such text": ""})
+
+
+def test_the_page_says_what_is_not_held() -> None:
+    times = spread([1.0, 2.0])
+    runs = (
+        LiftRun(1.2, 0.8, False, 2.0, 5.0, 1.3, 1.001, True, times, 0),
+        LiftRun(1.2, 0.2, True, 2.0, 5.0, 1.3, 0.2, False, times, 1),
+    )
+    page = contact_loop_page(ContactBench(host_info(), 20.0, 1, 1, (), runs, True))
+    assert [row[5] for row in page.tables[1].rows] == ["1.001", "0.200, not held"]
+
+
+@pytest.mark.slow
 def test_who_does_not_know_the_wall_misses_more() -> None:
     bench = WallBench(DEPTH, steps=1)
-    blind, knowing = (bench.run(name, False, seconds=0.06) for name in ("no wall", "wall"))
-    assert blind.unusable == knowing.unusable == 0
-    assert 0.5 < blind.force_n < 1.5
-    assert blind.along_rms_mm > 2.0 * knowing.along_rms_mm
-    page = contact_loop_page(ContactBench(host_info(), 20.0, 1, 1, (blind, knowing), (), True))
-    assert [row[0] for row in page.tables[0].rows] == ["no wall", "wall"]
+    names = ("no wall", "wall", "wall and force")
+    blind, knowing, pressing = (bench.run(name, False, seconds=0.3) for name in names)
+    assert blind.unusable == knowing.unusable == pressing.unusable == 0
+    assert 0.5 < blind.force_n < 1.5 and 0.5 < pressing.force_n < 1.5
+    assert blind.along_rms_mm > 2.0 * pressing.along_rms_mm > 2.0 * knowing.along_rms_mm
 
 
 @pytest.mark.slow
