@@ -50,6 +50,7 @@ def describe(setup: Setup, start: Array | None = None) -> RobotDescription:
             held=held_vertices(robot, skin),
             obstacles=tuple(map(_obstacle, obstacles_of(robot))),
             pairs=tuple(pair.name for pair in robot.pairs),
+            friction=tuple(pair.friction for pair in robot.contacts.pairs),
         ),
         model=DescribedModel(
             order=setup.order,

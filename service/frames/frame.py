@@ -131,7 +131,6 @@ class ViewFrame:
     def nbytes(self) -> int:
         """Memory of its large arrays [bytes]."""
         geometry = self.geometry
-        contacts = geometry.contacts
-        arrays = (geometry.vertices, geometry.segments, contacts.points, contacts.forces)
         ghost = 0 if self.ghost is None else self.ghost.nbytes
-        return ghost + sum(array.nbytes for array in arrays)
+        whole = geometry.vertices.nbytes + geometry.segments.nbytes + geometry.contacts.nbytes
+        return ghost + whole

@@ -77,7 +77,7 @@ class RecordedRobot:
                 cause=tick.cause,
                 status=tick.status,
                 geometry=self._skin.geometry(
-                    controller.robot, controller.state, controller.contact_forces
+                    controller.robot, controller.state, controller.contacts
                 ),
                 position=np.array(joints.position),
                 effort=np.array(joints.effort),

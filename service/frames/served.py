@@ -253,7 +253,9 @@ class ServedRobot:
         cloud = self._contacts
         if cloud is None or abs(cloud.stamp - skin.stamp) > 1e9 * _CONTACTS_AGE:
             return NO_CONTACTS
-        return PushingContacts(cloud.values[:, :3], cloud.values[:, 3:6])
+        values = cloud.values
+        sliding, margin = (values[:, CONTACT_FIELDS.index(name)] for name in ("sliding", "margin"))
+        return PushingContacts(values[:, :3], values[:, 3:6], values[:, 6:9], sliding > 0.5, margin)
 
 
 def _decoded_effector(effector: DescribedEffector, payload: bytes) -> EffectorMessage | Rejection:

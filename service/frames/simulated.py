@@ -155,7 +155,7 @@ class SimulatedRobot:
             mode=action.mode,
             cause=action.cause,
             status="" if action.status is None else action.status.name,
-            geometry=self._skin.geometry(simulator.robot, state, simulator.contact_forces),
+            geometry=self._skin.geometry(simulator.robot, state, simulator.contacts),
             position=simulator.position,
             effort=simulator.effort,
             goal=np.full_like(values, np.nan) if goal is None else goal,

@@ -223,6 +223,7 @@ class DescribedSurface(_Described):
         held: (m,) the vertices that never move: the base.
         obstacles: that the robot may touch.
         pairs: names of the contact pairs, in the order of their numbers.
+        friction: their coefficients; none where a node does not say them.
     """
 
     vertices: Annotated[int, Field(ge=3)]
@@ -232,6 +233,7 @@ class DescribedSurface(_Described):
     held: Annotated[Ints, CodedNumbers()]
     obstacles: Annotated[tuple[DescribedObstacle, ...], Field(max_length=1000)]
     pairs: Annotated[tuple[_Text, ...], Field(max_length=10_000)] = ()
+    friction: Annotated[tuple[_Number, ...], Field(max_length=10_000)] = ()
 
 
 class RobotDescription(RunDescription):

@@ -79,7 +79,7 @@ def test_drawn_forces_open_the_contacts(bent: tuple[Robot, State]) -> None:
 def test_the_skin_is_the_surface_and_forces_in_it_push(settled: Simulator) -> None:
     robot, simulator = settled.robot, settled
     skin = skin_of(robot)
-    geometry = skin.geometry(robot, simulator.state, simulator.contact_forces)
+    geometry = skin.geometry(robot, simulator.state, simulator.contacts)
     assert np.array_equal(skin.used[skin.triangles], robot.triangles)
     assert geometry.vertices == pytest.approx(robot.points(simulator.state)[skin.used], abs=1e-7)
     contacts = geometry.contacts

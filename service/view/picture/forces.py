@@ -1,10 +1,16 @@
-"""Forces with their numbers: of actuators as arrows, and of the largest contact forces."""
+"""Forces with their numbers: of actuators as arrows, and of the largest contact forces.
+
+Contacts with friction have their cone too, which opens to where the arrow of the force begins, and the number
+says how much more friction until they slide.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
+from tauten.model import Floats, PushingContacts
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.view.picture.actuators import LINES, TIGHT, effort_share
@@ -12,6 +18,13 @@ from tauten.service.view.picture.actuators import LINES, TIGHT, effort_share
 _MOST = 6  # contact forces with a number
 _APART = 0.12  # between them, as a share of the robot's size: numbers do not cover each other
 _LENGTH = 0.25  # of the arrow of an effort at its limit, as a share of the robot's size
+_CONE, _SIDES, _WIDEST = (
+    0.12,
+    16,
+    3.0,
+)  # height of a cone as a share of the robot's size; largest width
+_NO_MARGIN = 1e-3  # of a force, distance to slip that is none
+_CONE_COLOUR = (120, 120, 130)
 _LEAST = 0.02  # share of the limit below which no arrow is drawn
 
 
@@ -28,6 +41,7 @@ class ForceNumbers:
         self._scene, self._look = scene, look
         self._labels: dict[str, viser.LabelHandle] = {}
         self._arrows: viser.ArrowsHandle | None = None
+        self._cones: viser.MeshHandle | None = None
 
     def draw(self, frame: ViewFrame | None) -> None:
         """Show the forces of a frame; None: none are shown.
@@ -39,7 +53,11 @@ class ForceNumbers:
         arrows: list[Array] = []
         if frame is not None:
             texts, arrows = self._of_actuators(frame)
-            texts |= self._of_contacts(frame)
+            numbered = self._largest_contacts(frame.geometry.contacts)
+            texts |= contact_numbers(frame.geometry.contacts, numbered)
+            self._draw_cones(frame.geometry.contacts, numbered)
+        elif self._cones is not None:
+            self._cones.visible = False
         for name in self._labels.keys() - texts.keys():
             self._labels.pop(name).remove()
         for name, (text, position) in texts.items():
@@ -96,16 +114,76 @@ class ForceNumbers:
             texts[f"/numbers/{one.name}"] = text, start
         return texts, arrows
 
-    def _of_contacts(self, frame: ViewFrame) -> dict[str, tuple[str, Array]]:
-        contacts = frame.geometry.contacts
-        lam = np.linalg.norm(contacts.forces, axis=1)
-        apart, chosen = _APART * self._look.robot.size, list[Array]()
-        texts: dict[str, tuple[str, Array]] = {}
-        for i in np.argsort(-lam).tolist():
-            point = contacts.points[i].astype(float)
-            if all(float(np.linalg.norm(point - one)) > apart for one in chosen):
-                texts[f"/contact_numbers/{len(chosen)}"] = f"{lam[i]:.2g} N", point
-                chosen.append(point)
+    def _largest_contacts(self, contacts: PushingContacts) -> list[int]:
+        """Numbers of the largest contact forces that are apart from each other."""
+        apart, chosen = _APART * self._look.robot.size, list[int]()
+        for i in np.argsort(-np.linalg.norm(contacts.forces, axis=1)).tolist():
+            away = np.linalg.norm(contacts.points[chosen] - contacts.points[i], axis=1)
+            if (away > apart).all():
+                chosen.append(i)
             if len(chosen) == _MOST:
                 break
-        return texts
+        return chosen
+
+    def _draw_cones(self, contacts: PushingContacts, chosen: list[int]) -> None:
+        """Cones of friction of some contacts; they take as many vertices whatever their number."""
+        rubbing = [i for i in chosen if contacts.friction[i] > 0.0]
+        if not rubbing:
+            if self._cones is not None:
+                self._cones.visible = False
+            return
+        vertices, triangles = friction_cones(contacts, rubbing, _CONE * self._look.robot.size)
+        if self._cones is None:
+            self._cones = self._scene.add_mesh_simple(
+                "/cones", vertices, triangles, color=_CONE_COLOUR, wireframe=True, cast_shadow=False,
+                receive_shadow=False,
+            )  # fmt: skip
+        self._cones.vertices = vertices
+        if not self._cones.visible:
+            self._cones.visible = True
+
+
+def contact_numbers(contacts: PushingContacts, chosen: list[int]) -> dict[str, tuple[str, Array]]:
+    """Text and place of contact forces by the name of their label.
+
+    Args:
+        contacts: that push.
+        chosen: those with a number.
+    """
+    texts = {}
+    for place, i in enumerate(chosen):
+        size, margin = float(np.linalg.norm(contacts.forces[i])), float(contacts.margin[i])
+        text = f"{size:.2g} N"
+        if contacts.friction[i] > 0.0:
+            left = f"{margin:.2g} N to slip" if margin > _NO_MARGIN * size else "about to slip"
+            text += ", slides" if contacts.sliding[i] else f", {left}"
+        texts[f"/contact_numbers/{place}"] = text, contacts.points[i].astype(float)
+    return texts
+
+
+def friction_cones(
+    contacts: PushingContacts, chosen: list[int], height: float
+) -> tuple[Floats, NDArray[np.uint32]]:
+    """Cones of friction: vertices (6 (1 + sides), 3) [m] and triangles (6 sides, 3).
+
+    Their tips are the contact points, and they open against the normals, to where arrows of forces begin.
+
+    Args:
+        contacts: that push.
+        chosen: those with a cone, at most six.
+        height: [m].
+    """
+    turn = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
+    vertices = np.repeat(contacts.points[chosen[0]][None], _MOST * (1 + _SIDES), axis=0)
+    for place, i in enumerate(chosen):
+        across = np.linalg.svd(contacts.normals[i][None])[2][1:]  # (2, 3)
+        rim = np.stack([np.cos(turn), np.sin(turn)], axis=1) @ across  # (_SIDES, 3)
+        width = height * min(float(contacts.friction[i]), _WIDEST)
+        first = place * (1 + _SIDES)
+        vertices[first] = contacts.points[i]
+        around = contacts.points[i] - height * contacts.normals[i] + width * rim
+        vertices[first + 1 : first + 1 + _SIDES] = around
+    here = np.arange(_SIDES)
+    one = np.stack([np.zeros_like(here), 1 + here, 1 + (here + 1) % _SIDES], axis=1)
+    every = one[None] + ((1 + _SIDES) * np.arange(_MOST))[:, None, None]
+    return vertices.astype(np.float32), every.reshape(-1, 3).astype(np.uint32)

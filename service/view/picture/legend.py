@@ -18,7 +18,7 @@ from tauten.service.view.picture.actuators import (
     Colour,
 )
 from tauten.service.view.picture.reach import REACH
-from tauten.service.view.picture.scene import CONTACT, EFFECTOR, GHOST, TARGET, WAYPOINT
+from tauten.service.view.picture.scene import CONTACT, EFFECTOR, GHOST, SLIDES, TARGET, WAYPOINT
 from tauten.service.view.picture.surroundings import BASE, GRAVITY, OBSTACLE
 
 _ROW = (
@@ -59,6 +59,7 @@ def legend_rows(look: RobotLook, reaches: bool = False) -> list[tuple[tuple[Colo
         ((colour,), text)
         for colour, text, shown in (
             (CONTACT, "contact force", True),
+            (SLIDES, "contact force that slides", any(surface.friction)),
             (WAYPOINT, "waypoint", True),
             (BASE, "base, which is held", len(surface.held) > 0),
             (REACH, "reach of the effector", reaches),

@@ -18,10 +18,11 @@ from tauten.service.view.picture.surroundings import draw_surroundings
 from tauten.service.wire import places_of
 
 _SILICONE = (140, 160, 185)
-TARGET, EFFECTOR, CONTACT, WAYPOINT, GHOST = (
+TARGET, EFFECTOR, CONTACT, SLIDES, WAYPOINT, GHOST = (
     (215, 60, 40),
     (40, 90, 160),
     (0, 140, 70),
+    (235, 105, 0),
     (120, 60, 160),
     (240, 150, 40),
 )
@@ -68,7 +69,7 @@ class RobotScene:
                 receive_shadow=False, visible=False,
             )  # fmt: skip
         self._drawings = drawings_of(scene, look)
-        self._arrows: viser.ArrowsHandle | None = None
+        self._arrows: dict[str, viser.ArrowsHandle] = {}
         self._effectors = [
             scene.add_icosphere(f"/effectors/{one.name}", 0.012 * size, EFFECTOR, subdivisions=2)
             for one in robot.effectors
@@ -177,24 +178,29 @@ class RobotScene:
 
     def _draw_contacts(self, contacts: PushingContacts) -> None:
         """Arrows whose tips touch the contact points: forces push there."""
-        if len(contacts.points) == 0:
-            if self._arrows is not None:
-                self._arrows.visible = False
-            return
         size = self._look.robot.size
         lengths = np.linalg.norm(contacts.forces, axis=1)
-        self._largest = max(self._largest, float(lengths.max()))
+        self._largest = max(self._largest, float(lengths.max(initial=1e-30)))
         drawn = contacts.forces * (_ARROW * size / self._largest)
         points = np.stack([contacts.points - drawn, contacts.points], axis=1).astype(np.float32)
-        if self._arrows is None:
-            self._arrows = self._scene.add_arrows(
-                "/contacts", points, CONTACT, shaft_radius=0.004 * size, head_radius=0.009 * size,
-                head_length=0.02 * size,
-            )  # fmt: skip
-            return
-        self._arrows.points = points
-        if not self._arrows.visible:
-            self._arrows.visible = True
+        slides = contacts.sliding & (contacts.friction > 0.0)
+        for name, colour, chosen in (
+            ("/contacts", CONTACT, ~slides),
+            ("/contacts_that_slide", SLIDES, slides),
+        ):
+            arrows, own = self._arrows.get(name), points[chosen]
+            if len(own) == 0:
+                if arrows is not None:
+                    arrows.visible = False
+            elif arrows is None:
+                self._arrows[name] = self._scene.add_arrows(
+                    name, own, colour, shaft_radius=0.004 * size, head_radius=0.009 * size,
+                    head_length=0.02 * size,
+                )  # fmt: skip
+            else:
+                arrows.points = own
+                if not arrows.visible:
+                    arrows.visible = True
 
 
 class _Trail:

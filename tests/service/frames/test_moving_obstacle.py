@@ -49,7 +49,7 @@ def test_a_lift_is_drawn_where_it_is(tmp_path: Path) -> None:
 
     def frame() -> ViewFrame:
         state, values = simulator.state, simulator.effector_values
-        geometry = skin.geometry(simulator.robot, state, simulator.contact_forces)
+        geometry = skin.geometry(simulator.robot, state, simulator.contacts)
         return ViewFrame(
             0.0, Mode.IDLE, Cause.NO_TARGET, "", geometry, simulator.position, simulator.effort, values,
             values, 0.0, obstacles=simulator.obstacles.by_name,
