@@ -142,7 +142,7 @@ class Controller(RobotModel):
         self._state, self._forces, self.status = state.copy(), forces.copy(), Status.OK
         self._contacts = self.robot.rows(state).contacts.found  # of the last step
         self._prepared: Prepared | None = None
-        self._decision = None
+        self._decision = self._stepped = None
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
         self._taken, self._stalled = (undamped(), no_lead()), np.zeros(self.robot.n_a, np.bool_)
@@ -349,20 +349,20 @@ class Controller(RobotModel):
 
     def advance(self) -> None:
         """Move the model by what was decided."""
-        if self._decision is None or self._pending is None:
+        made, now = self._decision, self._pending
+        if made is None or now is None:
             return
         self._robot = self._after_step()
         try:
-            moved = advance(
-                self.robot, self.space, self.settings, self._decision, self._left, self._pending
-            )
+            moved = advance(self.robot, self.space, self.settings, made, self._left, now)
         except FactorisationError:
             self.status = Status.NOT_FINITE
         else:
-            self._state, self._forces, self._contacts = moved.state, moved.forces, moved.contacts
-            made, self._stalled = self._decision, self._decision.stalled
+            self._state, self._forces, self._stalled = moved.state, moved.forces, made.stalled
+            self._contacts = moved.solved.step.rows.contacts.found
+            self._stepped = self._state, moved.solved
             self._taken = made.damping or self._taken[0], made.lead or no_lead()
-        self._left, self._pending = self._pending, None
+        self._left, self._pending = now, None
         self._prepared = self._decision = None
 
     def _hold(self, status: Status | None, conflict: tuple[str, ...] = ()) -> Actuation:

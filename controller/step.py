@@ -36,7 +36,6 @@ from tauten.controller.winches import (
 )
 from tauten.model import (
     Command,
-    Contacts,
     ContactSpace,
     Enrichment,
     Forces,
@@ -137,12 +136,12 @@ class Advanced:
     Attributes:
         state: there.
         forces: constraint forces of its last step.
-        contacts: to which these belong.
+        solved: that step.
     """
 
     state: State
     forces: Forces
-    contacts: Contacts
+    solved: PredictedStep
 
 
 def substeps_of(robot: Robot, given: int | None) -> int:
@@ -346,9 +345,8 @@ def advance(
     """
     given, predicted = decision.command, decision.predicted
     step, forces = predicted.step, predicted.step.split(predicted.lam, space.k)
-    found = step.rows.contacts.found
     if settings.substeps == 0:
-        return Advanced(robot.advance(step.state, step.system, predicted.dv), forces, found)
+        return Advanced(robot.advance(step.state, step.system, predicted.dv), forces, predicted)
     command = Command.of(now.position, None)
     if given is not None:
         command = Command(np.where(given.by_position, now.position, np.nan), given.effort)
@@ -358,8 +356,8 @@ def advance(
     )
     way = robot.displacement(moved.state, step.system.h * moved.state.v)  # of the next tick [m]
     if not way < FARTHEST * robot.size:  # also NaN
-        return Advanced(robot.advance(step.state, step.system, predicted.dv), forces, found)
-    return Advanced(moved.state, moved.forces, moved.last.prediction.step.rows.contacts.found)
+        return Advanced(robot.advance(step.state, step.system, predicted.dv), forces, predicted)
+    return Advanced(moved.state, moved.forces, moved.last.prediction)
 
 
 @one_blas_thread()

@@ -1,6 +1,6 @@
 """Contact with exact Coulomb friction: the problem, its solver and its certificate."""
 
-from tauten.model.friction.certificate import FrictionCertificate, certify_friction
+from tauten.model.friction.certificate import PROJECTIONS, FrictionCertificate, certify_friction
 from tauten.model.friction.padded_rows import moving_contacts, padded_places, padded_rows
 from tauten.model.friction.problem import FrictionProblem, natural_error
 from tauten.model.friction.proximal_newton import Cones, newton_forces, solve_friction
@@ -9,6 +9,7 @@ __all__ = [
     "Cones",
     "FrictionCertificate",
     "FrictionProblem",
+    "PROJECTIONS",
     "certify_friction",
     "moving_contacts",
     "natural_error",

@@ -11,7 +11,7 @@ from tauten.model.numerics import Array, Bools, kernel
 
 RANK = 1e-10  # eigenvalues below this, relative to the largest, count as zero
 STILL = 1e-7  # of the largest |q|, slip that counts as none
-PROJECTIONS = 2000  # on cones and null space, at most
+PROJECTIONS = 2000  # on cones and null space, by default
 NONE = 1e-3  # of unit normal forces; a nearest point that is smaller is zero
 WITHIN = 1e-4  # of the mean normal force, by which a point may lie beside the cones
 
@@ -31,6 +31,8 @@ class FrictionCertificate:
         indeterminate: whether other forces give the same motion: W of the closed contacts is singular.
         jammed: whether forces of any size in the cones of the closed contacts hold each other: the null
             space of their W meets the cones.
+        motion_indeterminate: whether the motion may be another one with the same forces before: a closed
+            contact opens under its own force where it slips in some direction d, w_nn − μ w_nt·d < 0.
     """
 
     error: float
@@ -42,9 +44,27 @@ class FrictionCertificate:
     margin: Array
     indeterminate: bool
     jammed: bool
+    motion_indeterminate: bool = False
+
+    @property
+    def least_margin(self) -> float:
+        """Distance to slip of the sticking contact that is nearest to it [unit of r]; +inf without one."""
+        return float(self.margin[self.sticking].min(initial=np.inf))
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What is not unique, in words."""
+        said = (
+            (self.indeterminate, "forces indeterminate"),
+            (self.jammed, "jammed"),
+            (self.motion_indeterminate, "motion may be indeterminate"),
+        )
+        return tuple(words for holds, words in said if holds)
 
 
-def certify_friction(problem: FrictionProblem, r: Array) -> FrictionCertificate:
+def certify_friction(
+    problem: FrictionProblem, r: Array, projections: int = PROJECTIONS
+) -> FrictionCertificate:
     """The certificate of contact forces.
 
     Stick and slip are told apart by the motion, so that a solution must be accurate before they are.
@@ -52,6 +72,7 @@ def certify_friction(problem: FrictionProblem, r: Array) -> FrictionCertificate:
     Args:
         problem: the contacts.
         r: (m d,) forces.
+        projections: on cones and null space, at most, by which contacts that are jammed are found.
     """
     shape = (len(problem.mu), problem.dim)
     u, forces = (problem.W @ r + problem.q).reshape(shape), r.reshape(shape)
@@ -76,12 +97,25 @@ def certify_friction(problem: FrictionProblem, r: Array) -> FrictionCertificate:
         sticking=sticking,
         margin=np.where(sticking, reserve, 0.0),
         indeterminate=null.shape[1] > 0,
-        jammed=_meets_cones(np.ascontiguousarray(null), problem.mu[closed]),
+        jammed=_meets_cones(np.ascontiguousarray(null), problem.mu[closed], projections),
+        motion_indeterminate=bool((_opening(problem) & closed).any()),
     )
 
 
+def _opening(problem: FrictionProblem) -> Bools:
+    """Contacts (m,) that slip in some direction would open under their own force: μ |w_nt| > w_nn.
+
+    With r_t = −μ d r_n the gap of a contact changes by (w_nn − μ w_nt·d) r_n; where that is negative for a
+    direction d, slip and stick, or slip and opening, may both solve the law (Painlevé's paradox).
+    """
+    normal = np.arange(len(problem.mu)) * problem.dim
+    across = [problem.W[normal, normal + j] for j in range(1, problem.dim)]
+    found: Bools = problem.mu * np.linalg.norm(across, axis=0) > problem.W[normal, normal]
+    return found
+
+
 @kernel
-def _meets_cones(null: Array, mu: Array) -> bool:
+def _meets_cones(null: Array, mu: Array, projections: int) -> bool:
     """Whether a subspace has forces in the cones that are not all zero.
 
     The point of the subspace within the cones that is nearest to unit normal forces is zero exactly where
@@ -91,6 +125,7 @@ def _meets_cones(null: Array, mu: Array) -> bool:
     Args:
         null: (m d, z) an orthonormal basis of the subspace.
         mu: (m,) coefficients of friction.
+        projections: at most.
     """
     m, size = len(mu), null.shape[0]
     if null.shape[1] == 0:
@@ -98,7 +133,7 @@ def _meets_cones(null: Array, mu: Array) -> bool:
     d = size // m
     near, offset = np.zeros(size), np.zeros(size)  # offset of the cones; a subspace needs none
     near[::d] = 1.0
-    for _ in range(PROJECTIONS):
+    for _ in range(projections):
         inside = near + offset
         for i in range(m):
             into_cone(inside[i * d : (i + 1) * d], mu[i])

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from tauten.model.contact import ObstaclePose, ObstaclePoses, pose_at
+from tauten.model.friction import FrictionCertificate
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
 from tauten.model.state import State
-from tauten.model.step import Forces
+from tauten.model.step import Forces, PredictedStep, step_certificate
 
 
 class RobotModel(ABC):
@@ -20,6 +21,9 @@ class RobotModel(ABC):
     _robot: Robot
     _state: State
     _forces: Forces
+    _stepped: (
+        tuple[State, PredictedStep] | None
+    )  # a state, and the step that led there or starts there
 
     @property
     def robot(self) -> Robot:
@@ -35,6 +39,17 @@ class RobotModel(ABC):
     def forces(self) -> Forces:
         """Constraint forces of the last step."""
         return self._forces.copy()
+
+    @property
+    def certificate(self) -> FrictionCertificate | None:
+        """Of the contacts with friction in the last step; None where none pushed, and without a step yet."""
+        return self.certified()
+
+    def certified(self, quickly: bool = False) -> FrictionCertificate | None:
+        """The certificate; quickly, as between two ticks, a jam that is hard to tell is not found."""
+        if self._stepped is None or self._stepped[0] is not self._state:
+            return None
+        return step_certificate(self._stepped[1], quickly)
 
     @property
     @abstractmethod

@@ -11,7 +11,6 @@ import numpy as np
 
 from tauten.model.contact import ObstaclePoses
 from tauten.model.contacts import ContactForces
-from tauten.model.friction import FrictionCertificate
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
@@ -35,7 +34,6 @@ from tauten.model.step import (
     contact_model,
     forward_step,
     no_forces,
-    step_certificate,
 )
 from tauten.model.threads import one_blas_thread
 
@@ -173,13 +171,6 @@ class Simulator(RobotModel):
         if self._stepped is not None and self._stepped[0] is self._state:
             return self._forces.on(self._stepped[1].step.rows.contacts.found, self._space)
         return self._forces.on(self.robot.rows(self._state).contacts.found, self._space)
-
-    @property
-    def certificate(self) -> FrictionCertificate | None:
-        """Of the contacts with friction in the last time step; None where none pushed, or after settling."""
-        if self._stepped is None or self._stepped[0] is not self._state:
-            return None
-        return step_certificate(self._stepped[1])
 
     @property
     def contact_forces(self) -> Array:

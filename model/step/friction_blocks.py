@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.model.friction import (
+    PROJECTIONS,
     FrictionCertificate,
     FrictionProblem,
     certify_friction,
@@ -22,6 +23,8 @@ from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.enrichment import PredictedStep
 from tauten.model.step.forces import Forces
 from tauten.model.step.friction_law import unit_start
+
+QUICK = PROJECTIONS // 20  # of the certificate that a node computes between two ticks
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,16 +96,18 @@ def friction_blocks(step: CondensedStep, previous: Forces) -> FrictionBlocks:
     )  # fmt: skip
 
 
-def step_certificate(solved: PredictedStep) -> FrictionCertificate | None:
+def step_certificate(solved: PredictedStep, quickly: bool = False) -> FrictionCertificate | None:
     """The certificate of the contacts with friction of a solved step; None where none pushes.
 
     Its W is that under given efforts, so that forces are indeterminate where others give the same motion
-    without a change of the efforts.
+    without a change of the efforts. Its error is that of all candidates in range: one without force has an
+    error where it is predicted to penetrate.
 
     Args:
         solved: the step and its forces.
+        quickly: whether contacts that are jammed are looked for with a twentieth of the projections.
     """
-    step = solved.step
+    step, projections = solved.step, QUICK if quickly else PROJECTIONS
     if not step.frictional or not solved.contacts_push:
         return None
     c = slice(step.layout.n_e + step.layout.n_a + len(step.reduced), None)
@@ -110,7 +115,10 @@ def step_certificate(solved: PredictedStep) -> FrictionCertificate | None:
     mu = step.rows.contacts.found.friction[step.extra]
     moves, rows = moving_contacts(W)
     W, r = W[rows[:, None], rows], r[rows]
-    return certify_friction(FrictionProblem(W, delta[rows] - W @ r, mu[moves]), r)
+    found = certify_friction(FrictionProblem(W, delta[rows] - W @ r, mu[moves]), r, projections)
+    gaps = step.rows.contacts.rows.after(step.system.h, step.system.v + solved.dv)
+    gaps[step.extra] = 0.0  # these are rows of the problem, or on what is fixed
+    return replace(found, error=max(found.error, -float(gaps.min(initial=0.0))))
 
 
 def under_friction(step: CondensedStep, previous: Forces) -> CondensedStep:

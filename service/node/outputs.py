@@ -214,7 +214,20 @@ def contact_diagnostic(controller: Controller) -> Diagnostic:
         values[f"{pair.name} [N]"] = f"{normal[found.contacts.pair == number].sum():.4g}"
     pushing, sliding = int(found.pushing.sum()), int(found.sliding.sum())
     values |= {"in_range": str(len(found)), "pushing": str(pushing), "sliding": str(sliding)}
-    return Diagnostic("contacts", Level.OK, f"{pushing} push with {normal.sum():.3g} N", values)
+    said, certificate = (
+        f"{pushing} push with {normal.sum():.3g} N",
+        controller.certified(quickly=True),
+    )
+    if certificate is not None:
+        values |= {
+            "error [m]": f"{certificate.error:.2g}",
+            "beyond the cone [N]": f"{certificate.cone:.2g}",
+            "slip to friction [rad]": f"{certificate.angle:.2g}",
+            "work of friction [J]": f"{certificate.work:.2g}",
+            "least distance to slip [N]": f"{certificate.least_margin:.3g}",
+        }
+        said = ", ".join((said, *certificate.doubts))
+    return Diagnostic("contacts", Level.OK, said, values)
 
 
 class ShapePublisher:

@@ -12,6 +12,7 @@ from tauten.model import Command, Robot, Simulator, friction_blocks
 from tauten.model.friction import FrictionProblem, certify_friction
 from tauten.model.load import build_robot
 from tauten.model.schema import RobotConfig
+from tauten.service.node.outputs import contact_diagnostic
 
 SIZE = (0.1, 0.01, 0.01)
 
@@ -128,6 +129,29 @@ def test_contacts_are_those_of_the_obstacles_after_a_reset() -> None:
     assert len(controller.contacts.contacts) == 0
     controller.reset()
     assert len(controller.contacts.contacts) == before
+
+
+def test_the_certificate_of_the_last_step_is_that_of_its_contacts(pressing: Controller) -> None:
+    found, contacts = pressing.certificate, pressing.contacts
+    assert found is not None
+    assert 0.0 <= found.error < 1e-8
+    assert found.cone <= 1e-9
+    assert found.angle < 1e-4
+    assert found.work <= 1e-12
+    assert found.closed.sum() == contacts.pushing.sum()
+    assert found.sticking.sum() == (contacts.pushing & ~contacts.sliding).sum()
+    if found.sticking.any():
+        assert found.least_margin == pytest.approx(contacts.margin[contacts.margin > 0.0].min())
+    health = contact_diagnostic(pressing)
+    assert health.values["error [m]"] == f"{found.error:.2g}"
+    assert all(words in health.message for words in found.doubts)
+
+
+def test_a_controller_that_touches_nothing_has_no_certificate() -> None:
+    controller = Controller(finger(0.5, table=-0.02))
+    assert controller.certificate is None
+    controller.step(controller.tip)
+    assert controller.certificate is None
 
 
 def test_a_decision_without_time_holds_what_it_has_and_says_so() -> None:

@@ -86,6 +86,24 @@ def test_slip_is_against_the_force_in_every_direction() -> None:
         assert found.work < 0.0
 
 
+@pytest.mark.parametrize("mu", [1.2, 1.5])
+def test_a_rod_that_slides_on_its_end_may_move_in_two_ways_from_a_friction_on(mu: float) -> None:
+    """Painlevé: a thin rod of half-length one at 45°; w_nn = 1/m + cos²/J, w_nt = sin cos / J, J = m/3.
+
+    So that w_nn = 2.5 and w_nt = 1.5: beyond a friction of 5/3 its end opens under its own force.
+    """
+    W = np.array([[2.5, 1.5, 0.0], [1.5, 2.5, 0.0], [0.0, 0.0, 1.0]])
+    problem = FrictionProblem(W, np.array([-0.1, -1.0, 0.0]), np.array([mu]))
+    found = certify_friction(problem, solve_friction(problem).r)
+    assert found.closed.all()
+    assert not found.motion_indeterminate
+    assert found.doubts == ()
+    rougher = FrictionProblem(W, problem.q, np.array([mu + 0.6]))
+    again = certify_friction(rougher, np.array([0.1, 0.1, 0.0]))
+    assert again.motion_indeterminate
+    assert again.doubts == ("motion may be indeterminate",)
+
+
 def test_a_solution_that_still_holds_costs_nothing() -> None:
     rows, inverse = block(1.0, 0.2)
     pushed = np.array([0.02, 0.0, -H * GRAVITY, 0.0, 0.0, 0.0])
