@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="module")
 def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
-    """The small robot, simulated; it follows."""
-    with showing(SimulatedRobot(load_setup(beam_file), load_setup(beam_file))) as found:
+    """The small robot, simulated; it follows. A browser without a graphics card draws ten times a second."""
+    setups = [load_setup(beam_file, rate=10.0) for _ in range(2)]
+    with showing(SimulatedRobot(*setups)) as found:
         yield found
 
 

@@ -17,9 +17,9 @@ PHONE = (390, 844)
 
 
 def test_a_phone_shows_robot_and_target_above_the_panel(beam_file: Path, beam: Robot) -> None:
-    setup = load_setup(beam_file)
+    setup = load_setup(beam_file, rate=10.0)
     with (
-        showing(SimulatedRobot(setup, load_setup(beam_file))) as shown,
+        showing(SimulatedRobot(setup, load_setup(beam_file, rate=10.0))) as shown,
         page_of(shown.origin, "Operate", PHONE) as page,
     ):
         top = page.get_by_text("Operate").first.bounding_box()

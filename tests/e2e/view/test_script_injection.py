@@ -91,7 +91,8 @@ def shown(beam_file: Path, beam: Robot, payloads: tuple[str, ...]) -> Iterator[S
         def notes(self) -> tuple[str, ...]:
             return payloads
 
-    with showing(Talking(load_setup(beam_file), load_setup(beam_file))) as found:
+    setups = [load_setup(beam_file, rate=10.0) for _ in range(2)]
+    with showing(Talking(*setups)) as found:
         yield found
 
 
