@@ -84,11 +84,19 @@ def write(
     entries = json.loads(json.dumps({"kind": kind, **header}))
     entries["digest"] = _digest(entries, arrays)
     text = json.dumps(entries, indent=1, ensure_ascii=False)
-    with atomic_write(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(_member(_HEADER), text)
-        for name, array in arrays.items():
-            with archive.open(_member(f"{name}.npy"), "w", force_zip64=True) as member:
-                write_array(member, array, allow_pickle=False)
+    try:
+        with (
+            atomic_write(path) as file,
+            zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive,
+        ):
+            archive.writestr(_member(_HEADER), text)
+            for name, array in arrays.items():
+                with archive.open(_member(f"{name}.npy"), "w", force_zip64=True) as member:
+                    write_array(member, array, allow_pickle=False)
+    except ValueError as error:  # zipfile's, where Ctrl-C comes while it opens or closes a member
+        if isinstance(error.__context__, KeyboardInterrupt):
+            raise error.__context__ from None
+        raise
 
 
 def read(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -158,5 +159,6 @@ def _work(ledger: _Ledger, executor: Executor, advance: Callable[[int], None]) -
                 send(collect(future))
     except KeyboardInterrupt:
         for future in [future for future in pending if not future.cancel()]:
-            collect(future)
+            with suppress(Exception):  # of workers that Ctrl-C has ended too; computed again
+                collect(future)
         raise

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -34,6 +35,7 @@ def tip_errors(
     enrichment: Enrichment | None = None,
     held: Literal["position", "effort", "as held"] = "position",
     max_iterations: int = MAX_ITERATIONS,
+    each: Callable[[], None] = lambda: None,
 ) -> TipErrors:
     """Solve for the equilibria of the snapshots with reduced contact and compare effectors.
 
@@ -47,6 +49,7 @@ def tip_errors(
         held: whether the stored positions or the stored efforts are prescribed, or of each actuator what the
             robot holds, of chambers the pressure. Errors are larger with efforts.
         max_iterations: of an equilibrium; more are needed where snapshots are far apart.
+        each: called after each equilibrium.
     """
     simulator = Simulator(robot, contact=basis, enrichment=enrichment)
     error = np.full(len(snapshots), np.nan)
@@ -70,4 +73,5 @@ def tip_errors(
         if converged[i] and snapshots.converged[i]:
             apart = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)
             error[i] = np.linalg.norm(apart, axis=1).max()
+        each()
     return TipErrors(error, converged, extra)

@@ -1,6 +1,7 @@
 """Reduced robots: state modes and sampled elements."""
 
 from tauten.reduction.reduced_body import ElementSample, ReducedBody, StateBasisError
+from tauten.reduction.state.attempts import step_times
 from tauten.reduction.state.basis import SUFFIX, StateBasis, StateOrigin
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.model_error import TipCheck
@@ -33,4 +34,5 @@ __all__ = [
     "reduced_robot",
     "reducible",
     "responses",
+    "step_times",
 ]

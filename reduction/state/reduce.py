@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
+from itertools import count
 from typing import Literal
 
 import numpy as np
@@ -15,6 +17,7 @@ from tauten.reduction.campaign import Snapshots
 from tauten.reduction.contact import TipErrors, tip_errors
 from tauten.reduction.provenance import package_versions
 from tauten.reduction.reduced_body import ElementSample, Reducible, StateBasisError
+from tauten.reduction.state.attempts import Attempt, StepTimes, best_of, step_times
 from tauten.reduction.state.basis import StateBasis, StateOrigin
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.modes import (
@@ -30,16 +33,19 @@ from tauten.reduction.state.robot import reduced_robot
 
 HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
 MANY_RUNS = 20  # from so many runs on, what is held out has neighbours in the training
-MOST_MODES = 100  # largest r
-MOST_ELEMENTS = 1500  # of a sample, from which on no finer one is tried
+FIRST_MODES, MOST_MODES = 100, 200  # largest r of the first attempt, and of further ones
+MOST_ELEMENTS = 3000  # of a sample, from which on no finer one is tried
 CHECKS = 100  # largest number of held-out equilibria compared
-ATTEMPTS = 4  # at most, until the error on held-out equilibria is within the goal
+ATTEMPTS = 6  # at most, until the error on held-out equilibria is within the goal
+CHOOSING = 0.3  # of the time of an attempt, for modes and elements
 FINER_MOTION, FINER_SAMPLE = (
     0.4,
     0.5,
 )  # what an attempt may leave out, of what the last one left out
 
-Report = Callable[[str], None]
+Report = Callable[
+    [float, str], None
+]  # the share that is done since the last call, and what is being done
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +59,8 @@ class StateSettings:
         responses: static responses added to them, strongest direction first.
         sample: relative residual of the sampled elements, see `tauten.reduction.state.tetra.ecsw`.
         seed: of the random directions.
-        goal: error of the tip on held-out equilibria [m] above which more elements, and with "auto" more
-            modes, are tried up to a budget; None: whatever the error is.
+        goal: largest error of the tip on held-out equilibria [m]. Above it more elements, and with "auto"
+            more modes, are tried up to a budget; None: whatever the error is.
     """
 
     r: int | Literal["auto"] = "auto"
@@ -80,13 +86,13 @@ def reduce_states(
     snapshots: Snapshots,
     basis: ContactSpace,
     settings: StateSettings,
-    report: Report = lambda _: None,
+    report: Report = lambda share, what: None,
 ) -> StateBasis:
     """A state basis, its sample of elements, and its tip errors on equilibria that were held out.
 
     Where the errors are above the goal of the settings, modes and elements are chosen again, to leave out
-    less, until the goal, the budget or the last attempt is reached. The basis with the smallest error
-    counts.
+    less, until the goal is reached, the budget is spent, or steps of the reduced model take longer than
+    those of the full one.
 
     All linear algebra runs on one thread, so that the same snapshots give the same basis to the last bit.
 
@@ -95,11 +101,11 @@ def reduce_states(
         snapshots: a campaign's converged equilibria, with their configurations.
         basis: contact modes of the controller that will use the reduced model.
         settings: numbers of modes and tolerances.
-        report: called with what is being done, in words.
+        report: called with the share that is done since the last call, and with what is being done.
 
     Raises:
-        StateBasisError: a robot that has no state bases, snapshots without configurations, or
-            reduced models that do not find their equilibria.
+        StateBasisError: a robot that has no state bases, snapshots without configurations,
+            reduced models that do not find their equilibria, or errors above the goal; names what was tried.
     """
     n_q = len(robot.rest().q)
     if len(snapshots.q) != n_q or len(snapshots) < HELD_OUT:
@@ -128,35 +134,45 @@ def _best(
     report: Report,
 ) -> StateBasis:
     """As `reduce_states`, arguments checked."""
-    report("modes of motion and responses")
+    report(0.0, "modes of motion and responses")
     training = _training(robot, snapshots, basis)
     held_out = snapshots.select(held_out_snapshots(snapshots))
     motion = training.body.default_motion if settings.motion is None else settings.motion
-    sample, best, failure = settings.sample, None, None
-    for attempt in range(1, 1 + (ATTEMPTS if settings.goal is not None else 1)):
+    sample, goal = settings.sample, settings.goal
+    attempts: list[Attempt] = []
+    times: StepTimes | None = None
+    most = ATTEMPTS if goal is not None else 1
+    for number in range(1, 1 + most):
+        part = partial(_part, report, 1.0 / most, f"attempt {number}: ")
         tried = replace(settings, motion=motion, sample=sample)
-        states = _chosen(robot, training, tried, snapshots.digest(), attempt, report)
-        report(
-            f"attempt {attempt}: {states.r} modes, {len(states.elements)} elements, held-out loads"
-        )
+        limit = FIRST_MODES if number == 1 and settings.r == "auto" else MOST_MODES
+        states = _chosen(robot, training, tried, limit, snapshots.digest(), part)
+        part(CHOOSING, "")
         try:
-            states = checked_on_held_out(robot, states, basis, held_out)
+            attempt = Attempt(checked_on_held_out(robot, states, basis, held_out, part))
         except StateBasisError as error:
-            failure = error
-        else:
-            if best is None or states.origin.tip_max < best.origin.tip_max:
-                best = states
-        met = (
-            best is not None and settings.goal is not None and best.origin.tip_max <= settings.goal
-        )
-        spent = len(states.elements) >= min(MOST_ELEMENTS, training.body.n_elements)
-        if met or spent:
+            attempt = Attempt(states, str(error))
+        attempts.append(attempt)
+        if goal is None or attempt.states.origin.tip_max <= goal:
+            break
+        times = step_times(robot, states, basis)
+        if times.useless or len(states.elements) >= min(MOST_ELEMENTS, training.body.n_elements):
             break
         motion, sample = motion * FINER_MOTION, sample * FINER_SAMPLE
-    if best is None:
-        assert failure is not None
-        raise StateBasisError(f"{failure}; {attempt} attempts were made") from failure
-    return best
+    return best_of(attempts, goal, times)
+
+
+def _part(report: Report, size: float, title: str, share: float, what: str) -> None:
+    """Report a share of a part of the work.
+
+    Args:
+        report: of all the work.
+        size: share of the part in all the work.
+        title: of the part.
+        share: of the part that is done since the last call.
+        what: is being done in it.
+    """
+    report(size * share, title + what)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -200,8 +216,8 @@ def _chosen(
     robot: Robot,
     training: _Training,
     settings: StateSettings,
+    limit: int,
     snapshots_digest: str,
-    attempt: int,
     report: Report,
 ) -> StateBasis:
     """A state basis, its tip errors not measured.
@@ -210,18 +226,18 @@ def _chosen(
         robot: the full model.
         training: what it is chosen from.
         settings: numbers of modes and tolerances; `motion` is given.
+        limit: largest number of modes of motion.
         snapshots_digest: of all snapshots.
-        attempt: its number, for the report.
         report: called with what is being done.
     """
     body, weight = training.body, training.body.weight
     assert settings.motion is not None
-    found = chosen_modes(training.modes, settings.r, settings.motion)
+    found = chosen_modes(training.modes, settings.r, settings.motion, limit)
     Phi = found.Phi
     if settings.responses:
         Phi = enriched(Phi, training.responses[:, : settings.responses], weight)
     Phi = with_own(body, Phi)
-    report(f"attempt {attempt}: {Phi.shape[1]} modes, sample of the {body.n_elements} elements")
+    report(0.0, f"{Phi.shape[1]} modes, sample of the {body.n_elements} elements")
     alphas = Phi.T @ (weight[:, None] * training.deviations)  # (r, s)
     sample = body.sample(Phi, alphas, settings.sample, settings.seed)
     responses = Phi.shape[1] - found.Phi.shape[1] - body.own_coordinates
@@ -281,13 +297,14 @@ def held_out_snapshots(snapshots: Snapshots) -> Bools:
     return held
 
 
-def chosen_modes(found: Pod, r: int | Literal["auto"], allowed: float) -> Pod:
+def chosen_modes(found: Pod, r: int | Literal["auto"], allowed: float, limit: int) -> Pod:
     """The first r modes, or for "auto" the fewest within the allowed projection error.
 
     Args:
         found: the modes.
         r: their number, or "auto".
         allowed: relative root mean square projection error.
+        limit: largest number.
     """
     if r == "auto":
         left_out = np.sqrt(
@@ -295,11 +312,15 @@ def chosen_modes(found: Pod, r: int | Literal["auto"], allowed: float) -> Pod:
         )  # (rank,) by modes r, r + 1, …
         good = np.flatnonzero(left_out <= allowed * np.linalg.norm(found.strength))
         r = max(1, int(good[0])) if len(good) else found.Phi.shape[1]
-    return Pod(np.ascontiguousarray(found.Phi[:, :r]), found.strength)
+    return Pod(np.ascontiguousarray(found.Phi[:, : min(r, limit)]), found.strength)
 
 
 def check_errors(
-    robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots
+    robot: Robot,
+    states: StateBasis,
+    basis: ContactSpace,
+    held_out: Snapshots,
+    each: Callable[[], None] = lambda: None,
 ) -> TipErrors:
     """Tip errors of the reduced model, with the enrichment of a controller, at full-order equilibria.
 
@@ -311,11 +332,12 @@ def check_errors(
         states: state basis and sample.
         basis: contact modes.
         held_out: equilibria of the full model.
+        each: called after each of them at equal positions.
     """
     tolerance = robot.tolerance
     enrichment = default_enrichment(tolerance)
     reduced = reduced_robot(robot, states)
-    found = tip_errors(reduced, held_out, basis, enrichment)
+    found = tip_errors(reduced, held_out, basis, enrichment, each=each)
     if not robot.actuators.laws.held_by_force.any():
         return found
     other = tip_errors(reduced, held_out, basis, enrichment, held="as held")
@@ -327,7 +349,7 @@ def check_errors(
 
 
 def checked_on_held_out(
-    robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots
+    robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots, report: Report
 ) -> StateBasis:
     """The basis with its tip errors on held-out equilibria.
 
@@ -336,19 +358,20 @@ def checked_on_held_out(
         states: state basis without tip errors.
         basis: contact modes.
         held_out: equilibria of the full model.
+        report: called with the share of the attempt that is done since the last call, and in words.
 
     Raises:
         StateBasisError: the reduced model does not converge at half of them or more.
     """
-    stride = -(-len(held_out) // CHECKS)
-    errors = check_errors(
-        robot, states, basis, held_out.select(np.arange(0, len(held_out), stride))
-    )
+    checks = held_out.select(np.arange(0, len(held_out), -(-len(held_out) // CHECKS)))
+    size = f"{states.r} modes, {len(states.elements)} elements, held-out loads"
+    number = count(1)
+
+    def each() -> None:
+        report((1.0 - CHOOSING) / len(checks), f"{size} {next(number)} of {len(checks)}")
+
+    errors = check_errors(robot, states, basis, checks, each)
     found: Array = errors.error[np.isfinite(errors.error)]
-    if 2 * len(found) <= len(errors.error):
-        raise StateBasisError(
-            f"the model of {states.r} state modes and {len(states.elements)} elements, from "
-            f"{states.origin.snapshots} snapshots, converges at only {len(found)} of {len(errors.error)} "
-            "held-out equilibria: use more modes, or a smaller residual of the sample"
-        )
+    if 2 * len(found) <= len(checks):
+        raise StateBasisError(f"converge at only {len(found)} of {len(checks)} held-out equilibria")
     return states.with_tip_errors(float(found.mean()), float(found.max()))

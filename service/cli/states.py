@@ -97,24 +97,19 @@ def save_states(
     Raises:
         StateBasisError: the error is larger than the robot file allows, and not accepted.
     """
-    from tauten.reduction.state import n_elements, reduce_states
+    from tauten.reduction.state import n_elements, reduce_states, step_times
 
+    wanted = replace(settings, goal=max_tip_error)
     with progress_bar("state basis") as report:
-        states = reduce_states(
-            robot,
-            snapshots,
-            basis,
-            replace(settings, goal=max_tip_error),
-            lambda what: report(0.0, what),
-        )
-    if max_tip_error is not None:
-        states.check_tip(max_tip_error)
+        states = reduce_states(robot, snapshots, basis, wanted, report)
+    times = step_times(robot, states, basis)
     origin, saved = states.origin, states.save(path)
     typer.echo(
         f"{saved}: {origin.r} state modes ({origin.responses} of them responses) of "
         f"{origin.snapshots} snapshots, {origin.sample} of "
         f"{n_elements(robot)} elements; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
-        f"{1e3 * origin.tip_max:.3g} mm at most on paths held out"
+        f"{1e3 * origin.tip_max:.3g} mm at most on paths held out; {times}"
+        + (": serve the full model" if times.useless else "")
     )
 
 

@@ -1,8 +1,11 @@
 import os
+import sys
 import threading
 import tracemalloc
 import zipfile
 from pathlib import Path
+from types import FrameType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,6 +46,46 @@ def test_failed_write_leaves_the_old_file_and_no_other(stored: Path) -> None:
         storage.write(stored, KIND, {}, {"objects": np.array([object()])})
     assert stored.read_bytes() == before
     assert list(stored.parent.iterdir()) == [stored]
+
+
+def interrupted_write(path: Path, line: int) -> int:
+    """Write a file with Ctrl-C at a line of `storage` or `zipfile`; returns how many were run."""
+    files, seen = {storage.__file__, zipfile.__file__}, 0
+
+    def trace(frame: FrameType, event: str, _: object) -> Any:
+        nonlocal seen
+        if frame.f_code.co_filename not in files:
+            return None
+        if event == "line":
+            seen += 1
+            if seen == line:
+                sys.settrace(None)
+                raise KeyboardInterrupt
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        storage.write(path, KIND, {}, {"noise": np.zeros(2)})
+    finally:
+        sys.settrace(before)
+    return seen
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of ZipFile.__del__
+def test_ctrl_c_at_any_line_of_a_write_is_ctrl_c(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`zipfile` makes a ValueError of it while it opens a member: commands would end with exit code 1."""
+    monkeypatch.setattr(os, "fsync", lambda _: None)  # for the sake of time
+    path = tmp_path / "record.npz"
+    lines = interrupted_write(path, 0)
+    assert lines > 300
+    for line in range(1, lines - 10):  # the last ones clean up: what is raised there is ignored
+        path.unlink(missing_ok=True)
+        with pytest.raises(KeyboardInterrupt):
+            interrupted_write(path, line)
+        assert not list(tmp_path.iterdir()) or storage.read(path, KIND, {"noise": "f"})
 
 
 def test_missing_file_is_not_called_damaged(tmp_path: Path) -> None:

@@ -25,7 +25,8 @@ from tauten.model.tetra import Tetrahedra
 from tauten.reduction.reduced_body import ElementSample
 from tauten.reduction.state.tetra.points import gradients_of, integration_points
 
-STATES = 40  # training states taken of a campaign
+STATES = 40  # training states taken of a campaign, fewer where modes are many
+MOST_ROWS = 12000  # of the training matrix, whose memory they limit
 DIRECTIONS = 2  # random directions at each, for the tangent
 SHARE = 0.1  # length of a direction, relative to the norm of its state
 VOLUME = 0.1  # relative error of the sampled volume that counts as much as the whole tolerance
@@ -45,7 +46,8 @@ def sample_elements(
         tolerance: relative residual.
         seed: of the random directions.
     """
-    C = contributions(tetrahedra, Phi, alphas[:, farthest_apart(alphas, STATES)], seed)
+    states = max(1, min(STATES, MOST_ROWS // ((1 + DIRECTIONS) * len(alphas))))
+    C = contributions(tetrahedra, Phi, alphas[:, farthest_apart(alphas, states)], seed)
     d = C.sum(axis=1)
     volume = integration_points(tetrahedra).volume
     share = tolerance / VOLUME * np.linalg.norm(d) * volume / volume.sum()  # (e,)

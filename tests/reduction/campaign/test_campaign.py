@@ -1,6 +1,7 @@
 import dataclasses
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
@@ -138,6 +139,35 @@ def test_ctrl_c_saves_what_is_under_way(
         run_campaign(thumb, design, tmp_path, Interrupted(chunks=3), show_progress=False)
     starts = sorted(path.name for path in tmp_path.iterdir())
     assert starts == [f"run{run:04d}-000000.snapshots" for run in range(3)]
+
+
+class Failing(executors.InProcess):
+    """The first chunk is back, the second one failed with its worker, and then comes Ctrl-C."""
+
+    def __init__(self, first: Snapshots) -> None:
+        self.first: Snapshots | None = first
+        self.failed = False
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        if self.failed:
+            raise KeyboardInterrupt
+        future: Future[Any] = Future()
+        if self.first is None:
+            self.failed = True
+            future.set_exception(BrokenProcessPool("Ctrl-C ended a worker that was just starting"))
+        else:
+            future.set_result(self.first)
+            self.first = None
+        return future
+
+
+def test_workers_that_fail_at_ctrl_c_do_not_hide_it(
+    thumb: Robot[NodalBody], design: Design, snapshots: Snapshots, complete: Path, tmp_path: Path
+) -> None:
+    name = "run0000-000000.snapshots"
+    with pytest.raises(KeyboardInterrupt):
+        run_campaign(thumb, design, tmp_path, Failing(Snapshots.load(complete / name)), False)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
 def test_folder_of_another_campaign_is_left_alone(thumb: Robot[NodalBody], tmp_path: Path) -> None:

@@ -69,21 +69,6 @@ def test_training_on_loads_removes_most_of_their_error(
     assert after["motion"].largest < 0.02 * thumb.size
 
 
-def test_modes_and_elements_are_added_until_the_error_is_within_the_goal(
-    thumb: Robot[NodalBody], thumb_ramp: Snapshots, thumb_basis: ContactBasis
-) -> None:
-    said: list[str] = []
-    coarse = StateSettings(motion=3e-2, responses=0, sample=0.2)
-    once = reduce_states(thumb, thumb_ramp, thumb_basis, coarse)
-    goal = 0.5 * once.origin.tip_max
-    finer = StateSettings(motion=3e-2, responses=0, sample=0.2, goal=goal)
-    more = reduce_states(thumb, thumb_ramp, thumb_basis, finer, said.append)
-    assert more.origin.tip_max <= goal
-    assert more.r > once.r
-    assert len(more.elements) > len(once.elements)
-    assert any("attempt 2" in text and "elements" in text for text in said)
-
-
 def test_refusal_says_how_many_modes_elements_and_snapshots_it_took(of_ramp: StateBasis) -> None:
     size = f"of {of_ramp.r} modes and {len(of_ramp.elements)} elements"
     sentence = f"{size}, from {of_ramp.origin.snapshots} snapshots, takes the tip up to"
