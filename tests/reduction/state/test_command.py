@@ -89,7 +89,7 @@ def test_reduce_states_of_beams(tmp_path: Path, capsys: pytest.CaptureFixture[st
         run_main("reduce", file, *design, "--k", 3, "--states", *places) == 0
     )  # of the kept campaign
     again = StateBasis.load(tmp_path / "arm.states")
-    np.testing.assert_array_equal(again.body.Phi, states.Phi)
+    np.testing.assert_array_equal(again.Phi, states.Phi)
     assert f"{states.origin.sample} of 42 elements" in said
     assert states.origin.tip_max < 1e-3  # of 180 mm
     chosen = '[model]\norder = "reduced"\nstates = "arm.states"\n'
