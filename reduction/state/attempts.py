@@ -19,7 +19,7 @@ SLOWER = 1.2  # how much slower a reduced step is than a full one before it coun
 
 
 @dataclass(frozen=True, slots=True)
-class StepTimes:
+class ModelTimes:
     """Processor time of a time step from rest, with contact modes, on one thread.
 
     Attributes:
@@ -42,7 +42,7 @@ class StepTimes:
         )
 
 
-def step_times(robot: Robot, states: StateBasis, basis: ContactSpace) -> StepTimes:
+def step_times(robot: Robot, states: StateBasis, basis: ContactSpace) -> ModelTimes:
     """Median times of steps of both models, alternating.
 
     Args:
@@ -63,7 +63,7 @@ def step_times(robot: Robot, states: StateBasis, basis: ContactSpace) -> StepTim
                 simulator.step(rest.position, rest.effort)
                 times.append(time.process_time() - start)
     full, reduced = (median(times[1:]) for times in taken)
-    return StepTimes(full, reduced)
+    return ModelTimes(full, reduced)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class Attempt:
         )
 
 
-def best_of(attempts: list[Attempt], goal: float | None, times: StepTimes | None) -> StateBasis:
+def best_of(attempts: list[Attempt], goal: float | None, times: ModelTimes | None) -> StateBasis:
     """The basis with the smallest error on held-out equilibria.
 
     Args:

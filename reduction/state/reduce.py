@@ -17,7 +17,7 @@ from tauten.reduction.campaign import Snapshots
 from tauten.reduction.contact import TipErrors, tip_errors
 from tauten.reduction.provenance import package_versions
 from tauten.reduction.reduced_body import ElementSample, Reducible, StateBasisError
-from tauten.reduction.state.attempts import Attempt, StepTimes, best_of, step_times
+from tauten.reduction.state.attempts import Attempt, ModelTimes, best_of, step_times
 from tauten.reduction.state.basis import StateBasis, StateOrigin
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.modes import (
@@ -140,7 +140,7 @@ def _best(
     motion = training.body.default_motion if settings.motion is None else settings.motion
     sample, goal = settings.sample, settings.goal
     attempts: list[Attempt] = []
-    times: StepTimes | None = None
+    times: ModelTimes | None = None
     most = ATTEMPTS if goal is not None else 1
     for number in range(1, 1 + most):
         part = partial(_part, report, 1.0 / most, f"attempt {number}: ")
