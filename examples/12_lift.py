@@ -2,9 +2,8 @@
 
 python examples/12_lift.py
 
-The effector is the cube, which nothing but friction holds. The controller decides with the mass and the
-friction of the file; the cube that it moves may be 20 % heavier and have 20 % less friction, and is held too,
-because decisions count on 0.8 of the friction (`friction_share`).
+The effector is the cube, which nothing but friction holds. Decisions count on 0.8 of the friction of the file
+(`friction_share`), so that a cube that is 20 % heavier than the controller believes is held too.
 """
 
 from __future__ import annotations
