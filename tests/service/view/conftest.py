@@ -16,7 +16,8 @@ from tauten.service.setup import load_setup
 @pytest.fixture(scope="module")
 def one_viewer(beam_file: Path, beam: Robot) -> Iterator[Shown]:
     """The viewer of all tests that only have something refused."""
-    with showing(SimulatedRobot(load_setup(beam_file), load_setup(beam_file))) as found:
+    setups = [load_setup(beam_file, rate=20.0) for _ in range(2)]
+    with showing(SimulatedRobot(*setups)) as found:
         yield found
 
 

@@ -38,7 +38,8 @@ NEAR = (0.1, 0.01, 0.013)  # 3 mm above the tip at rest
 @pytest.fixture
 def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
     """The small robot, simulated; not armed."""
-    with showing(SimulatedRobot(load_setup(beam_file), load_setup(beam_file))) as found:
+    setups = [load_setup(beam_file, rate=20.0) for _ in range(2)]
+    with showing(SimulatedRobot(*setups)) as found:
         yield found
 
 
