@@ -8,7 +8,6 @@ from benchmarks.friction.inverse import (
     bench_friction_inverse,
     frictionless_difference,
     inverse_run,
-    normals_alone,
 )
 from benchmarks.friction.modes import (
     SharedModesBench,
@@ -31,7 +30,6 @@ __all__ = [
     "drift",
     "frictionless_difference",
     "inverse_run",
-    "normals_alone",
     "read_inverse",
     "read_problem",
     "shared_modes_case",

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter, thread_time
 
 import numpy as np
 
 from benchmarks.friction.drift import DriftRun, drift
-from benchmarks.friction.stored import WARM, StoredInverse, read_inverse, solve_stored, violation
+from benchmarks.friction.stored import (
+    WARM,
+    StoredInverse,
+    read_inverse,
+    read_reduced,
+    solve_stored,
+    violation,
+)
 from tauten.controller.friction import FrictionInverse, FrictionSettings, solve_friction_inverse
-from tauten.controller.qpcc import Qpcc, Start, solve_qpcc
+from tauten.controller.friction.problem import normals_alone
+from tauten.controller.qpcc import Start, solve_qpcc
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 
 CUTS = (2, 4, 8)  # linear systems
@@ -23,6 +31,7 @@ DRIFTS = (
     "step_a3_c20_r47_003",
     "step_a9_c40_r47_003",
 )
+FEW_UNKNOWNS = "step_a9_c40_r47_003", 19  # a problem, and on how many unknowns it is reduced
 ALMOST_NONE = 1e-9  # coefficient of friction that is to give the answer without friction
 
 
@@ -96,7 +105,9 @@ def bench_friction_inverse(
             if one.name.startswith("step"):
                 differences.append(frictionless_difference(one))
             progress(1.0 / len(stored), one.name)
-        drifts = tuple(drift(one) for one in stored if one.name in DRIFTS)
+        followed = [one for one in stored if one.name in DRIFTS]
+        followed.append(read_reduced(folder, *FEW_UNKNOWNS))
+        drifts = tuple(drift(one) for one in followed)
     return InverseFrictionBench(host_info(), tuple(runs), tuple(differences), drifts)
 
 
@@ -129,24 +140,10 @@ def inverse_run(stored: StoredInverse) -> InverseRun:
     )
 
 
-def normals_alone(program: Qpcc) -> Qpcc:
-    """A problem whose contacts have three rows each, with the rows of their normals alone."""
-    n_a = len(program.lb)
-    z = np.concatenate([np.arange(n_a), n_a + np.arange(0, len(program.m), 3)])
-    return replace(
-        program,
-        Q=program.Q[z[:, None], z],
-        c=program.c[z],
-        G=program.G[:, z],
-        M=program.M[::3][:, z],
-        m=program.m[::3],
-    )
-
-
 def frictionless_difference(stored: StoredInverse) -> float:
     """Objective with next to no friction less that of the QPCC of the normals, relative to hold."""
     program = stored.problem.program
     problem = FrictionInverse(program, np.full(len(stored.problem.friction), ALMOST_NONE))
     found = solve_friction_inverse(problem, stored.lam)
-    without = solve_qpcc(normals_alone(program), Start(stored.lam, stored.forces[::3] > 0.0))
+    without = solve_qpcc(normals_alone(problem)[0], Start(stored.lam, stored.forces[::3] > 0.0))
     return (found.objective - without.objective) / found.held

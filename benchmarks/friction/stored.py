@@ -60,9 +60,25 @@ def read_inverse(folder: Path) -> list[StoredInverse]:
         return [_read(folder, row) for row in csv.DictReader(table)]
 
 
-def _read(folder: Path, row: dict[str, str]) -> StoredInverse:
+def read_reduced(folder: Path, name: str, unknowns: int) -> StoredInverse:
+    """A problem on the unknowns that move its effectors, actuators and contacts most; no best is known.
+
+    Args:
+        folder: of the problems.
+        name: of the problem.
+        unknowns: how many are left.
+    """
+    with (folder / "problems.csv").open() as table:
+        row = next(row for row in csv.DictReader(table) if row["name"] == name)
+    return _read(folder, row | {"f_hold": "nan", "f_best": "nan"}, unknowns)
+
+
+def _read(folder: Path, row: dict[str, str], unknowns: int | None = None) -> StoredInverse:
     with np.load(folder / f"{row['name']}.npz") as data:
         G_e, G_a, G_c = data["G_e"], data["G_a"], data["G_c"]
+        if unknowns is not None:
+            _, _, modes = np.linalg.svd(np.concatenate([G_e, G_a, G_c]), full_matrices=False)
+            G_e, G_a, G_c = (G @ modes[:unknowns].T for G in (G_e, G_a, G_c))
         weight, error = data["Q"], data["d0_e"] - data["target"]
         G = np.concatenate([G_a, G_c])
         E, n_a = G_e @ G.T, len(G_a)

@@ -11,7 +11,7 @@ basis are, come before them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -104,6 +104,20 @@ def displacements(contacts: InverseContacts, lam: Array, r: Array) -> Array:
     """
     u: Array = contacts.q + np.dot(contacts.W_ca, lam) + np.dot(contacts.W, r)
     return u.reshape((len(contacts.mu), 3))
+
+
+def normals_alone(problem: FrictionInverse) -> tuple[Qpcc, Ints]:
+    """The QPCC of the same contacts without friction, and the rows (s + k,) that it has of this problem's."""
+    program, n_a = problem.program, problem.n_a
+    rows = np.concatenate(
+        [np.arange(problem.singles), np.arange(problem.singles, len(program.m), 3)]
+    )
+    z = np.concatenate([np.arange(n_a), n_a + rows])
+    alone = replace(
+        program, Q=program.Q[z[:, None], z], c=program.c[z], G=program.G[:, z],
+        M=program.M[rows[:, None], z], m=program.m[rows],
+    )  # fmt: skip
+    return alone, rows
 
 
 def contact_rows(problem: FrictionInverse) -> Ints:

@@ -18,14 +18,22 @@ from tauten.controller.friction.descent import GONE, descend, predicted_gain
 from tauten.controller.friction.exact import NEWTON, WIDE, forces_error
 from tauten.controller.friction.nearest import nearest_to_limits
 from tauten.controller.friction.path import nested_path, one_shot_path
-from tauten.controller.friction.problem import EffortPoint, FrictionInverse
+from tauten.controller.friction.problem import EffortPoint, FrictionInverse, normals_alone
 from tauten.controller.friction.search import EffortSearch, effort_search
-from tauten.controller.qpcc import Backend, Budget, Status
+from tauten.controller.qpcc import (
+    Backend,
+    Budget,
+    QpccSettings,
+    Start,
+    Status,
+    solve_qpcc,
+)
 from tauten.model.numerics import Array
 
 LOWER = 1e-6  # of the objective of holding, by which a trial must be lower to replace what is known
 MOVED = 0.1  # of the way to the target, that efforts move effectors where nothing hides it
 RESERVED = NEWTON + 4  # linear systems: an exact solution, a slope and two QPs
+SLIPPERY = 1e-3  # friction, below which the efforts without it are tried, too
 SLOPING = 1e-3  # predicted gain, of the objective, from which a point counts as having a gradient
 
 
@@ -143,18 +151,15 @@ def solve_friction_inverse(
     if held is None:
         return _unsolved(problem, lam, Status.NOT_FOUND, budget.spent)
     held = nearest_to_limits(search, held)
-    flat, best = False, held
+    near = None
     if guess is not None:
-        forces = np.zeros_like(start)
-        forces[search.place] = guess[1]
-        near = search.exact(search.bounded(guess[0]), forces)
-        best = _lower(search, near, held, settings) or held
-    if best is held:
-        flat = _flat(search, held, settings.warm)
-        trials = FLAT if flat else WARM if settings.warm else SLOPED
-        best = _best(search, held, trials, settings)
-    if flat and best.objective > (1.0 - SLOPING) * held.objective and search.feasible(held):
-        best = held  # crumbs would only make the efforts drift
+        r = np.zeros_like(start)
+        r[search.place] = guess[1]
+        near = search.exact(search.bounded(guess[0]), r)
+    best, flat = _searched(search, held, near, settings)
+    if problem.friction.max(initial=0.0) <= SLIPPERY and not budget.exhausted:
+        near = _without_friction(search, lam, start, settings)
+        best = _lower(search, near, best, settings) or best
     status = Status.OK
     if not search.feasible(best):
         status = Status.INFEASIBLE
@@ -172,6 +177,27 @@ def solve_friction_inverse(
         predicted_gain(search, best),
         budget.spent,
     )
+
+
+def _searched(
+    search: EffortSearch, held: EffortPoint, near: EffortPoint | None, settings: FrictionSettings
+) -> tuple[EffortPoint, bool]:
+    """The best point of a search, and whether descent from holding was out of sight.
+
+    Args:
+        search: the problem.
+        held: the point of holding.
+        near: exact, of a guess; None: there is none.
+        settings: how far the search goes.
+    """
+    best = _lower(search, near, held, settings)
+    if best is not None:
+        return best, False
+    flat = _flat(search, held, settings.warm)
+    best = _best(search, held, FLAT if flat else WARM if settings.warm else SLOPED, settings)
+    if flat and best.objective > (1.0 - SLOPING) * held.objective and search.feasible(held):
+        best = held  # crumbs would only make the efforts drift
+    return best, flat
 
 
 def _flat(search: EffortSearch, held: EffortPoint, warm: bool) -> bool:
@@ -246,10 +272,36 @@ def _tried(
     return None if found is None else descend(search, found, held, settings.forwards)
 
 
+def _without_friction(
+    search: EffortSearch, lam: Array, forces: Array, settings: FrictionSettings
+) -> EffortPoint | None:
+    """The exact point at the efforts of the QPCC without friction, which sees other minima than a path.
+
+    Args:
+        search: the problem.
+        lam: (n_a,) efforts of holding.
+        forces: (3 m,) contact forces to start from.
+        settings: length of the search.
+    """
+    program, rows = normals_alone(search.problem)
+    pushing, budget = search.rows(forces)[rows] > 0.0, search.budget
+    begin = budget.clock()
+    limits = QpccSettings(settings.solver, settings.path_steps, budget.end - begin)
+    found = solve_qpcc(program, Start(lam, pushing), limits)
+    budget.count(found.pivots, begin)
+    if not found.status.usable:
+        return None
+    start = np.zeros(len(search.place))
+    start[rows] = found.beta
+    near = np.zeros_like(forces)
+    near[search.place] = start
+    return search.exact(search.bounded(found.lam_a), near)
+
+
 def _lower(
     search: EffortSearch, near: EffortPoint | None, held: EffortPoint, settings: FrictionSettings
 ) -> EffortPoint | None:
-    """The point that descent from a guess leads to; None where it is no lower than holding.
+    """The point that descent from a guess leads to; None where it is no lower than what is known.
 
     Args:
         search: the problem.

@@ -13,7 +13,6 @@ from benchmarks.friction import (
     drift,
     frictionless_difference,
     inverse_run,
-    normals_alone,
     read_inverse,
     solve_stored,
     violation,
@@ -30,6 +29,7 @@ from tauten.controller.friction.problem import (
     contact_rows,
     displacements,
     inverse_contacts,
+    normals_alone,
 )
 from tauten.controller.qpcc import Budget, Qpcc, Status, solve_qpcc
 from tauten.model.numerics import Array
@@ -219,7 +219,7 @@ def test_without_friction_it_is_the_qpcc_of_the_normals() -> None:
     for seed in range(4):
         given = random_problem(seed)
         program = given.program
-        normal = normals_alone(program)
+        normal = normals_alone(given)[0]
         best = solve_qpcc(normal)
         at_best = FrictionInverse(program, np.full(5, 1e-9))
         found = solve_friction_inverse(at_best, best.lam_a)
@@ -260,7 +260,8 @@ def test_a_target_that_moves_is_followed(reference: Path) -> None:
 def test_some_stored_problems_are_solved(reference: Path) -> None:
     stored = {one.name: one for one in read_inverse(reference / "friction_inverse")}
     check([inverse_run(stored[name]) for name in FEW], at_least=1.0)
-    assert frictionless_difference(stored["step_a3_c2_r19_012"]) < 1e-4
+    for name in ("step_a3_c2_r19_012", "step_a3_c10_r24_008", "step_a9_c20_r47_000"):
+        assert frictionless_difference(stored[name]) < 1e-4, name
 
 
 @pytest.mark.slow
