@@ -18,8 +18,12 @@ from benchmarks.friction.stored import (
     solve_stored,
     violation,
 )
-from tauten.controller.friction import FrictionInverse, FrictionSettings, solve_friction_inverse
-from tauten.controller.friction.problem import normals_alone
+from tauten.controller.friction import (
+    FrictionInverse,
+    FrictionSettings,
+    normals_alone,
+    solve_friction_inverse,
+)
 from tauten.controller.qpcc import Start, solve_qpcc
 from tauten.service.process import HostInfo, host_info, one_blas_thread
 

@@ -1,7 +1,7 @@
 """Inverse control with exact Coulomb friction: problem and solver."""
 
 from tauten.controller.friction.planned import PlanContacts
-from tauten.controller.friction.problem import FrictionInverse
+from tauten.controller.friction.problem import FrictionInverse, normals_alone
 from tauten.controller.friction.solve import (
     FrictionSettings,
     InverseSolution,
@@ -14,6 +14,7 @@ __all__ = [
     "FrictionSettings",
     "InverseSolution",
     "PlanContacts",
+    "normals_alone",
     "solve_friction_inverse",
     "warm_search",
 ]
