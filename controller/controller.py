@@ -10,8 +10,8 @@ from typing import Literal
 import numpy as np
 
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation, decided_actuation
+from tauten.controller.course import with_goal
 from tauten.controller.damping import undamped
-from tauten.controller.lead import no_lead
 from tauten.controller.loading import Order
 from tauten.controller.locks import locked, no_locks, resting, unlocked, with_locks, within_rate
 from tauten.controller.plan import DecideSettings, Prepared
@@ -80,12 +80,12 @@ class Controller(RobotModel):
         self._robot = robot.fork()
         settings = settings or ControllerSettings()
         self.horizon = horizon_of(self.robot, settings.horizon)
+        self._ticks_ahead = self.horizon.ticks
         self.settings = DecideSettings(
             epsilon=settings.regularisation,
             enrichment=enrichment or default,
             qpcc=QpccSettings(qp or settings.qp_solver, settings.max_pivots),
             substeps=substeps_of(self.robot, settings.substeps),
-            ahead=self.horizon.ticks,
             friction_share=settings.friction_share,
             forces=force_limits(self.robot.contacts, self.space),
         )
@@ -145,7 +145,8 @@ class Controller(RobotModel):
         self._decision = self._stepped = None
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
-        self._taken, self._stalled = (undamped(), no_lead()), np.zeros(self.robot.n_a, np.bool_)
+        self._damping, self._course = undamped(), np.zeros((0, 0))
+        self._stalled = np.zeros(self.robot.n_a, np.bool_)
         seen = forces.effort, self.robot.effector(state), self.robot.effector_values(state)
         self._left = Actuation(position, forces.effort, *seen, Status.OK, NO_CERTIFICATE).copy()
 
@@ -244,11 +245,11 @@ class Controller(RobotModel):
         """Prepare the next step, unless it is prepared."""
         if self._prepared is not None:
             return
-        now = self._state, self._forces, self._left.position
+        now = self._state, self._forces, self._left.position, self.settings.enrichment
         ahead, robot = self.horizon, self._after_step()
         ahead = ahead if robot is ahead.robot else replace(ahead, robot=robot)
         try:
-            self._prepared = prepare(ahead, self.space, *now, self.settings.enrichment)
+            self._prepared = prepare(ahead, self.space, *now, self._course)
         except FactorisationError:
             self.status = Status.NOT_FINITE
 
@@ -270,8 +271,8 @@ class Controller(RobotModel):
         locks = self._step_locks()
         if locks is not None and (locks.by_position | locks.by_force).all():
             return self._keep(locks, None)
-        settings, left = self.settings.within(within), self._left.position
-        decision = decide(self._robot, self._prepared, goal, left, settings, locks, *self._taken)
+        settings, given = self.settings.within(within), (self._robot, self._prepared, goal)
+        decision = decide(*given, self._left.position, settings, locks, self._damping)
         self._last_decision = decision
         if not decision.status.usable or not np.isfinite(decision.predicted.dv).all():
             status = Status.NOT_FINITE if decision.status.usable else decision.status
@@ -284,7 +285,7 @@ class Controller(RobotModel):
         free = not (self._locks.by_position | self._locks.by_force).all()
         if goal is not None and self._prepared is not None and self._decision is None and free:
             locks, left = self._step_locks(), self._left.position
-            decide(self.robot, self._prepared, goal, left, self.settings, locks, *self._taken)
+            decide(self.robot, self._prepared, goal, left, self.settings, locks, self._damping)
 
     def hold(self) -> Actuation:
         """Keep position or effort of each actuator, as the robot file says; the model moves so.
@@ -361,7 +362,8 @@ class Controller(RobotModel):
             self._state, self._forces, self._stalled = moved.state, moved.forces, made.stalled
             self._contacts = moved.solved.step.rows.contacts.found
             self._stepped = self._state, moved.solved
-            self._taken = made.damping or self._taken[0], made.lead or no_lead()
+            self._damping = made.damping or self._damping
+            self._course = with_goal(self._course, made.goal, self._ticks_ahead)
         self._left, self._pending = now, None
         self._prepared = self._decision = None
 

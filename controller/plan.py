@@ -89,7 +89,6 @@ class DecideSettings:
         enrichment: when unit columns join the basis.
         qpcc: settings of the solver.
         substeps: of second order that the model takes in a tick; 0: the decision's own step.
-        ahead: ticks of the horizon; 0: decisions look one tick ahead.
         friction_share: of the coefficients of friction, that plans count on.
         forces: limits of contact forces; None: there are none.
         end: value of `perf_counter` at which plans with friction end [s].
@@ -99,7 +98,6 @@ class DecideSettings:
     enrichment: Enrichment
     qpcc: QpccSettings
     substeps: int = 1
-    ahead: int = 0
     friction_share: float = 0.8
     forces: ForceLimits | None = None
     end: float = math.inf

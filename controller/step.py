@@ -20,8 +20,8 @@ import numpy as np
 
 from tauten.controller.actuation import Actuation
 from tauten.controller.certificates import hold_certificate
+from tauten.controller.course import largest_share, share_that_goes_on
 from tauten.controller.damping import Damping, adapted, undamped
-from tauten.controller.lead import Lead, leading, no_lead, with_tick
 from tauten.controller.locks import ahead_of_locks
 from tauten.controller.plan import Aim, DecideSettings, Plan, Prepared, make_plan, prepared_plans
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
@@ -102,7 +102,7 @@ class Decision:
         stalled: (n_a,) which locks have stopped because more would exceed a limit.
         plan: over the horizon; None for a hold.
         damping: of the next decision; None for a hold.
-        lead: of the next decision; None for a hold, and where the decision is not usable.
+        goal: (n_v,) that was decided for; None for a hold, and where the decision is not usable.
         command: position or effort that each actuator has at the end of the tick; None where the decision is
             not usable.
     """
@@ -115,7 +115,7 @@ class Decision:
     stalled: Bools
     plan: Plan | None = None
     damping: Damping | None = None
-    lead: Lead | None = None
+    goal: Array | None = None
     command: Command | None = None
 
     @property
@@ -169,8 +169,9 @@ def prepare(
     forces: Forces,
     position: Array,
     enrichment: Enrichment,
+    course: Array | None = None,
 ) -> Prepared:
-    """Linearise, detect contacts, condense: all of a step that needs no target.
+    """Linearise, detect contacts, condense: all of a step that needs no target but those before.
 
     Args:
         horizon: the robot; its factorisation workspaces are in use until the next `prepare`.
@@ -179,6 +180,7 @@ def prepare(
         forces: of the last step. Its tensions add to the tangent, unit columns that pushed are kept.
         position: (n_a,) positions of the actuators commanded last [m].
         enrichment: whether gaps are checked at all.
+        course: (s, n_v) goals of the last ticks, see `tauten.controller.course`; None: there were none.
 
     Raises:
         FactorisationError: the state has diverged.
@@ -189,8 +191,15 @@ def prepare(
     system = robot.system(assembled, robot.integration)
     step = farther = condensed(robot, space, state, forces, system, contacts, effectors=True)
     if ahead is not None:
-        there = ahead.system(assembled, horizon.integration)
-        farther = recondensed(robot, space, step, there)
+        scheme, rows = horizon.integration, step.rows.effectors
+        moved = robot.h * (rows.dense() @ state.v)  # (n_e,)
+        most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness)
+        share = 0.0
+        if course is not None:
+            share = share_that_goes_on(course, robot.effector_layout, moved, most)
+        goes_on = share * (1.0 - robot.h / scheme.h)
+        there = ahead.system(assembled, replace(scheme, ahead=goes_on))
+        farther = recondensed(robot, space, step, there, goes_on)
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
     keep = Command.of(here, None)
     return prepared_plans(robot, step, farther, forces, keep, enrichment)
@@ -205,7 +214,6 @@ def decide(
     settings: DecideSettings,
     locks: Command | None = None,
     damping: Damping | None = None,
-    lead: Lead | None = None,
 ) -> Decision:
     """Find the tensions that bring the effectors to a goal.
 
@@ -222,11 +230,9 @@ def decide(
         settings: weights and tolerances.
         locks: what locked actuators keep in this step; None: all are decided.
         damping: from the decision before; None: none.
-        lead: likewise.
     """
-    layout, damping, lead = robot.effector_layout, damping or undamped(), lead or no_lead()
+    layout, damping = robot.effector_layout, damping or undamped()
     target = layout.row_targets(prepared.step.rows.effectors.values, goal)  # (n_e,)
-    target = target + leading(lead, layout, goal, settings.ahead)
     aim = Aim(target, layout.scale, layout.exact, damping.gamma)
     kept = None if locks is None else ahead_of_locks(locks, position)
     plan = make_plan(robot, prepared, aim, position, settings, kept)
@@ -244,8 +250,7 @@ def decide(
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
-    after, effectors = tick.solved.prediction, robot.layout.effectors
-    remaining = plan.predicted.delta[effectors] - after.delta[effectors]  # (n_e,)
+    after = tick.solved.prediction
     change = _change(prepared, plan, layout.scale, settings.epsilon * prepared.scale)
     certificate = replace(
         plan.certificate, deepest_gap=after.deepest_gap, extra_columns=len(after.step.extra)
@@ -258,7 +263,7 @@ def decide(
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.position, status, certificate, conflict, stalled, plan,
-        adapted(damping, change, robot.size), with_tick(lead, goal, remaining, settings.ahead),
+        adapted(damping, change, robot.size), goal,
         given_in(tick, supplied, robot.limits),
     )  # fmt: skip
 

@@ -12,7 +12,8 @@ which is the exact tangent only where A has a Cholesky factor. D of corotational
 held: a viscosity that is proportional to their linear elasticity and turns with them.
 
 Where the step is linearised at q + h v, to where the velocity alone leads, b = h (f − C v), and dv moves the
-robot from there.
+robot from there. Where a share a of that way counts as made, b = h (f − C v − (1 − a) h K v)
+with the exact tangent K.
 """
 
 from __future__ import annotations
@@ -41,8 +42,8 @@ class Integration:
         rayleigh_mass: a in C = a M + b_K D [1/s].
         rayleigh_stiffness: b_K [s].
         semidefinite: share of the positive semidefinite tangent that a quasi-static step tries first.
-        ahead: whether the state that is linearised is that to which its velocity leads from the start of the
-            step; not with a quasi-static step.
+        ahead: share a of the way to which the velocity leads in the step, that the state which is linearised
+            has made; 1: all of it, 0: none. Zero with a quasi-static step.
         viscous: whether materials have a viscosity of their own.
     """
 
@@ -51,7 +52,7 @@ class Integration:
     rayleigh_mass: float = 0.0
     rayleigh_stiffness: float = 0.0
     semidefinite: float = 0.0
-    ahead: bool = False
+    ahead: float = 0.0
     viscous: bool = False
 
     @cached_property
@@ -198,8 +199,9 @@ class System:
 
     Attributes:
         h: time step [s].
-        v: (n,) velocity before the step [m/s]; zero when quasi-static or linearised ahead.
-        v_free: (n,) velocity after a step without constraint forces (10), or its change [m/s].
+        v: (n,) velocity before the step, less the share that has led its way already [m/s]; zero when
+            quasi-static.
+        v_free: (n,) velocity after a step without constraint forces (10), less that share [m/s].
         residual: norm of the forces out of balance, without constraints [N].
         factorisation: factors of A.
         exact: whether A has the exact tangent, which is then positive definite.
@@ -256,7 +258,7 @@ def make_system(
         return System(h, np.zeros_like(v), dv, residual, factorisation, tangent=K)
     assert damping is not None
     a, n = integration.rayleigh_mass, pattern.n
-    share = 0.0 if integration.ahead else h
+    share = (1.0 - integration.ahead) * h
     A, resisting = _combined(pattern.indptr, pattern.indices, h, share, (damping, K), v)
     if len(mass) == n:
         Mv = mass * v
@@ -266,7 +268,7 @@ def make_system(
         A += (1.0 + h * a) * mass
     factorisation.refactor(A)
     dv = factorisation.solve(h * (force - a * Mv - resisting))
-    before = np.zeros_like(v) if integration.ahead else v
+    before = (1.0 - integration.ahead) * v
     return System(h, before, before + dv, float(np.linalg.norm(force)), factorisation)
 
 

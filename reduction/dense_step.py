@@ -29,14 +29,14 @@ class Scheme(NamedTuple):
         static: whether inertia and damping are left out.
         a: of the Rayleigh damping a M + b_K D [1/s].
         b_K: of the Rayleigh damping [s].
-        ahead: whether the state is that to which its velocity leads from the start of the step.
+        ahead: share of the way to which the velocity leads in the step, that the state has made.
     """
 
     h: float
     static: bool
     a: float
     b_K: float
-    ahead: bool
+    ahead: float
 
 
 @lru_cache(maxsize=64)
@@ -80,12 +80,12 @@ def implicit_step(
 ) -> bool:  # fmt: skip
     """Factors of A into L and the velocity after a step without constraint forces into v_free (7)-(10).
 
-    Where the scheme is linearised ahead, its change.
+    Less the share of the velocity whose way the state has made.
 
     Args:
         scheme: damping and time step.
         mass: (r, r), not read where the scheme is static.
-        forces: (r,) without constraint forces, and D v; the second is read where the scheme is ahead.
+        forces: (r,) without constraint forces, and D v; the second is read where the state is ahead.
         S: (r, r) h b_K D + h² K, of a static scheme h² K.
         v: (r,) velocity.
         L: (r, r) output, lower Cholesky factor.
@@ -104,13 +104,13 @@ def implicit_step(
         if not cholesky((1.0 + h * a) * mass + S, L):
             return False
         v_free[:] = h * force - h * a * np.dot(mass, v)
-        if scheme.ahead:
-            v_free[:] -= h * scheme.b_K * resisting
-        else:
-            v_free[:] -= np.dot(S, v)
+        if scheme.ahead > 0.0:
+            v_free[:] -= scheme.ahead * h * scheme.b_K * resisting
+        if scheme.ahead < 1.0:
+            v_free[:] -= (1.0 - scheme.ahead) * np.dot(S, v)
     solve_in_place(L, v_free)
-    if not (scheme.static or scheme.ahead):
-        v_free[:] += v
+    if not scheme.static:
+        v_free[:] += (1.0 - scheme.ahead) * v
     return True
 
 
@@ -132,11 +132,17 @@ def implicit_system(
     v = np.zeros(n) if scheme.static else at.state.v
     force = at.force if at.inertia is None else at.force + at.inertia
     forces, v_free = (force, at.resisting), np.empty(n)
+    derivative: Array | None = None
     for exact in (True, False):  # buckling makes the exact tangent indefinite
         S = stiffness(exact)
+        if exact and 0.0 < scheme.ahead < 1.0:
+            derivative = S
         if implicit_step(scheme, at.mass, forces, S, v, L, v_free):
+            if derivative is not None and not exact:  # of the forces on the rest of the way
+                more = (1.0 - scheme.ahead) * (S - derivative) @ v
+                v_free += DenseFactors(L).solve(more)
             residual = math.sqrt(at.force @ at.force)
             tangent = S / scheme.h**2 if scheme.static else None
-            before = np.zeros(n) if scheme.ahead else v
+            before = v if scheme.ahead == 0.0 else (1.0 - scheme.ahead) * v
             return System(scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent)
     raise FactorisationError("the reduced model's matrix is not positive definite")

@@ -164,6 +164,12 @@ class SparseBody(Body[P]):
                     at.state.v,
                     damping,
                 )
+                if (
+                    0.0 < scheme.ahead < 1.0 and not exact
+                ):  # the derivative leads the rest of the way
+                    less = self.pattern.matrix(K - at.K) @ at.state.v
+                    more = (1.0 - scheme.ahead) * scheme.h**2 * system.solve(less)
+                    system = dataclasses.replace(system, v_free=system.v_free + more)
                 return dataclasses.replace(system, exact=exact, semidefinite=share)
             except FactorisationError as error:
                 failed = error

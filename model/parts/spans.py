@@ -64,7 +64,7 @@ def scheme_of_part(own: Integration, whole: Integration, given: Integration) -> 
         rate=given.rate,
         static=static,
         semidefinite=given.semidefinite,
-        ahead=given.ahead and not static,
+        ahead=0.0 if static else given.ahead,
     )
 
 

@@ -240,7 +240,7 @@ def _scheme(scheme: Integration, steps: int) -> Integration:
     rate = steps * scheme.rate
     if scheme.static:
         return replace(scheme, rate=rate)
-    return replace(scheme, rate=rate / STAGE, ahead=True)
+    return replace(scheme, rate=rate / STAGE, ahead=1.0)
 
 
 def _ahead(robot: Robot, state: State, h: float) -> State:

@@ -188,26 +188,33 @@ def condensed(
 
 
 def recondensed(
-    robot: Robot, space: ContactSpace, step: CondensedStep, system: System
+    robot: Robot, space: ContactSpace, step: CondensedStep, system: System, ahead: float = 0.0
 ) -> CondensedStep:
     """The same rows at the same state, condensed through another system.
+
+    Obstacles that move have made the same share of their way. Slip counts all of it.
 
     Args:
         robot: of the step.
         space: basis of the contact forces.
         step: its rows and contacts are kept; obstacles that move are where they are after the new step.
         system: another scheme's, linearised at the same state.
+        ahead: of that scheme.
     """
     rows, reduced, n_e = step.rows, step.reduced, step.layout.n_e
+    later = (1.0 - ahead) * system.h - step.system.h  # s
+    slid = None if ahead == 0.0 else ahead * system.h * step.state.v
     if rows.contacts.found.surface is not None:
-        rows = replace(rows, contacts=rows.contacts.later(system.h - step.system.h))
+        rows = replace(rows, contacts=rows.contacts.later(later))
         reduced = space.reduce(rows.contacts.without_friction())
     delta = [rows.effectors.delta[:n_e], rows.actuators.delta, reduced.delta]
     if len(step.extra) > 0:
-        delta.append(unit_values(rows.contacts, step.extra, system.h))
+        delta.append(unit_rows(rows.contacts, step.extra, system.h, slid)[1])
     H = step.compliance.H
     compliance = _through(robot, system, H, np.concatenate(delta), step.layout)
-    return replace(step, system=system, rows=rows, reduced=reduced, compliance=compliance)
+    return replace(
+        step, system=system, rows=rows, reduced=reduced, compliance=compliance, slid=slid
+    )
 
 
 def _through(robot: Robot, system: System, H: Array, delta: Array, layout: Layout) -> Compliance:

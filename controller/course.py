@@ -1,0 +1,78 @@
+"""How much of a robot's motion goes on in a plan: all of it, where its targets move with the effectors.
+
+A plan is a step of implicit Euler as long as the horizon H. At its end the effectors are at their target, so
+that the robot has come nearly to a stop there. That is right for a target that stays. A target that moves
+with a velocity u needs forces that keep the robot moving: damping resists, and inertia must not count as a
+help, as it does where a plan stops the robot within the horizon.
+
+So a share s of the velocity v goes on. That motion leads by h s v within the tick, after which the effectors
+are to be at the target, and what the plan changes of the velocity acts over the horizon:
+
+    q₁ = q + h s v + H (v₁ − s v),   M (v₁ − v) = H (f(q₁) − C v₁)
+
+With s = 0 this is the step of implicit Euler. The share follows from the goals of the last ticks: the motion
+of the targets along that of the effectors, relative to the latter. Where targets have moved at least half as
+fast as the effectors, s = 1; where they stay, s = 0: the robot comes to rest as if nothing had ever moved.
+
+The velocity of a mode that actuators move directly is what the last decision made it. With damping b_K, that
+velocity times −s b_K (H − h) / (b_K + H) is added to where such a mode ends, in which H is long against its
+period. The decision corrects that, and so changes the velocity in the next tick by that over h. Where this
+factor were more than one, decisions would alternate: it bounds s.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tauten.model import EffectorLayout
+from tauten.model.numerics import Array
+
+ENOUGH = 0.5  # of the effectors' motion, that the targets make where all of it goes on
+
+
+def with_goal(course: Array, goal: Array | None, ticks: int) -> Array:
+    """The goals of the last ticks: (s, n_v), oldest first, up to one more than half of the horizon.
+
+    Args:
+        course: (r, n_v) those before; without entries: none.
+        goal: (n_v,) the last one; None: there was none, which begins another course.
+        ticks: of the horizon.
+    """
+    if goal is None:
+        return np.zeros((0, 0))
+    kept = course.reshape(-1, len(goal))[-max(ticks // 2, 1) :]
+    joined: Array = np.concatenate([kept, goal[None]])
+    return joined
+
+
+def share_that_goes_on(
+    course: Array, layout: EffectorLayout, moved: Array, most: float = 1.0
+) -> float:
+    """The share s of the velocity, 0 to 1.
+
+    Args:
+        course: (s, n_v) goals of the last ticks, see `with_goal`.
+        layout: of the effectors.
+        moved: (n_e,) change of the effector rows in a tick by the velocity of the robot.
+        most: the largest share.
+    """
+    ticks = len(course) - 1
+    if ticks < 1:
+        return 0.0
+    own = layout.scale * moved * ticks  # (n_e,) m
+    target = layout.scale * layout.difference(course[-1], course[0])
+    way = ENOUGH * float(own @ own)
+    along = float(target @ own)
+    return float(np.clip(along / way, 0.0, most)) if way > 0.0 else 0.0
+
+
+def largest_share(h: float, horizon: float, stiffness_damping: float) -> float:
+    """The share s with which decisions do not alternate, at most 1.
+
+    Args:
+        h: length of a tick [s].
+        horizon: length H of the horizon [s].
+        stiffness_damping: b_K [s].
+    """
+    factor = stiffness_damping * (horizon - h)
+    return min(1.0, h * (stiffness_damping + horizon) / factor) if factor > 0.0 else 1.0

@@ -1,0 +1,98 @@
+"""A target that moves is followed without delay; the robot comes to rest at one that stays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.robots.bodies import pneumatic_robot
+
+from tauten.controller import Controller
+from tauten.controller.course import largest_share, share_that_goes_on, with_goal
+from tauten.model import Robot, Simulator
+from tauten.model.numerics import Array
+from tauten.service.setup import load_setup
+
+TICKS = 10
+LAYOUT = pneumatic_robot().effector_layout
+STEP = np.array([1e-4, 0.0, -2e-4])  # m, of a target in a tick
+
+
+def after(goals: list[Array]) -> Array:
+    """The course after these goals."""
+    course = np.zeros((0, 0))
+    for goal in goals:
+        course = with_goal(course, goal, TICKS)
+    return course
+
+
+def test_motion_goes_on_where_targets_move_as_the_effectors_do() -> None:
+    ramp = after([number * STEP for number in range(30)])
+    assert len(ramp) == 1 + TICKS // 2
+    assert share_that_goes_on(ramp, LAYOUT, STEP) == 1.0
+    assert share_that_goes_on(ramp, LAYOUT, 1.5 * STEP) == 1.0
+    assert share_that_goes_on(ramp, LAYOUT, 4.0 * STEP) == pytest.approx(0.5)
+    assert share_that_goes_on(ramp, LAYOUT, -STEP) == 0.0
+    assert share_that_goes_on(ramp, LAYOUT, np.array([0.0, 1e-4, 0.0])) == 0.0
+    assert share_that_goes_on(ramp, LAYOUT, np.zeros(3)) == 0.0
+
+
+def test_motion_does_not_go_on_where_targets_stay_or_there_are_none() -> None:
+    for goals in ([STEP] * 30, [0.0 * STEP] * 20 + [100.0 * STEP] * 10, [STEP], []):
+        assert share_that_goes_on(after(goals), LAYOUT, STEP) == 0.0
+    ramp = after([number * STEP for number in range(30)])
+    assert len(with_goal(ramp, None, TICKS)) == 0
+    assert (
+        share_that_goes_on(with_goal(with_goal(ramp, None, TICKS), STEP, TICKS), LAYOUT, STEP)
+        == 0.0
+    )
+
+
+def test_less_motion_goes_on_where_damping_is_strong() -> None:
+    assert largest_share(0.02, 0.2, 0.0) == largest_share(0.02, 0.2, 0.02) == 1.0
+    assert largest_share(0.02, 0.2, 0.1) == pytest.approx(1.0 / 3.0)
+    ramp = after([number * STEP for number in range(30)])
+    assert share_that_goes_on(ramp, LAYOUT, STEP, 0.3) == 0.3
+
+
+@pytest.mark.parametrize("reduced", [False, True])
+def test_a_share_of_the_way_is_between_all_and_none_of_it(reduced: bool) -> None:
+    """v_free is linear in the share a of the way that counts as made: b = h (f − C v − (1 − a) h K v)."""
+    robot: Robot = load_setup("trunk").robot if reduced else pneumatic_robot()
+    state = robot.rest()
+    state = replace(state, v=1e-2 * np.random.default_rng(0).standard_normal(robot.n))
+    found = [
+        robot.linearise(state, None, replace(robot.integration, ahead=share)).v_free.copy()
+        for share in (0.0, 0.25, 1.0)
+    ]
+    none, some, most = found
+    np.testing.assert_allclose(some, 0.75 * none + 0.25 * most, rtol=1e-9, atol=1e-12)
+    assert np.linalg.norm(most - none) > 0.1 * np.linalg.norm(none)
+
+
+@pytest.mark.parametrize("stops", [False, True])
+def test_a_body_under_pressure_follows_without_the_delay_of_the_horizon(stops: bool) -> None:
+    """What moves its tip is the damping's slow answer to the pressure: it was late by half of its way."""
+    robot = pneumatic_robot(
+        integration={"rayleigh_stiffness": 0.1}, controller={"rate": 50.0}, gravity=[0.0, 0.0, 0.0]
+    )
+    simulator = Simulator(robot, "none")
+    assert simulator.settle(effort=[2e4]).converged
+    controller, end = Controller(robot), simulator.effector[0]
+    start = controller.effector[0]
+    speed = (end - start) / 100  # m in a tick
+    for number in range(1, 61):
+        goal = start + speed * number
+        controller.step(goal)
+    late = float((goal - controller.effector[0]) @ speed / (speed @ speed))  # ticks
+    assert abs(late) < 0.7
+    if not stops:
+        return
+    farthest = 0.0
+    for _ in range(50):
+        controller.step(goal)
+        beyond = float((controller.effector[0] - goal) @ speed / (speed @ speed))
+        farthest = max(farthest, beyond)
+    assert farthest < 1.5  # ticks
+    assert np.linalg.norm(controller.effector[0] - goal) < 0.3 * np.linalg.norm(speed)
