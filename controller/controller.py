@@ -80,7 +80,6 @@ class Controller(RobotModel):
         self._robot = robot.fork()
         settings = settings or ControllerSettings()
         self.horizon = horizon_of(self.robot, settings.horizon)
-        self._ticks_ahead = self.horizon.ticks
         self.settings = DecideSettings(
             epsilon=settings.regularisation,
             enrichment=enrichment or default,
@@ -363,7 +362,7 @@ class Controller(RobotModel):
             self._contacts = moved.solved.step.rows.contacts.found
             self._stepped = self._state, moved.solved
             self._damping = made.damping or self._damping
-            self._course = with_goal(self._course, made.goal, self._ticks_ahead)
+            self._course = with_goal(self._course, made.goal, self.horizon.ticks)
         self._left, self._pending = now, None
         self._prepared = self._decision = None
 
@@ -378,9 +377,8 @@ class Controller(RobotModel):
         if self._prepared is None:
             return self._repeat()
         left, enrichment = self._left, self.settings.enrichment
-        held = self.robot.actuators.laws.held(left.position, left.effort)
-        command = with_locks(held, locks)
-        decision = hold(self.robot, self._prepared, command, left.position, enrichment)
+        held = with_locks(self.robot.actuators.laws.held(left.position, left.effort), locks)
+        decision = hold(self.robot, self._prepared, held, left.position, enrichment)
         if not np.isfinite(decision.predicted.dv).all():
             return self._repeat()
         if status is None:

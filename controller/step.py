@@ -61,16 +61,13 @@ class Horizon:
         robot: steps of one tick.
         ahead: the same robot with a workspace for the step over the horizon; None: the horizon is one tick.
         integration: of that step.
+        ticks: its length; 0: one tick, for which there is no step of its own.
     """
 
     robot: Robot
     ahead: Robot | None
     integration: Integration
-
-    @property
-    def ticks(self) -> int:
-        """Its length; 0: one tick, for which there is no step of its own."""
-        return 0 if self.ahead is None else round(self.integration.h / self.robot.h)
+    ticks: int = 0
 
 
 def horizon_of(robot: Robot, seconds: float) -> Horizon:
@@ -85,7 +82,8 @@ def horizon_of(robot: Robot, seconds: float) -> Horizon:
     scheme = robot.integration
     if scheme.static or seconds <= robot.h:
         return Horizon(robot, None, scheme)
-    return Horizon(robot, robot.fork(), replace(scheme, rate=1.0 / seconds))
+    ahead = replace(scheme, rate=1.0 / seconds)
+    return Horizon(robot, robot.fork(), ahead, round(seconds / robot.h))
 
 
 @dataclass(frozen=True, slots=True)
