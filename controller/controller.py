@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -15,7 +14,7 @@ from tauten.controller.damping import undamped
 from tauten.controller.loading import Order
 from tauten.controller.locks import locked, no_locks, resting, unlocked, with_locks, within_rate
 from tauten.controller.plan import DecideSettings, Prepared
-from tauten.controller.qpcc import Backend, QpccSettings, Status
+from tauten.controller.qpcc import Backend, QpccSettings, Status, TimeLimit
 from tauten.controller.settings import ControllerSettings
 from tauten.controller.step import Decision, advance, decide, hold, horizon_of, prepare, substeps_of
 from tauten.model import (
@@ -252,14 +251,14 @@ class Controller(RobotModel):
         except FactorisationError:
             self.status = Status.NOT_FINITE
 
-    def decide(self, target: Target, within: float = math.inf) -> Actuation:
+    def decide(self, target: Target, time: TimeLimit | None = None) -> Actuation:
         """Efforts for a target. A bad target raises nothing: the actuators hold, and `status` is the reason.
 
         Args:
             target: positions (p, 3) or (3 p,) of effectors that are points or centres [m]; of other
                 kinds one goal for each effector, a position (3,) [m], a `Pose` or a number, or all goal
                 values (n_v,) in a row.
-            within: time after which plans with friction end with the best that they have [s].
+            time: after which plans with friction end with the best that they have; None: no limit.
         """
         goal = self._robot.effector_layout.goal_values(target)
         self.prepare()
@@ -270,8 +269,9 @@ class Controller(RobotModel):
         locks = self._step_locks()
         if locks is not None and (locks.by_position | locks.by_force).all():
             return self._keep(locks, None)
-        settings, given = self.settings.within(within), (self._robot, self._prepared, goal)
-        decision = decide(*given, self._left.position, settings, locks, self._damping)
+        settings = self.settings if time is None else replace(self.settings, time=time)
+        given = self._robot, self._prepared, goal, self._left.position
+        decision = decide(*given, settings, locks, self._damping)
         self._last_decision = decision
         if not decision.status.usable or not np.isfinite(decision.predicted.dv).all():
             status = Status.NOT_FINITE if decision.status.usable else decision.status

@@ -8,9 +8,7 @@ that the actuators reach within one tick; a step of that size is what the linear
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
-from time import perf_counter
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -34,6 +32,7 @@ from tauten.controller.qpcc import (
     Solution,
     Start,
     Status,
+    TimeLimit,
     solve_qpcc,
 )
 from tauten.model import (
@@ -91,7 +90,7 @@ class DecideSettings:
         substeps: of second order that the model takes in a tick; 0: the decision's own step.
         friction_share: of the coefficients of friction, that plans count on.
         forces: limits of contact forces; None: there are none.
-        end: value of `perf_counter` at which plans with friction end [s].
+        time: after which plans with friction end with the best that they have.
     """
 
     epsilon: float
@@ -100,19 +99,13 @@ class DecideSettings:
     substeps: int = 1
     friction_share: float = 0.8
     forces: ForceLimits | None = None
-    end: float = math.inf
-
-    def within(self, seconds: float) -> DecideSettings:
-        """The same for a decision that has this long from now on [s]."""
-        return self if seconds == math.inf else replace(self, end=perf_counter() + seconds)
+    time: TimeLimit = field(default_factory=TimeLimit)
 
     @property
     def search(self) -> FrictionSettings:
         """How far a search with friction may go that begins now."""
-        solves, left = 2 * self.qpcc.max_pivots, self.end - perf_counter()
-        return FrictionSettings(
-            self.qpcc.solver, solves, left, perf_counter, PATH_STEPS, DESCENT, True
-        )
+        solves = 2 * self.qpcc.max_pivots
+        return FrictionSettings(self.qpcc.solver, solves, self.time, PATH_STEPS, DESCENT, True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,7 +236,7 @@ def make_plan(
         robot, prepared, aim, plan
     )
     seeks = untouched or plan.status is Status.SEEKING_CONTACT
-    if seeks and perf_counter() < settings.end:
+    if seeks and settings.time.allows():
         near = np.argsort(step.rows.contacts.rows.delta, kind="stable")[:NEAREST]
         near = np.setdiff1d(near, step.extra)
         if len(near) > 0:

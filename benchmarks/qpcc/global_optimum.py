@@ -24,6 +24,7 @@ from tauten.controller.qpcc import (
     Qpcc,
     Scaled,
     Start,
+    TimeLimit,
     relaxation,
     scale,
     solve_daqp,
@@ -68,7 +69,7 @@ def branch_and_bound(problem: Qpcc, start: Start | None, seconds: float) -> Glob
     if numbers != USABLE:
         return GlobalOptimum(np.inf, -np.inf)
     first = solve_qpcc(problem, start)
-    descent = Descent(scaled, solve_daqp, Budget(1_000_000, end))
+    descent = Descent(scaled, solve_daqp, Budget(1_000_000, TimeLimit(seconds)))
     if first.status.usable:
         descent.run(first.piece)
     bound = explore(descent, problem.constant / units.cost, end)

@@ -66,11 +66,11 @@ def exact_forces(
         wide: of the smoothed law that is tried where the exact one fails.
         needed: whether the smoothed law is tried in any case.
     """
-    begin = budget.clock()
+    begin = budget.time.clock()
     found, r, spent = forces_at(contacts, lam, start)
     budget.count(spent, begin)
     if not found and (needed or (not budget.exhausted and budget.allows(SMOOTHED + NEWTON))):
-        begin = budget.clock()
+        begin = budget.time.clock()
         near, systems = smoothed_forces(contacts, lam, start, wide)
         found, r, spent = forces_at(contacts, lam, near)
         budget.count(systems + spent, begin)
@@ -198,7 +198,7 @@ def exact_slope(contacts: InverseContacts, lam: Array, r: Array, budget: Budget)
         r: (3 m,) exact forces.
         budget: a linear system is counted.
     """
-    begin = budget.clock()
+    begin = budget.time.clock()
     systems, slope = slope_at(contacts, lam, r)
     budget.count(systems, begin)
     return slope

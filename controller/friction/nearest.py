@@ -60,7 +60,7 @@ def _slope(search: EffortSearch, point: EffortPoint, share: float) -> Array:
     if share == 0.0:
         return search.slope(point)
     width = widths(search.contacts, point.r, share, displacement_scale(search, point))
-    start, begin = lifted(search.contacts, point.r, width), search.budget.clock()
+    start, begin = lifted(search.contacts, point.r, width), search.budget.time.clock()
     _, slope, _, systems = meet_law(search.contacts, point.lam, start, width, LAW_STEPS)
     search.budget.count(systems, begin)
     return slope

@@ -85,7 +85,7 @@ def one_shot_path(
     while state.narrow < ENOUGH_NARROW and budget.spent < end and not budget.exhausted:
         number, begin = (
             min(AT_ONCE, end - budget.spent, budget.pivots - budget.spent),
-            budget.clock(),
+            budget.time.clock(),
         )
         if not budget.allows(number):
             break
@@ -210,7 +210,7 @@ def _meet(search: EffortSearch, lam: Array, r: Array, width: Widths) -> tuple[Ar
         width: of the law.
     """
     left = 1 if search.budget.exhausted else search.budget.pivots - search.budget.spent
-    begin = search.budget.clock()
+    begin = search.budget.time.clock()
     found, slope, error, spent = meet_law(search.contacts, lam, r, width, min(LAW_STEPS, left))
     search.budget.count(spent, begin)
     return found, slope, error <= 10.0 * MET

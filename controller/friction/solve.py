@@ -8,9 +8,7 @@ limits is the answer, whenever the search is cut.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from time import perf_counter
 
 import numpy as np
 
@@ -26,6 +24,7 @@ from tauten.controller.qpcc import (
     QpccSettings,
     Start,
     Status,
+    TimeLimit,
     solve_qpcc,
 )
 from tauten.model.numerics import Array
@@ -72,8 +71,7 @@ class FrictionSettings:
     Attributes:
         solver: QP library for what `solve_dual` leaves, see `qpcc.qp_backend`.
         solves: linear systems, after which only the forward solution at hand is completed.
-        time_limit: time after which the same [s]; the point of holding is found in any case.
-        clock: that tells the time [s].
+        time: after which the same; the point of holding is found in any case. None: no limit.
         path_steps: of a path, at most.
         forwards: exact solutions of a descent, at most.
         warm: whether one narrow path is enough, as from step to step of a control loop.
@@ -81,8 +79,7 @@ class FrictionSettings:
 
     solver: str | Backend = "daqp"
     solves: int = 2000
-    time_limit: float = math.inf
-    clock: Callable[[], float] = perf_counter
+    time: TimeLimit | None = None
     path_steps: int = 60
     forwards: int = 12
     warm: bool = False
@@ -141,8 +138,7 @@ def solve_friction_inverse(
     numbers = (*program.arrays[:2], program.G, program.M, program.m, lam)
     if not all(np.isfinite(values).all() for values in numbers):
         return _unsolved(problem, lam, Status.NOT_FINITE, 0)
-    clock = settings.clock
-    budget = Budget(settings.solves, clock() + settings.time_limit, reserved=RESERVED, clock=clock)
+    budget = Budget(settings.solves, settings.time or TimeLimit(), reserved=RESERVED)
     search = effort_search(problem, settings.solver, budget)
     start = np.zeros(len(search.contacts.q))
     if forces is not None:

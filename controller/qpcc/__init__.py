@@ -18,6 +18,7 @@ from tauten.controller.qpcc.residuals import certify
 from tauten.controller.qpcc.scaling import USABLE, Scaled, scale
 from tauten.controller.qpcc.solution import Certificate, Solution, Status
 from tauten.controller.qpcc.solve import NO_PIECE, QpccSettings, solve_qpcc
+from tauten.controller.qpcc.time_limit import TimeLimit
 from tauten.controller.qpcc.warming import warm_solver
 
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "Status",
     "UNBOUNDED",
     "USABLE",
+    "TimeLimit",
     "available_backends",
     "certify",
     "parabola",

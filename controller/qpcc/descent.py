@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from time import perf_counter
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from tauten.controller.qpcc.residuals import (
     residuals,
 )
 from tauten.controller.qpcc.scaling import Scaled
+from tauten.controller.qpcc.time_limit import TimeLimit
 from tauten.model.numerics import Array, Bools, Ints
 
 NOISE = 1e-11  # of an objective, relative to its terms
@@ -74,19 +74,17 @@ class Budget:
 
     Attributes:
         pivots: QPs or systems at most.
-        end: value of the clock at which to stop [s].
+        time: for all of it.
         spent: QPs or systems solved.
         reserved: systems for which time is left when the budget is used up.
         pace: longest time that a system has taken [s].
-        clock: tells the time [s].
     """
 
     pivots: int
-    end: float
+    time: TimeLimit
     spent: int = 0
     reserved: int = 0
     pace: float = 0.0
-    clock: Callable[[], float] = perf_counter
 
     @property
     def exhausted(self) -> bool:
@@ -95,13 +93,13 @@ class Budget:
 
     def allows(self, systems: int) -> bool:
         """Whether there is time for some systems and for those that are reserved."""
-        return self.clock() + (systems + self.reserved) * self.pace < self.end
+        return self.time.allows((systems + self.reserved) * self.pace)
 
     def count(self, systems: int, begin: float) -> None:
         """Count systems that have been solved since a value of the clock."""
         self.spent += systems
         if systems > 0:
-            self.pace = max(self.pace, (self.clock() - begin) / systems)
+            self.pace = max(self.pace, (self.time.clock() - begin) / systems)
 
     def spend(self) -> bool:
         """Count a QP; False when it must not be solved any more."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from time import perf_counter
 from typing import Literal
 
 import numpy as np
@@ -31,6 +30,7 @@ from tauten.controller.qpcc.scaling import (
     scaled_arrays,
 )
 from tauten.controller.qpcc.solution import Certificate, Solution, Status
+from tauten.controller.qpcc.time_limit import TimeLimit
 from tauten.model.numerics import Array, Bools, active_set_forces, kernel
 
 
@@ -73,7 +73,7 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
         ValueError: the settings name a library that is not installed.
     """
     backend = qp_backend(settings.solver)
-    budget = Budget(settings.max_pivots, perf_counter() + settings.time_limit)
+    budget = Budget(settings.max_pivots, TimeLimit(settings.time_limit))
     given, guess = start_of(warm, len(problem.lb), len(problem.m))
     numbers, scaled, units, lam_a, found, piece, z = start(given, guess, problem.arrays)
     if numbers == NOT_FINITE:

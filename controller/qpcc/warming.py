@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from time import perf_counter
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from tauten.controller.qpcc.problem import Qpcc
 from tauten.controller.qpcc.qp import Backend, qp_backend
 from tauten.controller.qpcc.scaling import scale
 from tauten.controller.qpcc.solve import QpccSettings, solve_qpcc
+from tauten.controller.qpcc.time_limit import TimeLimit
 
 CLOSED = np.zeros(2, dtype=np.bool_)
 
@@ -34,9 +34,7 @@ def warm_solver(solver: str | Backend) -> None:
         solve_qpcc(problem, settings=settings)
         solve_qpcc(replace(problem, g_lo=np.array([9.0]), g_hi=np.array([9.5])), settings=settings)
         _, scaled, _ = scale(problem)
-        descent = Descent(
-            scaled, wrapped := lambda qp: backend(qp), Budget(8, perf_counter() + 9.0)
-        )
+        descent = Descent(scaled, wrapped := lambda qp: backend(qp), Budget(8, TimeLimit(9.0)))
         point = solve_piece(scaled, CLOSED, wrapped)
         if point is not None:
             descent.settle(point)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from tauten.controller import NO_CERTIFICATE, Actuation, Controller, LockError
-from tauten.controller.qpcc import Status
+from tauten.controller.qpcc import Status, TimeLimit
 from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
 from tauten.service.node.limiter import ActuationLimiter
@@ -44,6 +44,7 @@ class Action:
         decided: whether a target was decided for.
         wanted: actuation of the model or of the release, before the limits.
         actuation: what leaves, within the limits.
+        checks: of the time that were passed by a decision which was cut; −1: it was not.
     """
 
     mode: Mode
@@ -51,6 +52,7 @@ class Action:
     decided: bool
     wanted: Actuation
     actuation: Actuation
+    checks: int = -1
 
     @property
     def status(self) -> Status | None:
@@ -79,8 +81,7 @@ class ControlLoop:
             enabled: whether targets are followed before an operator enables it.
             settings: limit of missed deadlines and time of a release; default: those of a file that
                 does not set any.
-            timed: whether decisions with friction end after a share of the period on the clock. Without
-                that a loop repeats exactly.
+            timed: whether decisions with friction end after a share of the period on the clock.
         """
         self._state = NodeState(enabled=enabled)
         self._settings = settings or ServiceSettings()
@@ -180,21 +181,28 @@ class ControlLoop:
         self._state = transition(self._state, seen, self._settings.late_limit)
         return self.act(goal)
 
-    def act(self, goal: Array | None) -> Action:
-        """The action in the present state, for goal values (n_v,) or none."""
+    def act(self, goal: Array | None, checks: int = -1) -> Action:
+        """The action in the present state.
+
+        Args:
+            goal: (n_v,) goal values; None: nothing to follow.
+            checks: of an action whose decision was cut, to cut this one there too.
+        """
         last, decided = self.controller.actuation, False
+        time = TimeLimit(self._within) if checks < 0 else TimeLimit(checks=checks)
         if self._state.mode is Mode.STOP:
             wanted = self._release()
         elif self._state.mode is Mode.RUN and goal is not None:
             self._ramp, decided = None, True
-            wanted = self.controller.decide(goal, self._within)
+            wanted = self.controller.decide(goal, time)
             self._state = judged(self._state, wanted.status.usable)
         else:
             self._ramp = None
             wanted = self.controller.hold()
         actuation = self._limiter.limit(wanted, last)
         self.controller.limit(actuation)
-        return Action(self._state.mode, self._state.cause, decided, wanted, actuation)
+        mode, cause = self._state.mode, self._state.cause
+        return Action(mode, cause, decided, wanted, actuation, time.repeats)
 
     def rehearse(self, goal: Array) -> None:
         """Go through a decision that the next tick may need, for goal values (n_v,), without effect."""

@@ -229,6 +229,7 @@ class Node:
             clamped=action.actuation.clamped,
             goal_values=tuple(values.tolist()),
             correction_values=tuple(correction.tolist()),
+            checks=action.checks,
         )
 
     def _publish_ticks(self, clock: Clock, most: int) -> None:

@@ -292,7 +292,7 @@ def actions(
         if goal is not None and tick.correction_values:
             layout = loop.controller.robot.effector_layout
             goal = layout.moved(goal, np.array(tick.correction_values))
-        action = loop.act(goal)
+        action = loop.act(goal, tick.checks)
         loop.prepare(recorded.obstacles)
         yield tick, actuation, action
 

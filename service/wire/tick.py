@@ -16,6 +16,7 @@ from tauten.service.link import Cause, Mode
 from tauten.service.wire.messages import (
     TICK,
     TICK_OF_POINTS,
+    UNTIMED_TICK,
     from_cdr,
     header,
     nanoseconds,
@@ -66,6 +67,8 @@ class Tick:
         goal_values: goal values of all effectors, see `tauten.model.EffectorLayout`; empty when nothing
             was decided. Where they are missing when a tick is decoded, they are those of `goal`.
         correction_values: of all effector rows, added to the goal in a closed loop; empty in an open one.
+        checks: of the time that a decision with friction passed before it was cut; −1: it was not. A replay
+            cuts it there.
     """
 
     stamp: int
@@ -90,6 +93,7 @@ class Tick:
     clamped: bool
     goal_values: tuple[float, ...] = ()
     correction_values: tuple[float, ...] = ()
+    checks: int = -1
 
 
 def encode_tick(tick: Tick) -> bytes:
@@ -110,18 +114,21 @@ def encode_tick(tick: Tick) -> bytes:
         **{name: getattr(tick, name) for name in _ALIKE},
         goal_values=np.array(tick.goal_values, dtype=np.float64),
         correction_values=np.array(tick.correction_values, dtype=np.float64),
+        checks=tick.checks,
     )
     return to_cdr(TICK, message)
 
 
 def decode_tick(payload: bytes) -> Tick | Rejection:
-    """A tick from CDR, also one that was recorded before effectors had kinds."""
+    """A tick from CDR, also one that was recorded before it had all of these fields."""
     message: Any = from_cdr(TICK, payload)
+    for older in (UNTIMED_TICK, TICK_OF_POINTS):
+        if not isinstance(message, Rejection):
+            break
+        found = from_cdr(older, payload)
+        message = message if isinstance(found, Rejection) else found
     if isinstance(message, Rejection):
-        of_points = from_cdr(TICK_OF_POINTS, payload)
-        if isinstance(of_points, Rejection):
-            return message
-        message = of_points
+        return message
     for what, found, allowed in (
         ("mode", message.mode, _MODES),
         ("cause", message.cause, _CAUSES),
@@ -147,6 +154,7 @@ def decode_tick(payload: bytes) -> Tick | Rejection:
         **{name: getattr(message, name) for name in _ALIKE},
         goal_values=values("goal_values") or _flat(goal),
         correction_values=values("correction_values") or _flat(correction),
+        checks=getattr(message, "checks", -1),
     )
 
 
