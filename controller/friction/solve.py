@@ -281,8 +281,7 @@ def _without_friction(
     """
     program, rows = normals_alone(search.problem)
     pushing, budget = search.rows(forces)[rows] > 0.0, search.budget
-    begin = budget.clock()
-    limits = QpccSettings(settings.solver, settings.path_steps, budget.end - begin)
+    begin, limits = budget.time.clock(), QpccSettings(settings.solver, settings.path_steps)
     found = solve_qpcc(program, Start(lam, pushing), limits)
     budget.count(found.pivots, begin)
     if not found.status.usable:

@@ -7,6 +7,7 @@ import pytest
 from support.robots.bodies import beam_config, box_mesh
 
 from tauten.controller import Controller, Status
+from tauten.controller.qpcc import TimeLimit
 from tauten.controller.step import hold, prepare
 from tauten.model import Command, Robot, Simulator, friction_blocks
 from tauten.model.friction import FrictionProblem, certify_friction
@@ -162,8 +163,43 @@ def test_a_decision_without_time_holds_what_it_has_and_says_so() -> None:
     before, there = controller.effort, controller.tip - [0.0, 0.0, 0.003]
     controller.prepare()
     controller.rehearse(there)  # which changes nothing
-    held = controller.decide(there, within=0.0)
+    held = controller.decide(there, TimeLimit(0.0))
     assert held.status is Status.MAX_PIVOTS
     moved = controller.decide(there)
     assert moved.status is Status.OK
     assert np.abs(held.effort - before).max() < 0.1 * np.abs(moved.effort - before).max()
+
+
+@pytest.mark.parametrize("checks", [0, 3, 10])
+def test_a_decision_that_was_cut_is_repeated_by_its_checks(checks: int) -> None:
+    """Whatever the clock: as a replay does with the number of checks in a log."""
+    first, again = Controller(finger(0.5)), Controller(finger(0.5))
+    goal, cut = first.tip - [0.01, 0.0, 0.003], 0
+    for _ in range(10):
+        time = TimeLimit(checks / 1000.0, Clock())
+        wanted = first.decide(goal, time)
+        repeated = again.decide(goal, TimeLimit(checks=time.repeats) if time.cut else None)
+        assert repeated.position.tolist() == wanted.position.tolist()
+        assert repeated.status is wanted.status
+        first.advance()
+        again.advance()
+        cut += time.cut
+    assert cut > 0
+
+
+class Clock:
+    """A clock that is a millisecond further each time that it is read."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        """The time [s]."""
+        self.now += 1e-3
+        return self.now
+
+
+@pytest.mark.parametrize("seconds", [-1.0, np.nan])
+def test_a_time_that_is_none_is_refused(seconds: float) -> None:
+    with pytest.raises(ValueError, match="expected 0 or more"):
+        TimeLimit(seconds)
