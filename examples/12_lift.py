@@ -2,8 +2,8 @@
 
 python examples/12_lift.py
 
-The effector is the cube, which nothing but friction holds. Decisions count on 0.8 of the friction of the file
-(`friction_share`), so that a cube that is 20 % heavier than the controller believes is held too.
+The effector is the cube, which nothing but friction holds. Decisions count on 0.66 of its friction
+(`friction_share`), so that a cube that is 20 % heavier and has 20 % less friction is held too.
 """
 
 from __future__ import annotations
