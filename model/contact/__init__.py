@@ -13,7 +13,7 @@ from tauten.model.contact.obstacle import (
     velocity_between,
 )
 from tauten.model.contact.outlines import RodOutline
-from tauten.model.contact.pair import ContactPair, ForceBounds
+from tauten.model.contact.pair import ContactPair, ForceBounds, LargestSum
 from tauten.model.contact.self_contact import (
     ALARM_EDGES,
     EDGES_AWAY,
@@ -29,6 +29,7 @@ __all__ = [
     "ContactPair",
     "ContactSet",
     "ForceBounds",
+    "LargestSum",
     "EDGES_AWAY",
     "MeshShape",
     "Obstacle",

@@ -37,6 +37,7 @@ body: in a thinner wall a candidate of one side is also behind the other side.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -49,7 +50,7 @@ from scipy.sparse.csgraph import connected_components
 from tauten.model.contact.broad_phase import BLOCK
 from tauten.model.contact.narrow_phase import no_closest_points, search
 from tauten.model.contact.obstacle import ObstaclePoses, poses_at_start
-from tauten.model.contact.pair import ContactPair, check_pair
+from tauten.model.contact.pair import ContactPair, LargestSum, check_pair
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Bools, Ints, kernel
@@ -81,7 +82,7 @@ class ContactSet:
         n_vertices: number of vertices positions are given for.
         alarm_distance: largest distance that is reported [m].
         distance: at which surfaces are held from each other [m]; the gap is what remains to it.
-        max_force: sum of the normal forces of all pairs that decisions keep at most [N].
+        sums: largest sums of normal forces that decisions keep.
         n_slots: number of candidates n_c.
         frictional: whether any pair has friction.
         poses: where the obstacles are.
@@ -93,7 +94,7 @@ class ContactSet:
         n_vertices: int,
         alarm_distance: float,
         distance: float = 0.0,
-        max_force: float = np.inf,
+        sums: Sequence[LargestSum] = (),
     ) -> None:
         """Check the pairs and join their arrays.
 
@@ -102,7 +103,7 @@ class ContactSet:
             n_vertices: number of vertices positions are given for.
             alarm_distance: largest distance that is reported [m].
             distance: at which surfaces are held from each other [m].
-            max_force: sum of the normal forces of all pairs that decisions keep at most [N].
+            sums: largest sums of normal forces that decisions keep.
 
         Raises:
             ValueError: the alarm distance is not positive and larger than the other, or a pair has no
@@ -120,7 +121,7 @@ class ContactSet:
         self.n_vertices = n_vertices
         self.alarm_distance = alarm_distance
         self.distance = distance
-        self.max_force = max_force
+        self.sums = tuple(sums)
         self._nodes: Ints = np.vstack([np.zeros((0, 3)), *(p.nodes for p in pairs)]).astype(
             np.int64
         )

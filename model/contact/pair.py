@@ -32,6 +32,21 @@ class ForceBounds:
 
 
 @dataclass(frozen=True, slots=True)
+class LargestSum:
+    """The largest sum of the normal forces of several contacts, that decisions keep.
+
+    Attributes:
+        name: in messages.
+        pairs: numbers of the contacts.
+        force: at most [N].
+    """
+
+    name: str
+    pairs: tuple[int, ...]
+    force: float
+
+
+@dataclass(frozen=True, slots=True)
 class ContactPair:
     """Candidate points of one surface against triangles of another, or of the same one, or against a shape.
 

@@ -17,6 +17,7 @@ from tauten.model.contact import (
     ContactPair,
     ContactSet,
     ForceBounds,
+    LargestSum,
     Obstacle,
     ObstaclePath,
     ObstaclePose,
@@ -102,13 +103,19 @@ def contact_set(
     for one in obstacles:
         check_outside(one, vertices, surfaces[None], f"{source}: obstacles.{one.name}")
     return ContactSet(
-        pairs, len(vertices), alarm, config.contact.distance, largest_force(config.contact)
+        pairs,
+        len(vertices),
+        alarm,
+        config.contact.distance,
+        largest_sums(config.contact, len(pairs)),
     )
 
 
-def largest_force(contact: ContactRange) -> float:
-    """Sum of the normal forces of all contacts that a robot file allows [N]."""
-    return np.inf if contact.max_force is None else contact.max_force
+def largest_sums(contact: ContactRange, pairs: int) -> tuple[LargestSum, ...]:
+    """The largest sum of the normal forces of all contacts, as many as pairs, where a file has one."""
+    if contact.max_force is None:
+        return ()
+    return (LargestSum("all contacts", tuple(range(pairs)), contact.max_force),)
 
 
 def force_bounds(contact: TouchSettings) -> ForceBounds:

@@ -18,7 +18,6 @@ from tauten.model.load.contacts import (
     candidates_on,
     check_obstacle,
     force_bounds,
-    largest_force,
 )
 from tauten.model.mesh import Selector
 from tauten.model.numerics import Array, Ints
@@ -93,7 +92,7 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
         alarm_distance=config.contact.alarm_distance
         or common_alarm(own, config.contact.distance, source),
         distance=common_distance(own, config.contact.distance, source),
-        max_force=largest_force(config.contact),
+        max_force=config.contact.max_force,
         between=between,
         couplings=config.couplings,
     )

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from tauten.model.contact import ContactPair
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import CouplingSettings
@@ -38,7 +36,7 @@ class Assembly:
         distance: at which surfaces are held from each other [m].
         between: contact between parts.
         couplings: motors that drive actuators of several parts, which have the names of these.
-        max_force: sum of the normal forces of all contacts that decisions keep at most [N].
+        max_force: sum of the normal forces of all contacts that decisions keep at most [N]; None: any.
     """
 
     name: str
@@ -50,4 +48,4 @@ class Assembly:
     distance: float
     between: Between
     couplings: tuple[CouplingSettings, ...] = ()
-    max_force: float = np.inf
+    max_force: float | None = None

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from tauten.model.actuators import Coupling
-from tauten.model.contact import ContactPair, ContactSet, ObstaclePose, pose_at
+from tauten.model.contact import ContactPair, ContactSet, LargestSum, ObstaclePose, pose_at
 from tauten.model.numerics import matrix_quaternion
 from tauten.model.parts.actuators import PartsActuators
 from tauten.model.parts.assembly import Assembly, Between
@@ -104,8 +104,12 @@ def contact_vertices(between: Between, parts: Sequence[Part]) -> PartsPoints:
 
 def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
     """Contacts within each part, then those between parts, over `contact_vertices`."""
-    sets, pairs = [part.robot.contacts for part in parts], []
+    sets, sums = [part.robot.contacts for part in parts], list[LargestSum]()
+    pairs = list[ContactPair]()
     for part, own, span in zip(parts, sets, slices([one.n_vertices for one in sets]), strict=True):
+        for limit in own.sums:
+            numbers = tuple(len(pairs) + number for number in limit.pairs)
+            sums.append(LargestSum(f"{part.name}: {limit.name}", numbers, limit.force))
         for pair in own.pairs:
             one, name = pair.obstacle, f"{part.name}: {pair.name}"
             if one is not None:
@@ -117,7 +121,9 @@ def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
     pairs += [moved(pair, pair.name, first) for pair in assembly.between.pairs]
     count = first + sum(len(ids) for ids in assembly.between.vertices)
     distances = assembly.alarm_distance, assembly.distance
-    return ContactSet(pairs, count, *distances, assembly.max_force)
+    if assembly.max_force is not None:
+        sums.append(LargestSum("all contacts", tuple(range(len(pairs))), assembly.max_force))
+    return ContactSet(pairs, count, *distances, sums)
 
 
 def frame_of(placement: Placement) -> ObstaclePose:

@@ -185,7 +185,18 @@ class TouchSettings(Section):
             raise ValueError(
                 "min_slip_margin needs a friction above 0: without it everything slips"
             )
+        if self.max_force is not None and self.least_force > self.max_force:
+            raise ValueError(
+                f"min_slip_margin {self.min_slip_margin:g} N with a friction of {self.friction:g} needs a "
+                f"normal force of {self.least_force:g} N, and max_force is {self.max_force:g} N"
+            )
         return self
+
+    @property
+    def least_force(self) -> float:
+        """Sum of the normal forces without which its limits cannot be kept, once it pushes [N]."""
+        margin = self.min_slip_margin
+        return max(self.min_force, margin / self.friction if margin > 0.0 else 0.0)
 
 
 class ContactSettings(TouchSettings):
@@ -282,3 +293,21 @@ def check_surfaces(
                     f"contacts.{index}: surface {name!r} is not defined, "
                     f"known are {', '.join(sorted(allowed)) or 'none'}"
                 )
+
+
+def check_forces(contacts: Sequence[TouchSettings], contact: ContactRange) -> None:
+    """Make sure that all contacts together may push as much as each of them is to.
+
+    Args:
+        contacts: the tables of contacts.
+        contact: settings of all of them.
+
+    Raises:
+        ValueError: they may not.
+    """
+    least, largest = sum(one.least_force for one in contacts), contact.max_force
+    if largest is not None and least > largest:
+        raise ValueError(
+            f"contact.max_force is {largest:g} N, and min_force and min_slip_margin of the contacts need "
+            f"{least:g} N when all of them push; expected at least that"
+        )

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from tauten.model.schema.body import RotationSettings
 from tauten.model.schema.cable import CouplingSettings
-from tauten.model.schema.contact import ContactRange, ObstacleSettings, TouchSettings
+from tauten.model.schema.contact import ContactRange, ObstacleSettings, TouchSettings, check_forces
 from tauten.model.schema.digest import joined_digest
 from tauten.model.schema.robot_file import ControlPeriod, NamedRobot, check_unique
 from tauten.model.schema.section import Name, Point, Section
@@ -90,6 +90,11 @@ class PartsConfig(NamedRobot):
     controller: ControlPeriod = Field(
         default=ControlPeriod(), description="Control rate and inverse control."
     )
+
+    @model_validator(mode="after")
+    def _forces_of_contacts(self) -> Self:
+        check_forces(self.contacts, self.contact)
+        return self
 
     @model_validator(mode="after")
     def _names(self) -> Self:

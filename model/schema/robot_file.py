@@ -19,6 +19,7 @@ from tauten.model.schema.contact import (
     ContactSettings,
     ObstacleSettings,
     SurfaceSettings,
+    check_forces,
     check_surfaces,
 )
 from tauten.model.schema.effector import EffectorSettings
@@ -169,6 +170,11 @@ class RobotSettings(NamedRobot):
     controller: ControlPeriod = Field(
         default=ControlPeriod(), description="Control rate and inverse control."
     )
+
+    @model_validator(mode="after")
+    def _forces_of_contacts(self) -> Self:
+        check_forces(self.contacts, self.contact)
+        return self
 
     @model_validator(mode="after")
     def _names_once(self) -> Self:

@@ -159,9 +159,10 @@ def force_limits(contacts: ContactSet, space: ContactSpace) -> ForceLimits | Non
         for number, pair in enumerate(contacts.pairs)
         if pair.bounds.given
     ]
-    if np.isfinite(contacts.max_force):
-        every, bounds = np.arange(len(contacts.pairs)), ForceBounds(largest=contacts.max_force)
-        limited.append(LimitedPairs("all contacts", every, 0.0, bounds))
+    limited += [
+        LimitedPairs(one.name, np.array(one.pairs), 0.0, ForceBounds(largest=one.force))
+        for one in contacts.sums
+    ]
     if not limited:
         return None
     columns = [space.lift(one) for one in np.eye(space.k)]

@@ -13,11 +13,12 @@ from support.robots.bodies import beam_config, box_mesh
 
 from tauten.controller import Controller, Status
 from tauten.model import ContactSpace, ReducedContacts, Robot, Simulator, load_robot
-from tauten.model.load import build_robot
+from tauten.model.load import build_robot, shipped_folder
 from tauten.model.numerics import Array
 from tauten.model.rows import ContactRows
 from tauten.model.schema import RobotConfig
 from tauten.model.step.force_limits import DIRECTIONS, force_limits, friction_sums
+from tauten.reduction.state import StateBasis, reduced_robot
 
 SIZE = (0.1, 0.01, 0.01)
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -185,11 +186,41 @@ def test_rows_of_the_distance_to_slip_are_safe_within_two_percent() -> None:
         ({"max_force": float("nan")}, "finite"),
         ({"min_force": -1.0}, "greater than or equal to 0"),
         ({"friction": 1e300}, "less than or equal to 100"),
+        (
+            {"friction": 0.5, "max_force": 1.0, "min_slip_margin": 1.0},
+            "needs a normal force of 2 N, and max_force is 1 N",
+        ),
+        ({"min_force": 1.0, "total": 0.5}, "contact.max_force is 0.5 N, and .* need 1 N"),
+        (
+            {"friction": 0.5, "min_slip_margin": 0.4, "total": 0.5},
+            "contact.max_force is 0.5 N, and .* need 0.8 N",
+        ),
     ],
 )
 def test_limits_that_make_no_sense_are_refused(table: dict[str, Any], said: str) -> None:
     with pytest.raises(ValueError, match=said):
         finger(**{"friction": 0.0, **table})
+
+
+def test_the_largest_force_of_a_part_is_kept_in_a_robot_of_parts(tmp_path: Path) -> None:
+    """Of each part its own, beside that of all contacts."""
+    whole = (EXAMPLES / "finger_on_plate.toml").read_text()
+    finger_file = (shipped_folder() / "finger.toml").read_text()
+    shutil.copy(shipped_folder() / "finger.vtu", tmp_path)
+    limited = finger_file.replace("[contact]\n", "[contact]\nmax_force = 0.3\n")
+    (tmp_path / "thumb.toml").write_text(limited)
+    (tmp_path / "hand.toml").write_text(
+        whole.replace('robot = "finger"', 'robot = "thumb.toml"') + "\n[contact]\nmax_force = 0.7\n"
+    )
+    robot = load_robot(tmp_path / "hand.toml")
+    thumb = load_robot(tmp_path / "thumb.toml")
+    own = thumb.contacts
+    assert [(one.name, one.force) for one in robot.contacts.sums] == [
+        ("finger: all contacts", 0.3), ("all contacts", 0.7),
+    ]  # fmt: skip
+    assert robot.contacts.sums[0].pairs == own.sums[0].pairs
+    assert len(robot.contacts.sums[1].pairs) == len(robot.contacts.pairs) == len(own.pairs) + 1
+    assert reduced_robot(thumb, StateBasis.load("finger")).contacts.sums == own.sums
 
 
 def gripper(folder: Path, limits: str) -> Controller:

@@ -171,4 +171,4 @@ def contact_surface(robot: Robot[TetBody], Phi: Array) -> tuple[ModePoints, Cont
         for pair in old.pairs
     ]
     surface = mode_points(robot.body.tetrahedra, Phi, points_at(used))
-    return surface, ContactSet(pairs, len(used), old.alarm_distance, old.distance)
+    return surface, ContactSet(pairs, len(used), old.alarm_distance, old.distance, old.sums)
