@@ -128,7 +128,11 @@ def run_demo(
         save_path(make_path(settings.path, robot, path_settings), targets)
         path = make_path(str(targets), robot, PathSettings(repeats=True))
         step = _wait_alive(Keys(robot.name), network, (node, plant), stop)
-        if math.isnan(step) and not stop.requested:
+        if stop.requested:
+            raise DemoError(
+                "stopped before the node and the plant were ready: nothing was recorded"
+            )
+        if math.isnan(step):
             notes.append(
                 f"the node does not say how long a control step takes: whether it holds {rate:g} Hz is "
                 "unknown"

@@ -76,6 +76,12 @@ class Copy:
         self.send_signal(signal.SIGKILL)
 
 
+INTERRUPTED = (
+    128 + signal.SIGINT,
+    -signal.SIGINT,
+)  # Ctrl-C in a terminal reaches every process of it
+
+
 @dataclass(slots=True)
 class Child:
     """A `tauten` command as a process: its name, the process, the file of its output."""
@@ -114,13 +120,13 @@ class Child:
                 os.setpriority(os.PRIO_PROCESS, thread, _NICENESS)
 
     def check(self) -> None:
-        """Check that the process has not ended with an error.
+        """Check that the process has not ended with an error; an interrupt is none.
 
         Raises:
             DemoError: it has.
         """
         code = self.process.poll()
-        if code not in (None, 0):
+        if code not in (None, 0, *INTERRUPTED):
             lines = self.output.read_text(encoding="utf-8", errors="replace").strip().splitlines()
             last = lines[-1].removeprefix("tauten: ") if lines else "no output"
             raise DemoError(f"tauten {self.name} ended with {code}: {last} (see {self.output})")

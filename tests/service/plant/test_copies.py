@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -11,6 +14,7 @@ from support.processes import run_main
 from tauten.model import RobotFileError, load_robot
 from tauten.service.plant.copying import robot_copies, write_copies
 from tauten.service.plant.demo import LOG, TARGETS
+from tauten.service.plant.processes import Child, DemoError
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -110,3 +114,20 @@ def test_a_copied_robot_with_a_mesh_from_elsewhere_loads(beam_file: Path, tmp_pa
     write_copies(robot_copies(robot, None, tmp_path / "out"))
     assert str(beam_file.parent) not in (tmp_path / "out/beam.toml").read_text()
     assert load_robot(tmp_path / "out/beam.toml").n == load_robot(robot).n
+
+
+def test_a_process_that_ctrl_c_ended_has_not_failed(tmp_path: Path) -> None:
+    """In a terminal Ctrl-C reaches every process of it, so that a child may end first."""
+    code = "import time; print('ready', flush=True); time.sleep(60)"
+    (output := tmp_path / "child.txt").write_text("Traceback")
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as process:
+        child = Child("serve", process, output)
+        assert process.stdout is not None and process.stdout.readline() == b"ready\n"
+        child.check()
+        process.send_signal(signal.SIGINT)
+        process.wait(10)
+        child.check()
+    with subprocess.Popen([sys.executable, "-c", "raise SystemExit(3)"]) as process:
+        process.wait(10)
+        with pytest.raises(DemoError, match="ended with 3: Traceback"):
+            Child("serve", process, output).check()
