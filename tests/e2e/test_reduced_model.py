@@ -103,7 +103,7 @@ def test_reduce_keeps_no_model_that_errs_too_much(
     places = ("--out", folder / "thumb.basis", "--snapshots", folder / "campaign")
     assert run_main("reduce", thumb_file, *more, *places) == 2
     said = capsys.readouterr().err
-    assert "from where the full model takes it, allowed are 1e-06 mm" in said
+    assert "held-out loads, where 1e-06 mm are allowed" in said
     assert not (folder / "thumb.states").exists()
 
 
