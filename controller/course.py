@@ -13,6 +13,8 @@ are to be at the target, and what the plan changes of the velocity acts over the
 With s = 0 this is the step of implicit Euler. The share follows from the goals of the last ticks: the motion
 of the targets along that of the effectors, relative to the latter. Where targets have moved at least half as
 fast as the effectors, s = 1; where they stay, s = 0: the robot comes to rest as if nothing had ever moved.
+Nor does the motion go on of a robot that cannot follow: s decreases to zero where the effectors are between
+three and four ticks of their motion from their target.
 
 The velocity of a mode that actuators move directly is what the last decision made it. With damping b_K, that
 velocity times −s b_K (H − h) / (b_K + H) is added to where such a mode ends, in which H is long against its
@@ -28,6 +30,7 @@ from tauten.model import EffectorLayout
 from tauten.model.numerics import Array
 
 ENOUGH = 0.5  # of the effectors' motion, that the targets make where all of it goes on
+LATE = 4.0  # ticks of that motion from the targets, where nothing goes on; a tick less: all of it
 
 
 def with_goal(course: Array, goal: Array | None, ticks: int) -> Array:
@@ -46,24 +49,30 @@ def with_goal(course: Array, goal: Array | None, ticks: int) -> Array:
 
 
 def share_that_goes_on(
-    course: Array, layout: EffectorLayout, moved: Array, most: float = 1.0
+    course: Array, layout: EffectorLayout, values: Array, moved: Array, most: float = 1.0
 ) -> float:
     """The share s of the velocity, 0 to 1.
 
     Args:
         course: (s, n_v) goals of the last ticks, see `with_goal`.
         layout: of the effectors.
+        values: (n_v,) present values of the effectors.
         moved: (n_e,) change of the effector rows in a tick by the velocity of the robot.
         most: the largest share.
     """
     ticks = len(course) - 1
     if ticks < 1:
         return 0.0
+    error = layout.scale * layout.difference(course[-1], values)  # (n_e,) m
+    distance, tick = np.linalg.norm(error), np.linalg.norm(layout.scale * moved)
+    if not distance < LATE * tick:
+        return 0.0
+    following = min(LATE - float(distance / tick), 1.0)
     own = layout.scale * moved * ticks  # (n_e,) m
     target = layout.scale * layout.difference(course[-1], course[0])
     way = ENOUGH * float(own @ own)
     along = float(target @ own)
-    return float(np.clip(along / way, 0.0, most)) if way > 0.0 else 0.0
+    return following * float(np.clip(along / way, 0.0, most))
 
 
 def largest_share(h: float, horizon: float, stiffness_damping: float) -> float:

@@ -194,7 +194,8 @@ def prepare(
         most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness)
         share = 0.0
         if course is not None and not step.frictional:  # else a grasp is thrown
-            share = share_that_goes_on(course, robot.effector_layout, moved, most)
+            layout = robot.effector_layout
+            share = share_that_goes_on(course, layout, rows.values, moved, most)
         goes_on = share * (1.0 - robot.h / scheme.h)
         there = ahead.system(assembled, replace(scheme, ahead=goes_on))
         farther = recondensed(robot, space, step, there, goes_on)

@@ -27,33 +27,40 @@ def after(goals: list[Array]) -> Array:
     return course
 
 
+def share(course: Array, moved: Array, late: float = 0.0, most: float = 1.0) -> float:
+    """The share that goes on of effectors that are late by some ticks of their motion."""
+    values = np.zeros(3) if len(course) == 0 else course[-1] - late * moved
+    return share_that_goes_on(course, LAYOUT, values, moved, most)
+
+
 def test_motion_goes_on_where_targets_move_as_the_effectors_do() -> None:
     ramp = after([number * STEP for number in range(30)])
     assert len(ramp) == 1 + TICKS // 2
-    assert share_that_goes_on(ramp, LAYOUT, STEP) == 1.0
-    assert share_that_goes_on(ramp, LAYOUT, 1.5 * STEP) == 1.0
-    assert share_that_goes_on(ramp, LAYOUT, 4.0 * STEP) == pytest.approx(0.5)
-    assert share_that_goes_on(ramp, LAYOUT, -STEP) == 0.0
-    assert share_that_goes_on(ramp, LAYOUT, np.array([0.0, 1e-4, 0.0])) == 0.0
-    assert share_that_goes_on(ramp, LAYOUT, np.zeros(3)) == 0.0
+    assert share(ramp, STEP) == share(ramp, 1.5 * STEP) == 1.0
+    assert share(ramp, 4.0 * STEP) == pytest.approx(0.5)
+    assert share(ramp, -STEP) == share(ramp, np.array([0.0, 1e-4, 0.0])) == 0.0
+    assert share(ramp, np.zeros(3)) == 0.0
 
 
 def test_motion_does_not_go_on_where_targets_stay_or_there_are_none() -> None:
     for goals in ([STEP] * 30, [0.0 * STEP] * 20 + [100.0 * STEP] * 10, [STEP], []):
-        assert share_that_goes_on(after(goals), LAYOUT, STEP) == 0.0
+        assert share(after(goals), STEP) == 0.0
     ramp = after([number * STEP for number in range(30)])
     assert len(with_goal(ramp, None, TICKS)) == 0
-    assert (
-        share_that_goes_on(with_goal(with_goal(ramp, None, TICKS), STEP, TICKS), LAYOUT, STEP)
-        == 0.0
-    )
+    assert share(with_goal(with_goal(ramp, None, TICKS), STEP, TICKS), STEP) == 0.0
+
+
+def test_motion_does_not_go_on_of_a_robot_that_cannot_follow() -> None:
+    ramp = after([number * STEP for number in range(30)])
+    assert share(ramp, STEP, late=2.9) == share(ramp, STEP, late=-2.9) == 1.0
+    assert share(ramp, STEP, late=3.5) == pytest.approx(0.5)
+    assert share(ramp, STEP, late=4.1) == 0.0
 
 
 def test_less_motion_goes_on_where_damping_is_strong() -> None:
     assert largest_share(0.02, 0.2, 0.0) == largest_share(0.02, 0.2, 0.02) == 1.0
     assert largest_share(0.02, 0.2, 0.1) == pytest.approx(1.0 / 3.0)
-    ramp = after([number * STEP for number in range(30)])
-    assert share_that_goes_on(ramp, LAYOUT, STEP, 0.3) == 0.3
+    assert share(after([number * STEP for number in range(30)]), STEP, most=0.3) == 0.3
 
 
 @pytest.mark.parametrize("reduced", [False, True])
