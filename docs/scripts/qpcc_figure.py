@@ -22,6 +22,7 @@ from tauten.controller.qpcc import (
     Descent,
     DescentPoint,
     Qpcc,
+    TimeLimit,
     scale,
     solve_daqp,
     solve_qpcc,
@@ -96,7 +97,7 @@ def path(problem: Qpcc, start: Array) -> list[tuple[Array, float]]:
     """Tensions and objectives of the start and of each piece's optimum."""
     n_a = len(start)
     _, scaled, units = scale(problem)
-    descent = Watched(scaled, solve_daqp, Budget(100, np.inf))
+    descent = Watched(scaled, solve_daqp, Budget(100, TimeLimit()))
     beta, _, value = forces(problem, start)
     descent.run(beta > 0.0)
     found = [
