@@ -8,7 +8,7 @@ that the actuators reach within one tick; a step of that size is what the linear
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -90,7 +90,7 @@ class DecideSettings:
         substeps: of second order that the model takes in a tick; 0: the decision's own step.
         friction_share: of the coefficients of friction, that plans count on.
         forces: limits of contact forces; None: there are none.
-        time: after which plans with friction end with the best that they have.
+        time: after which plans with friction end with the best that they have; None: no limit.
     """
 
     epsilon: float
@@ -99,7 +99,7 @@ class DecideSettings:
     substeps: int = 1
     friction_share: float = 0.8
     forces: ForceLimits | None = None
-    time: TimeLimit = field(default_factory=TimeLimit)
+    time: TimeLimit | None = None
 
     @property
     def search(self) -> FrictionSettings:
@@ -236,7 +236,7 @@ def make_plan(
         robot, prepared, aim, plan
     )
     seeks = untouched or plan.status is Status.SEEKING_CONTACT
-    if seeks and settings.time.allows():
+    if seeks and (settings.time is None or settings.time.allows()):
         near = np.argsort(step.rows.contacts.rows.delta, kind="stable")[:NEAREST]
         near = np.setdiff1d(near, step.extra)
         if len(near) > 0:
