@@ -14,7 +14,8 @@ With s = 0 this is the step of implicit Euler. The share follows from the goals 
 of the targets along that of the effectors, relative to the latter. Where targets have moved at least half as
 fast as the effectors, s = 1; where they stay, s = 0: the robot comes to rest as if nothing had ever moved.
 Nor does the motion go on of a robot that cannot follow: s decreases to zero where the effectors are between
-three and four ticks of their motion from their target.
+three and four ticks of their motion from their target. Where contacts are in range s = 0: motion that meets
+contact does not go on, and plans that count on it exceed limits or throw what is held.
 
 The velocity of a mode that actuators move directly is what the last decision made it. With damping b_K, that
 velocity times −s b_K (H − h) / (b_K + H) is added to where such a mode ends, in which H is long against its
@@ -64,12 +65,16 @@ def share_that_goes_on(
     if ticks < 1:
         return 0.0
     error = layout.scale * layout.difference(course[-1], values)  # (n_e,) m
-    distance, tick = np.linalg.norm(error), np.linalg.norm(layout.scale * moved)
+    tick = float(np.linalg.norm(layout.scale * moved))
+    if not np.abs(error).max() < LATE * tick:  # targets may be so far that squares overflow
+        return 0.0
+    distance = float(np.linalg.norm(error))
     if not distance < LATE * tick:
         return 0.0
-    following = min(LATE - float(distance / tick), 1.0)
+    following = min(LATE - distance / tick, 1.0)
     own = layout.scale * moved * ticks  # (n_e,) m
     target = layout.scale * layout.difference(course[-1], course[0])
+    target = np.clip(target, -1e6 * tick, 1e6 * tick)  # as above
     way = ENOUGH * float(own @ own)
     along = float(target @ own)
     return following * float(np.clip(along / way, 0.0, most))

@@ -193,7 +193,7 @@ def prepare(
         moved = robot.h * (rows.dense() @ state.v)  # (n_e,)
         most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness)
         share = 0.0
-        if course is not None and not step.frictional:  # else a grasp is thrown
+        if course is not None and len(step.rows.contacts.rows) == 0:
             layout = robot.effector_layout
             share = share_that_goes_on(course, layout, rows.values, moved, most)
         goes_on = share * (1.0 - robot.h / scheme.h)
