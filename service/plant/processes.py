@@ -110,14 +110,19 @@ class Child:
 
         Called when the process is ready: on a busy machine one of low priority takes minutes until it is.
         """
-        pid = self.process.pid
+        done: set[int] = set()
+        while new := self._threads() - done:  # a thread may have started one before its own turn
+            for thread in new:
+                with contextlib.suppress(ProcessLookupError):
+                    os.setpriority(os.PRIO_PROCESS, thread, _NICENESS)
+            done |= new
+
+    def _threads(self) -> set[int]:
+        """The threads of the process; elsewhere than on Linux a priority is that of the whole process."""
         try:
-            threads = [int(folder.name) for folder in Path(f"/proc/{pid}/task").iterdir()]
+            return {int(folder.name) for folder in Path(f"/proc/{self.process.pid}/task").iterdir()}
         except OSError:
-            threads = [pid]  # elsewhere than on Linux a priority is that of the whole process
-        for thread in threads:
-            with contextlib.suppress(ProcessLookupError):
-                os.setpriority(os.PRIO_PROCESS, thread, _NICENESS)
+            return {self.process.pid}
 
     def check(self) -> None:
         """Check that the process has not ended with an error; an interrupt is none.
