@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from tauten.model.beams.beams import Beams
 from tauten.model.beams.profile import Profile
-from tauten.model.numerics import Ints
+from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
     AttachedPoints,
     attach_between,
@@ -68,6 +68,47 @@ def build_beam_surfaces(
     drawn = join_attached_points([contact_points, *outlines])
     lever = float(np.linalg.norm(drawn.offsets * drawn.weights[:, :, None], axis=2).max())
     return BeamSurfaces(contact_points, drawn, np.concatenate(triangles), lever), named
+
+
+def chain_surface(body: Beams, profile: Profile) -> tuple[Array, Ints]:
+    """The closed surface of beams one behind the other, of one cross-section.
+
+    Around every node lies one ring, between those of the two elements that meet there.
+
+    Args:
+        body: the beams, element k from node k to node k + 1.
+        profile: their cross-section.
+
+    Returns:
+        Points (b, c, 3) around the b nodes [m], and triangles (t, 3), counter-clockwise seen from outside; in
+        them node k has the number k and corner i of its ring b + k c + i.
+    """
+    count, c = len(body.ends), len(profile.outline)
+    frames = Rotation.from_quat(np.roll(body.axes, -1, axis=1)).as_matrix()  # (e, 3, 3), columns
+    rings = np.einsum("ci,eji->ecj", profile.outline, frames[:, :, 1:])  # (e, c, 3)
+    for k in range(1, count):  # axes 2 and 3 of neighbours may differ by quarter turns
+        turns = [np.roll(rings[k], shift, axis=0) for shift in range(c)]
+        rings[k] = min(turns, key=lambda turn: float(np.abs(turn - rings[k - 1]).sum()))
+    around = np.concatenate([rings[:1], rings[:-1] + rings[1:], rings[-1:]])  # (b, c, 3)
+    around *= (
+        np.linalg.norm(profile.outline, axis=1).max()
+        / np.linalg.norm(around, axis=2).max(axis=1)[:, None, None]
+    )
+    i = np.arange(c)
+    j = (i + 1) % c
+    ends = (count + 1) + c * np.array([0, count])
+    triangles = [
+        np.stack([np.zeros(c, np.int64), ends[0] + j, ends[0] + i], axis=1),
+        np.stack([np.full(c, count), ends[1] + i, ends[1] + j], axis=1),
+    ]
+    for k in range(count):
+        a = (count + 1) + c * k
+        b = a + c
+        triangles += [
+            np.stack([a + i, a + j, b + j], axis=1),
+            np.stack([a + i, b + j, b + i], axis=1),
+        ]
+    return body.nodes[:, None] + around, np.concatenate(triangles)
 
 
 def outline(body: Beams, k: int, profile: Profile) -> tuple[AttachedPoints, Ints]:

@@ -2,7 +2,8 @@
 
 A node of a beam has a position and a rotation. In the mesh of the robot it is a rigid tetrahedron without
 material: the node itself and three corners beside it, along the axes of the body. Points and nodes that are
-attached to a beam are attached to such tetrahedra.
+attached to a beam are attached to such tetrahedra. Where the robot touches something a ring of nodes around
+the beam's node moves with it too; between these rings lie the triangles of the beam's surface.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from tauten.model.beams import (
     Beams,
     Profile,
     bar,
+    chain_surface,
     make_beams,
     outline,
     section,
@@ -32,6 +34,7 @@ from tauten.model.points import attach_to_nodes, join_attached_points
 from tauten.model.schema import (
     AnyProfile,
     BodySettings,
+    PartRobotConfig,
     RobotConfig,
     RobotFileError,
     SectionSettings,
@@ -49,14 +52,27 @@ class BeamPart:
     Attributes:
         name: of the body.
         nodes: (b,) its nodes in the whole mesh; the corners of each follow it.
+        rings: (b, c) nodes of its surface around each; c = 0 where the robot touches nothing.
+        triangles: (t, 3) of the surface, of nodes of the whole mesh.
         body: elements and masses.
         profile: its cross-section.
     """
 
     name: str
     nodes: Ints
+    rings: Ints
+    triangles: Ints
     body: Beams
     profile: Profile
+
+    def moved(self, first: int) -> BeamPart:
+        """The same where the first node of the body has another number in the whole mesh."""
+        return replace(
+            self,
+            nodes=self.nodes + first,
+            rings=self.rings + first,
+            triangles=self.triangles + first,
+        )
 
 
 def profile_of(settings: AnyProfile, material: Material) -> Profile:
@@ -113,6 +129,8 @@ def build_beam(
 ) -> tuple[BodyParts, BeamPart]:
     """A beam: its nodes with their masses, without tetrahedra that deform; nodes are numbered from zero.
 
+    The nodes of its surface come after those of `mesh`.
+
     Args:
         config: the robot file.
         body: the body, with its material.
@@ -153,10 +171,22 @@ def build_beam(
     if body.material.total_mass is not None:
         share = body.material.total_mass / made.mass.sum()
         made = replace(made, mass=share * made.mass, inertia=share * made.inertia)
-    mass = np.zeros(len(mesh.nodes))
-    mass[::CORNERS] = made.mass
     nodes = CORNERS * np.arange(count + 1)
-    return BodyParts(mesh, [], [], mass, count, []), BeamPart(body.name, nodes, made, profile)
+    around, triangles = np.zeros((count + 1, 0, 3)), np.zeros((0, 3), np.int64)
+    if has_surface(config):
+        around, triangles = chain_surface(made, profile)
+    rings = len(mesh.nodes) + np.arange(around[..., 0].size).reshape(around.shape[:2])  # (b, c)
+    every = np.concatenate([nodes, rings.ravel()])  # as `chain_surface` numbers them
+    whole = replace(mesh, nodes=np.concatenate([mesh.nodes, around.reshape(-1, 3)]))
+    mass = np.zeros(len(whole.nodes))
+    mass[nodes] = made.mass
+    part = BeamPart(body.name, nodes, rings, every[triangles], made, profile)
+    return BodyParts(whole, [], [], mass, count, []), part
+
+
+def has_surface(config: RobotConfig) -> bool:
+    """Whether beams have a surface: something may touch the robot, or it is a part of another."""
+    return bool(config.contacts or config.surfaces) or isinstance(config, PartRobotConfig)
 
 
 def beam_joints(beams: list[BeamPart], turning: Ints, springs: sp.csr_array) -> FrameJoints | None:

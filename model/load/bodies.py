@@ -35,6 +35,7 @@ class Bodies:
     Attributes:
         parts: mesh, elements and masses.
         selector: of regions.
+        touching: the same with the surfaces of beams, which only contacts know.
         fixed: (n_nodes,) which nodes the regions of `fixed` hold.
         rigid: nodes of each rigid body, as (n_nodes,) bool, by its name.
         beams: bodies that are beams.
@@ -42,6 +43,7 @@ class Bodies:
 
     parts: BodyParts
     selector: Selector
+    touching: Selector
     fixed: Bools
     rigid: dict[str, Bools]
     beams: list[BeamPart]
@@ -62,10 +64,17 @@ class Bodies:
 
     def with_corners(self, chosen: Bools) -> Bools:
         """The same nodes (n_nodes,), with the corners of those that are nodes of beams and no others."""
-        result, nodes = chosen.copy(), self.beam_nodes
-        for corner in range(1, CORNERS):
-            result[nodes + corner] = chosen[nodes]
+        result = chosen.copy()
+        for part in self.beams:
+            result[part.nodes[:, None] + np.arange(CORNERS)] = chosen[part.nodes, None]
+            result[part.rings] = chosen[part.nodes, None]
         return result
+
+    def corners_of(self, node: int) -> Ints:
+        """A node of a beam and all that moves with it: (4 + c,)."""
+        part = next(one for one in self.beams if node in one.nodes)
+        ring = part.rings[(node - part.nodes[0]) // CORNERS]
+        return np.concatenate([node + np.arange(CORNERS), ring])
 
 
 def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[AnyMesh]:
@@ -146,7 +155,8 @@ def build_bodies(config: RobotConfig, meshes: Sequence[AnyMesh], source: str) ->
         if body.beam is not None:
             assert isinstance(there, TetMesh)
             part, beam = build_beam(config, body, there, source, prefix)
-            beams.append(replace(beam, nodes=beam.nodes + counts[0]))
+            beams.append(beam.moved(int(counts[0])))
+            own = TetMesh(taken_back(part.mesh.nodes, body), part.mesh.tets)
         else:
             part = build_body(body, own, there, named, source, prefix)
         unmoved = own.split() if isinstance(own, QuadraticMesh) else own
@@ -166,8 +176,35 @@ def build_bodies(config: RobotConfig, meshes: Sequence[AnyMesh], source: str) ->
     for i, region in enumerate(config.fixed):
         fixed |= whole.select_nodes(region, f"fixed.{i}")
     rigid = {body.name: whole.nodes_of(body.name) for body in config.all_bodies if body.rigid}
-    bodies = Bodies(joined, whole, fixed, rigid, beams)
+    touching = with_beams(whole, beams) if beams else whole
+    bodies = Bodies(joined, whole, touching, fixed, rigid, beams)
     return replace(bodies, fixed=bodies.with_corners(fixed))
+
+
+def with_beams(whole: Selector, beams: Sequence[BeamPart]) -> Selector:
+    """A selector that knows the surfaces of beams besides.
+
+    Args:
+        whole: of all bodies.
+        beams: those that are beams.
+    """
+    ranges, triangles, owners = {}, [], []
+    of_beams = {part.name: part for part in beams}
+    count = 0
+    for name, of in whole.ranges.items():
+        own = of.selector
+        if name in of_beams:
+            part = of_beams[name]
+            first = part.rings.min(initial=0)
+            owner = (part.triangles.max(axis=1) - first) // max(part.rings.shape[1], 1)
+            own = replace(own, boundary=part.triangles - of.first_node, owner=owner)
+        ranges[name] = replace(of, selector=own, first_triangle=count)
+        triangles.append(own.boundary + of.first_node)
+        owners.append(own.owner + of.first_tet)
+        count += len(own.boundary)
+    return replace(
+        whole, boundary=np.concatenate(triangles), owner=np.concatenate(owners), ranges=ranges
+    )
 
 
 def scaled_mesh(mesh: AnyMesh, body: BodySettings) -> AnyMesh:
@@ -183,6 +220,15 @@ def placed(nodes: Array, body: BodySettings) -> Array:
         w, x, y, z = body.rotation.unit_quaternion
         nodes = Rotation.from_quat([x, y, z, w]).apply(nodes)
     return nodes + np.array(body.position) if any(body.position) else nodes
+
+
+def taken_back(nodes: Array, body: BodySettings) -> Array:
+    """The inverse of `placed`: nodes (n_nodes, 3) in the robot's frame in a body's own coordinates [m]."""
+    moved: Array = nodes - np.array(body.position)
+    if body.rotation is not None:
+        w, x, y, z = body.rotation.unit_quaternion
+        moved = Rotation.from_quat([x, y, z, w]).apply(moved, inverse=True)
+    return moved
 
 
 def replace_nodes(mesh: AnyMesh, nodes: Array) -> AnyMesh:

@@ -232,15 +232,7 @@ def contact_surfaces(config: RobotConfig, selector: Selector) -> dict[str | None
     Args:
         config: the robot file.
         selector: of regions of the mesh.
-
-    Raises:
-        RobotFileError: the robot has no surface.
     """
-    if config.contacts and len(selector.boundary) == 0:
-        raise RobotFileError(
-            f"{selector.source}: contacts: beams that are bodies are lines without a surface; attach bodies "
-            "with meshes to them, or write a structure file, whose beams have surfaces"
-        )
     obstacles = {one.name for one in config.obstacles}
     used = [name for contact in config.contacts for name in (contact.candidates, contact.against)]
     wanted = dict.fromkeys([*(surface.name for surface in config.surfaces), *used])

@@ -89,10 +89,9 @@ def require_no_spin(beams: list[BeamPart], bodies: Bodies, constraints: Constrai
     firm[glued.masters[glued.weights != 0.0]] = True
     for frame in moving:
         alone = frame.name.startswith("bodies.") or isinstance(frame, PinnedRegion)
-        if (
-            not alone or len(frame.nodes) > CORNERS
-        ):  # a servo, or something that the node is part of
-            firm[frame.nodes] = True
+        own = np.intersect1d(frame.nodes, bodies.beam_nodes)
+        if not (alone and len(own) == 1 and len(frame.nodes) == len(bodies.corners_of(own[0]))):
+            firm[frame.nodes] = True  # a servo, or something that the node is part of
     for part in beams:
         if any(firm[part.nodes + corner].any() for corner in range(CORNERS)):
             continue

@@ -9,7 +9,6 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from tauten.model.constraints import DriveRegion, GluedNodes, PinnedRegion, RigidRegion
-from tauten.model.load.beam_bodies import CORNERS
 from tauten.model.load.bodies import Bodies
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, Bools, Ints
@@ -108,11 +107,11 @@ def join_frames(
             require_free(own, taken, one, source)
             glued += [(node, one) for node in own.tolist()]
         for node in beam_nodes(bodies, one.chosen):
-            taken[corners(node)] = True
+            taken[bodies.corners_of(node)] = True
     rigid = list(rigid)
     for part in bodies.beams:
         free = part.nodes[~taken[part.nodes]]
-        rigid += [RigidRegion(f"bodies.{part.name}", corners(node)) for node in free]
+        rigid += [RigidRegion(f"bodies.{part.name}", bodies.corners_of(node)) for node in free]
     frames: list[AnyFrame] = [*rigid, *pinned, *drives]
     glue_beams(bodies, frames, glued)
     none = sp.csr_array((0, x0.size))
@@ -141,13 +140,8 @@ def glue_beams(bodies: Bodies, frames: list[AnyFrame], glued: list[tuple[int, At
                 f"{source}: {one.where}: a node of a beam is glued to what is rigid; at a soft body exchange "
                 'region and to, or let kind = "pin" hold its position'
             )
-        nodes = np.concatenate([frames[place].nodes, corners(node)])
+        nodes = np.concatenate([frames[place].nodes, bodies.corners_of(node)])
         frames[place] = replace(frames[place], nodes=nodes)
-
-
-def corners(node: int) -> Ints:
-    """A node of a beam and the corners beside it: (4,)."""
-    return node + np.arange(CORNERS)
 
 
 def beam_nodes(bodies: Bodies, chosen: Bools) -> Ints:
@@ -194,7 +188,7 @@ def pinned_nodes(bodies: Bodies, one: Attachment, taken: Bools) -> list[PinnedRe
     require_free(nodes, taken, one, source)
     found = one.follow(x0[nodes], source)
     return [
-        PinnedRegion(one.where, corners(node), x0[node], masters, weights)
+        PinnedRegion(one.where, bodies.corners_of(node), x0[node], masters, weights)
         for node, masters, weights in zip(nodes, found.nodes, found.weights, strict=True)
     ]
 

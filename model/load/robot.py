@@ -197,7 +197,7 @@ def make_part(
     bodies = build_bodies(config, meshes, str(path))
     return LoadedPart(
         robot_of(config, meshes, bodies, str(path)),
-        partial(body_surface, bodies.selector, str(path)),
+        partial(body_surface, bodies.touching, str(path)),
     )
 
 
@@ -304,7 +304,7 @@ def robot_of(
     place = partial(place_points, body.mesh, config.extrapolate_from)
     parts = build_actuators(config, body, selector, place)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
-    contacts = build_contacts(config, selector)
+    contacts = build_contacts(config, bodies.touching)
     mass = body.mass[~fixed]  # (n / 3,)
     elements = make_solid(body.domains, body.laws, pattern, body.n_elements)
     viscosity = None
