@@ -20,6 +20,7 @@ from tauten.service.plant import (
     Child,
     DemoError,
     PathSettings,
+    StartLimit,
     TargetPath,
     child,
     free_ports,
@@ -49,7 +50,6 @@ from tauten.service.wire import (
     open_session,
 )
 
-_START = 300.0  # s; kernels are compiled when a robot runs for the first time
 _SETTLE = 1.0  # s of ticks that are left out at the start
 _IDLE = 10.0  # s of the loop that does nothing
 _PATIENCE = 60.0  # s longer than it should take
@@ -352,19 +352,19 @@ def _served(
         session = open_session(Network(port), Role.OTHER, name)
         stack.callback(close_session, session)
         observer = _Observer(session, keys)
-        _await(lambda: is_alive(session, keys.token), (node,), _START, stop)
+        _await(lambda: is_alive(session, keys.token), (node,), None, stop)
         watched = [node]
         if settings.viewer:
             notify(f"{rate:g} Hz: starting the viewer")
             shown = [name, "--no-browser", "--web-port", "0", *common]
             watched.append(stack.enter_context(child("view", shown, folder)))
             watched[-1].give_way()
-            _await(lambda: observer.is_watched, (watched[-1], node), _START, stop)
+            _await(lambda: observer.is_watched, (watched[-1], node), None, stop)
         sending = [str(folder / "path.csv"), "--robot", robot, "--repeat"]
         sending += ["--rate", repr(settings.target_rate), "--duration", repr(settings.seconds)]
         sender = stack.enter_context(child("stream", [*sending, *common], folder))
         sender.give_way()
-        _await(lambda: sender.ended or observer.follows, (sender, *watched), _START, stop)
+        _await(lambda: sender.ended or observer.follows, (sender, *watched), None, stop)
         notify(f"{rate:g} Hz: following targets for {settings.seconds:g} s")
         begin, before = time.monotonic(), [one.processor_time for one in watched]
         _await(lambda: sender.ended, (sender, *watched), _PATIENCE + settings.seconds, stop)
@@ -377,12 +377,14 @@ def _served(
 
 
 def _await(
-    done: Callable[[], bool], children: tuple[Child, ...], seconds: float, stop: StopFlag
+    done: Callable[[], bool], children: tuple[Child, ...], seconds: float | None, stop: StopFlag
 ) -> None:
-    """Wait for the first child, all of which must live on or end well."""
-    end = time.monotonic() + seconds
+    """Wait for the first child, all of which must live on or end well. Without seconds: `StartLimit`."""
+    limit, begin = StartLimit(), time.monotonic()
     while not done() and not stop.requested:
-        if time.monotonic() > end:
+        if seconds is None:
+            limit.check(f"tauten {children[0].name}")
+        elif time.monotonic() - begin > seconds:
             raise DemoError(f"tauten {children[0].name} took more than {seconds:g} s")
         time.sleep(0.1)
         if not stop.requested:  # a child that Ctrl-C has met may end before it is ready

@@ -11,7 +11,7 @@ from tauten.service.plant.plant import (
     simulate,
     warm_plant,
 )
-from tauten.service.plant.processes import Child, DemoError, child, free_ports
+from tauten.service.plant.processes import Child, DemoError, StartLimit, child, free_ports
 from tauten.service.plant.reach import reach_plan, reached
 from tauten.service.plant.receiver import find_receiver, receiver_path
 from tauten.service.plant.streaming import StreamSettings, stream
@@ -37,6 +37,7 @@ __all__ = [
     "PathError",
     "PathSettings",
     "PlantSettings",
+    "StartLimit",
     "StreamSettings",
     "TargetPath",
     "bending_command",

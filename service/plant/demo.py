@@ -21,7 +21,14 @@ from tauten.service.link import step_at_start
 from tauten.service.plant.copying import robot_copies, write_copies
 from tauten.service.plant.paths import PathSettings, make_path
 from tauten.service.plant.plant import Drive, Steps
-from tauten.service.plant.processes import STOP_TIME, Child, DemoError, child, free_ports
+from tauten.service.plant.processes import (
+    STOP_TIME,
+    Child,
+    DemoError,
+    StartLimit,
+    child,
+    free_ports,
+)
 from tauten.service.plant.streaming import StreamSettings, stream
 from tauten.service.plant.waypoints import TargetPath, save_path
 from tauten.service.process import StopFlag
@@ -43,7 +50,6 @@ NODE = "serve"  # the command
 # How much longer than at the start a control step may take. Else a node refuses to start: the next is tried.
 SPARE = (2.0, 4.0, 8.0)
 _ANSWER = 20.0  # s until a node that is alive must have said how long its control step takes
-_START = 300.0  # s; kernels are compiled when a robot runs for the first time
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,13 +247,12 @@ def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop:
     """Wait until node and plant are alive; the time of a control step by the node [s], NaN without one."""
     session = open_session(network, Role.OTHER, keys.robot)
     try:
-        end = time.monotonic() + _START
+        limit = StartLimit()
         missing = {keys.token, keys.plant_token}
         while missing and not stop.requested:
             for one in children:
                 one.check()
-            if time.monotonic() > end:
-                raise DemoError(f"{', '.join(sorted(missing))} did not start within {_START:g} s")
+            limit.check(", ".join(sorted(missing)))
             missing -= {key for key in missing if is_alive(session, key)}
             time.sleep(0.1)
         step, end = math.nan, time.monotonic() + _ANSWER

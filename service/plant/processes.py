@@ -11,15 +11,19 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
+from tauten.model.kernels import kernel_folder
+
 STOP_TIME = (
     60.0  # s, the release of the cables included, on a machine that is busy with something else
 )
+_START = 300.0  # s without a kernel that is compiled
 _NICENESS = 10  # of what gives way
 _PORTS = range(28_000, 32_000, 2)
 
@@ -135,6 +139,48 @@ class Child:
             lines = self.output.read_text(encoding="utf-8", errors="replace").strip().splitlines()
             last = lines[-1].removeprefix("tauten: ") if lines else "no output"
             raise DemoError(f"tauten {self.name} ended with {code}: {last} (see {self.output})")
+
+
+class StartLimit:
+    """How long processes may take to start: a time from now, and from the last kernel that was compiled.
+
+    When a robot runs for the first time on a busy machine, compiling takes many minutes. Each process
+    writes a kernel into the folder of kernels as soon as it is compiled.
+    """
+
+    def __init__(self, seconds: float = _START) -> None:
+        """Start now.
+
+        Args:
+            seconds: without a new kernel [s].
+        """
+        self.seconds = seconds
+        self._changed, self._end = _last_compiled(), time.monotonic() + seconds
+
+    def check(self, what: str) -> None:
+        """Check that the limit is not exceeded.
+
+        Args:
+            what: has not started.
+
+        Raises:
+            DemoError: it is.
+        """
+        changed, now = _last_compiled(), time.monotonic()
+        if changed != self._changed:
+            self._changed, self._end = changed, now + self.seconds
+        elif now > self._end:
+            raise DemoError(
+                f"{what} did not start; no kernel has been compiled for {self.seconds:g} s"
+            )
+
+
+def _last_compiled() -> int:
+    """When a kernel was last written [ns]; 0 where there is no folder for them."""
+    try:
+        return kernel_folder().stat().st_mtime_ns
+    except OSError:
+        return 0
 
 
 def free_ports() -> int:
