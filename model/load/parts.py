@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import logging
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
@@ -29,9 +30,12 @@ from tauten.model.schema import (
     PartsConfig,
     PartSurfaceSettings,
     RobotFileError,
+    RobotSettings,
     RotationSettings,
     parts_digest,
 )
+
+log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
@@ -44,10 +48,12 @@ class LoadedPart:
         robot: the robot.
         surface: triangles (t, 3) of a surface by name, None for the whole one; it raises a RobotFileError
             where there is no such surface.
+        file: its robot file, as it is without others.
     """
 
     robot: Robot
     surface: Callable[[str | None], Ints]
+    file: RobotSettings
 
 
 Read = Callable[[str], LoadedPart]  # by the file of a part
@@ -69,6 +75,8 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
         Placement(rotation_matrix(part.rotation), np.array(part.position)) for part in config.parts
     ]
     loaded = [read(part.robot) for part in config.parts]
+    for note in unused_fields(config, loaded, places):
+        log.warning("%s: %s", source, note)
     robots = [
         one.robot.fork().loaded(
             place.into_part(gravity), np.zeros(3 * len(one.robot.effector_names))
@@ -100,6 +108,35 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
         return join_parts(assembly, parts)
     except ValueError as error:
         raise RobotFileError(f"{source}: {error}") from error
+
+
+def unused_fields(
+    config: PartsConfig, loaded: Sequence[LoadedPart], places: Sequence[Placement]
+) -> Iterator[str]:
+    """What files of parts say otherwise than the file of all parts, which does not say it but counts.
+
+    Gravity that is the same in the frame of the part or of the robot is not otherwise.
+
+    Args:
+        config: the file of all parts.
+        loaded: the parts.
+        places: where they stand.
+    """
+    used = np.array(config.gravity)
+    for part, one, place in zip(config.parts, loaded, places, strict=True):
+        own, given = one.file, one.file.model_fields_set
+        alike = any(np.allclose(own.gravity, g) for g in (used, place.into_part(used)))
+        if "gravity" in given and "gravity" not in config.model_fields_set and not alike:
+            yield (
+                f"parts.{part.name}: gravity {list(own.gravity)} in {part.robot} is not used; write it into "
+                f"this file, whose gravity of all parts is {list(config.gravity)} by default"
+            )
+        rates = config.controller.rate, own.controller.rate
+        if "rate" not in config.controller.model_fields_set and rates[0] != rates[1]:
+            yield (
+                f"parts.{part.name}: controller.rate {rates[1]:g} Hz in {part.robot} is not used; write it "
+                f"into this file, whose rate is {rates[0]:g} Hz by default"
+            )
 
 
 def digest_of(config: PartsConfig, parts: Sequence[Part], between: Between, source: str) -> str:

@@ -143,8 +143,10 @@ def make_parts(contents: dict[str, Any], path: Path, changes: Changes) -> Robot[
         changes: as of `make_robot`; each part is changed in the same way.
     """
     config = validated(PartsConfig, model_tables(contents), path)
-    rate = changes.rate or config.controller.rate
-    own = changes.model_copy(update={"rate": rate})
+    if changes.rate is not None:
+        period = config.controller.model_copy(update={"rate": changes.rate})
+        config = config.model_copy(update={"controller": period})
+    own = changes.model_copy(update={"rate": config.controller.rate})
 
     @cache
     def read(name: str) -> LoadedPart:
@@ -186,18 +188,21 @@ def make_part(
     if "parts" in raw:
         raise RobotFileError(f"{path}: parts: a part of a robot has no parts of its own")
     if "beams" in raw:
-        beams = changed(validated(BeamConfig, raw, path), changes, path)
+        written = validated(BeamConfig, raw, path)
+        beams = changed(written, changes, path)
         structure = read_structure(path.parent / beams.beams.file)
         for _ in range(changes.refinements):
             structure = structure.refine()
         robot, named = build_beam_robot(beams, structure, str(path))
-        return LoadedPart(robot, partial(beam_surface, named, str(path)))
-    config = changed(validated(kind, raw, path), changes, path)
+        return LoadedPart(robot, partial(beam_surface, named, str(path)), written)
+    file = validated(kind, raw, path)
+    config = changed(file, changes, path)
     meshes = read_bodies(config, path, changes.refinements)
     bodies = build_bodies(config, meshes, str(path))
     return LoadedPart(
         robot_of(config, meshes, bodies, str(path)),
         partial(body_surface, bodies.touching, str(path)),
+        file,
     )
 
 

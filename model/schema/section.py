@@ -28,10 +28,30 @@ class RobotFileError(ValueError):
     """A robot file that cannot be used; the text names file, field, what was found and allowed."""
 
 
+def _with_strict_numbers(schema: Any) -> Any:
+    """A pydantic schema in which numbers and booleans are of their own types, with all that it contains."""
+    if isinstance(schema, dict):
+        found = {
+            key: value if key == "default" else _with_strict_numbers(value)
+            for key, value in schema.items()
+        }
+        return found | {"strict": True} if found.get("type") in ("float", "int", "bool") else found
+    if isinstance(schema, list):
+        return [_with_strict_numbers(item) for item in schema]
+    if isinstance(schema, tuple):  # a choice of a union with its label
+        return tuple(_with_strict_numbers(item) for item in schema)
+    return schema
+
+
 class Section(BaseModel):
-    """A table of a robot file: unknown keys and non-finite numbers are errors."""
+    """A table of a robot file: unknown keys and non-finite numbers are errors, so is `true` for a number."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        made: CoreSchema = _with_strict_numbers(handler(source))
+        return made
 
     @model_validator(mode="before")
     @classmethod

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
+import secrets
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,15 +77,14 @@ def add_cable(file: Path, cable: NewCable) -> None:
     mode, text = file.stat().st_mode, file.read_bytes().decode("utf-8")  # line ends as they are
     text += ("" if text.endswith("\n") else "\n") + cable_text(cable)
     # beside the file, because its paths are relative to it
-    descriptor, name = tempfile.mkstemp(dir=file.parent, prefix=f".{file.stem}-", suffix=".toml")
-    trial = Path(name)
+    trial = file.with_name(f".{file.stem}-{secrets.token_hex(8)}.toml")
     try:
-        with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
+        with trial.open("x", encoding="utf-8", newline="") as stream:
             stream.write(text)
         load_robot(trial)
     except RobotFileError as error:
         raise RobotFileError(str(error).replace(str(trial), str(file))) from error
     finally:
-        trial.unlink()
+        trial.unlink(missing_ok=True)
     write_text(file, text)
     file.chmod(mode)

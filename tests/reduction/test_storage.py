@@ -4,6 +4,7 @@ import sys
 import threading
 import tracemalloc
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -49,9 +50,9 @@ def test_failed_write_leaves_the_old_file_and_no_other(stored: Path) -> None:
     assert list(stored.parent.iterdir()) == [stored]
 
 
-def interrupted_write(path: Path, line: int) -> int:
-    """Write a file with Ctrl-C at a line of `storage` or `zipfile`; returns how many were run."""
-    files, seen = {storage.__file__, zipfile.__file__}, 0
+def interrupted(line: int, files: set[str], action: Callable[[], None]) -> int:
+    """Do something with Ctrl-C at a line of some files; returns how many of their lines were run."""
+    seen = 0
 
     def trace(frame: FrameType, event: str, _: object) -> Any:
         nonlocal seen
@@ -67,10 +68,20 @@ def interrupted_write(path: Path, line: int) -> int:
     before = sys.gettrace()
     sys.settrace(trace)
     try:
-        storage.write(path, KIND, {}, {"noise": np.zeros(2)})
+        action()
     finally:
         sys.settrace(before)
     return seen
+
+
+def interrupted_write(path: Path, line: int) -> int:
+    """Write a file with Ctrl-C at a line of `storage` or `zipfile`; returns how many were run."""
+    contents = {"noise": np.zeros(2)}
+    return interrupted(
+        line,
+        {storage.__file__, zipfile.__file__},
+        lambda: storage.write(path, KIND, {}, contents),
+    )
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of ZipFile.__del__
@@ -88,6 +99,26 @@ def test_ctrl_c_at_any_line_of_a_write_is_ctrl_c(
             interrupted_write(path, line)
         assert not list(tmp_path.iterdir()) or storage.read(path, KIND, {"noise": "f"})
     gc.collect()  # archives that were interrupted: what they say belongs to this test
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of a file
+@pytest.mark.filterwarnings("ignore::ResourceWarning")  # that was just open
+def test_ctrl_c_at_any_line_leaves_no_other_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the first line to the last: the old text or the new one, and nothing beside it."""
+    monkeypatch.setattr(os, "fsync", lambda _: None)
+    path, files = tmp_path / "text.txt", {sys.modules[write_text.__module__].__file__ or ""}
+    write_text(path, "old")
+    lines = interrupted(0, files, lambda: write_text(path, "new"))
+    assert lines > 10
+    for line in range(1, lines + 1):
+        write_text(path, "old")
+        with pytest.raises(KeyboardInterrupt):
+            interrupted(line, files, lambda: write_text(path, "new"))
+        assert list(tmp_path.iterdir()) == [path]
+        assert path.read_text() in ("old", "new")
+    gc.collect()
 
 
 def test_missing_file_is_not_called_damaged(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,13 @@ import jsonschema
 import pytest
 from support.processes import ROBOT, run_main
 
-from tauten.service.file_schema import robot_file_schema
+from tauten.model.schema import Section
+from tauten.service.file_schema import (
+    BeamRobotFile,
+    PartsRobotFile,
+    RobotFile,
+    robot_file_schema,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = [*(ROOT / "model" / "robots").glob("**/*.toml"), *(ROOT / "tests").glob("**/*.toml")]
@@ -71,3 +77,42 @@ def test_files_that_do_not_load_are_not_valid(
 def test_command_prints_it(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_main("schema") == 0
     assert json.loads(capsys.readouterr().out) == robot_file_schema()
+
+
+def numbers(tree: Any, way: Sequence[str | int] = ()) -> Iterator[tuple[str | int, ...]]:
+    """Where the numbers of nested tables and lists are, of each list only the first."""
+    if isinstance(tree, dict):
+        for key, value in tree.items():
+            yield from numbers(value, (*way, key))
+    elif isinstance(tree, list):
+        yield from numbers(tree[0], (*way, 0)) if tree else ()
+    elif isinstance(tree, int | float) and not isinstance(tree, bool):
+        yield tuple(way)
+
+
+@pytest.mark.parametrize(
+    ("kind", "file"),
+    [
+        (RobotFile, "model/robots/finger.toml"),
+        (RobotFile, "model/robots/pneumatic_finger.toml"),
+        (RobotFile, "examples/tentacle.toml"),
+        (RobotFile, "examples/fork.toml"),
+        (BeamRobotFile, "model/robots/manipulator.toml"),
+        (PartsRobotFile, "examples/lift.toml"),
+    ],
+)
+@pytest.mark.parametrize("wrong", [True, "1"])
+def test_no_number_may_be_true_or_a_text(kind: type[Section], file: str, wrong: bool | str) -> None:
+    """`min_force = true` is no newton: every number of every table, but texts where functions take them."""
+    contents = tomllib.loads((ROOT / file).read_text())
+    kind.model_validate(contents)
+    found = [way for way in numbers(contents) if wrong is True or "parameters" not in way]
+    assert len(found) > 3
+    for *way, key in found:
+        table = contents
+        for step in way:
+            table = table[step]
+        right, table[key] = table[key], wrong
+        with pytest.raises(ValueError, match="Input should be a valid"):
+            kind.model_validate(contents)
+        table[key] = right

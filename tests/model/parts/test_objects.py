@@ -322,3 +322,25 @@ def test_an_arm_of_beams_bends_under_a_cube_as_a_cantilever(tmp_path: Path) -> N
     bending = 2e10 * np.pi * 0.002**4 / 4.0
     sag = WEIGHT * (length**3 / 3.0 - offset * length**2 / 2.0) / bending
     np.testing.assert_allclose(0.01 - simulator.effector[0, 2], sag, rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("part", "whole", "said"),
+    [
+        ("gravity = [0.0, 0.0, 0.0]", "", "parts.cushion: gravity [0.0, 0.0, 0.0] in cushion.toml is not"),
+        ("controller = { rate = 20.0 }", "", "parts.cushion: controller.rate 20 Hz in cushion.toml is not"),
+        ("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -1.6]", ""),
+        ("gravity = [0.0, 0.0, -9.81]", "", ""),
+        ("controller = { rate = 20.0 }", "controller = { rate = 30.0 }", ""),
+    ],
+)  # fmt: skip
+def test_what_only_the_file_of_a_part_says_is_not_ignored_silently(
+    part: str, whole: str, said: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Gravity and rate are those of the file of all parts; where it leaves them out, that is said."""
+    path = written(tmp_path, f"{whole}\n{TABLE}")
+    (tmp_path / "cushion.toml").write_text(f"{part}\n{CUSHION}")
+    assert load_robot(path).n_a == 1
+    notes = [record.getMessage() for record in caplog.records]
+    assert len(notes) == (1 if said else 0)
+    assert said in "".join(notes)
