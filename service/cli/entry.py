@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Callable
@@ -13,6 +14,10 @@ def main() -> None:
 
 
 def _start() -> None:
+    if parent := os.environ.pop("TAUTEN_PARENT", ""):
+        from tauten.service.process import end_with
+
+        end_with(int(parent))
     if sys.argv[1:2] == ["command"]:
         from tauten.service.cli.emergency import carry_out, order_in
 

@@ -19,6 +19,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from tauten.model.kernels import kernel_folder
+from tauten.service.process import PARENT, end_with
 
 STOP_TIME = (
     60.0  # s, the release of the cables included, on a machine that is busy with something else
@@ -47,7 +48,8 @@ class Copy:
             arguments: its arguments.
             output: file for what it prints.
         """
-        process = get_context("fork").Process(target=_become, args=(command, arguments, output))
+        given = command, arguments, output, os.getpid()
+        process = get_context("fork").Process(target=_become, args=given)
         with warnings.catch_warnings():  # of threads: BLAS ends its own before a fork
             warnings.simplefilter("ignore", DeprecationWarning)
             process.start()
@@ -220,6 +222,8 @@ def child(
 ) -> Iterator[Child]:
     """Run a `tauten` command as a process; it is interrupted, then killed, when the block is left.
 
+    Where this process is killed, so that the block is never left, it is asked to end too (on Linux).
+
     Args:
         command: name of the command.
         arguments: its arguments.
@@ -247,17 +251,26 @@ def _start(command: str, arguments: list[str], output: Path) -> subprocess.Popen
             stdin=subprocess.DEVNULL,
             stdout=sink,
             stderr=subprocess.STDOUT,
+            env={**os.environ, PARENT: str(os.getpid())},
         )
 
 
-def _become(command: str, arguments: list[str], output: Path) -> None:
-    """Run a command in a copy, as `python -m tauten.service` does."""
+def _become(command: str, arguments: list[str], output: Path, parent: int) -> None:
+    """Run a command in a copy, as `python -m tauten.service` does.
+
+    Args:
+        command: name of the command.
+        arguments: its arguments.
+        output: file for what it prints.
+        parent: number of the process that was copied.
+    """
     gc.freeze()  # a collection would write to, and so copy, all that the processes share
     signal.setitimer(signal.ITIMER_REAL, 0.0)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGALRM):
         if callable(signal.getsignal(number)):  # a handler of the process that was copied
             interrupts = number is signal.SIGINT
             signal.signal(number, signal.default_int_handler if interrupts else signal.SIG_DFL)
+    end_with(parent)
     with output.open("wb") as sink:
         os.dup2(sink.fileno(), 1)
         os.dup2(sink.fileno(), 2)
