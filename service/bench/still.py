@@ -3,6 +3,9 @@
 Random targets within twice the workspace: effectors at random equilibria, and up to twice as far away.
 In closed loop the robot is the same model under a tenth more gravity, which the controller does not know, and
 a run is as much longer as the correction takes to become constant.
+
+How long a robot takes to rest depends on its own damping, whatever moves it. So each run is compared with
+another one, in which the actuators go to the same place as fast as they may and stay there.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.bench.orders import OrderRun, order_run
 from tauten.service.node import LARGEST, Feedback
+from tauten.service.plant import DrivenRobot
 from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
 from tauten.service.setup import Setup, load_setup
 
@@ -79,6 +83,8 @@ class StillRun:
         best_mm: least distance that a descent over equilibria finds from there; None in closed loop.
         statuses: of the last part.
         rest_s: time from the last tick at a rate limit until all stays within `RESTING`; None: never.
+        own_rest_s: the same of the robot whose actuators go to the same place as fast as they may and stay;
+            None: never, and in closed loop.
         size_mm: of the robot.
     """
 
@@ -93,6 +99,7 @@ class StillRun:
     best_mm: float | None
     statuses: tuple[str, ...]
     rest_s: float | None
+    own_rest_s: float | None
     size_mm: float
 
     @property
@@ -233,18 +240,17 @@ def still_run(
     robot, layout = controller.robot, controller.robot.effector_layout
     start, plant = controller.effector_values, _plant(robot) if loop == "closed" else None
     feedback = Feedback(layout, setup.service.feedback_gain, LARGEST * robot.size)
-    left = list[Actuation]()
-    held, last = robot.actuators.laws.held_by_force, round(LAST / robot.h)
+    left, last = list[Actuation](), round(LAST / robot.h)
     more = 0.0 if plant is None else -np.log(STANDING * RESTING) / feedback.gain  # s
     for tick in range(round((seconds + more) / robot.h)):
         left.append(controller.step(layout.moved(goal, feedback.correction)))
         if plant is not None:
-            position = np.where(held, np.nan, left[-1].position)
-            plant.step(position, np.where(held, left[-1].effort, np.nan))
-            feedback.update(controller.effector_values, plant.effector_values, robot.h)
+            _drive(plant, left[-1].position, left[-1].effort)
+            measured = plant.simulator.effector_values
+            feedback.update(controller.effector_values, measured, robot.h)
         if tick % last == last - 1 and max(_changes(left[-last:], robot)) < STANDING * RESTING:
             break
-    where = controller.effector_values if plant is None else plant.effector_values
+    where = controller.effector_values if plant is None else plant.simulator.effector_values
     error = layout.error(where, goal)
     moved, pushed = _changes(left[-last:], robot)
     return StillRun(
@@ -258,19 +264,23 @@ def still_run(
         error_mm=1e3 * error,
         best_mm=1e3 * best_error(controller, goal, error) if plant is None else None,
         statuses=tuple(sorted({one.status.name for one in left[-last:]})),
-        rest_s=_time_to_rest(left, robot),
+        rest_s=_time_to_rest(_shares(left, robot), robot),
+        own_rest_s=own_time_to_rest(controller, len(left) + last) if plant is None else None,
         size_mm=1e3 * robot.size,
     )
 
 
 def _shares(left: list[Actuation], robot: Robot) -> Array:
     """Positions and efforts (ticks, 2, n_a), relative to their ranges."""
+    return _of_ranges(np.array([(one.position, one.effort) for one in left]), robot)
+
+
+def _of_ranges(left: Array, robot: Robot) -> Array:
+    """Positions and efforts (ticks, 2, n_a), relative to their ranges."""
     limits = robot.limits
-    position = np.array([one.position for one in left]) / (
-        limits.position_max - limits.position_min
-    )
-    effort = np.array([one.effort for one in left]) / (limits.effort_max - limits.effort_min)
-    return np.stack([position, effort], axis=1)
+    position = limits.position_max - limits.position_min
+    shares: Array = left / np.stack([position, limits.effort_max - limits.effort_min])
+    return shares
 
 
 def _changes(left: list[Actuation], robot: Robot) -> tuple[float, float]:
@@ -279,27 +289,55 @@ def _changes(left: list[Actuation], robot: Robot) -> tuple[float, float]:
     return position, effort
 
 
-def _time_to_rest(left: list[Actuation], robot: Robot) -> float | None:
-    """Time from the last tick at a rate limit until all stays within `RESTING` [s]; None: it never does."""
-    shares = _shares(left, robot).reshape(len(left), -1)
+def _time_to_rest(shares: Array, robot: Robot) -> float | None:
+    """Time from the last tick at a rate limit until all stays within `RESTING` [s]; None: it never does.
+
+    Args:
+        shares: (ticks, 2, n_a) positions and efforts, relative to their ranges.
+        robot: its rates.
+    """
+    shares = shares.reshape(len(shares), -1)
     rate = robot.h * robot.limits.rate / (robot.limits.position_max - robot.limits.position_min)
     moved = np.abs(np.diff(shares[:, : robot.n_a], axis=0))
     at_rate = np.flatnonzero((moved > 0.99 * rate).any(axis=1))
     after = shares[::-1]  # (ticks, 2 n_a), the last first
     spread = np.maximum.accumulate(after) - np.minimum.accumulate(after)
     resting = np.flatnonzero((spread > RESTING).any(axis=1))
-    rest = len(left) - int(resting[0]) if len(resting) else 0  # first tick of what rests
-    if rest >= len(left) - 1:
+    rest = len(shares) - int(resting[0]) if len(resting) else 0  # first tick of what rests
+    if rest >= len(shares) - 1:
         return None
     return robot.h * max(rest - (int(at_rate[-1]) + 1 if len(at_rate) else 0), 0)
 
 
-def _plant(robot: Robot) -> Simulator:
+def _plant(robot: Robot) -> DrivenRobot:
     """The robot under more gravity than its model has, settled."""
     none = np.zeros(3 * len(robot.effector_names))
-    plant = Simulator(robot.loaded(HEAVIER * robot.gravity, none), "none")
-    plant.settle_start()
-    return plant
+    simulator = Simulator(robot.loaded(HEAVIER * robot.gravity, none), "none")
+    simulator.settle_start()
+    return DrivenRobot(simulator, steps=1)
+
+
+def _drive(plant: DrivenRobot, position: Array, effort: Array) -> None:
+    """A period under positions, or efforts of those that keep these: (n_a,)."""
+    held = plant.simulator.robot.actuators.laws.held_by_force
+    plant.move(np.where(held, np.nan, position), np.where(held, effort, np.nan))
+
+
+def own_time_to_rest(controller: Controller, ticks: int) -> float | None:
+    """Time to rest where actuators go to where a controller has them as fast as they may, and stay [s].
+
+    Args:
+        controller: at rest.
+        ticks: that this may take.
+    """
+    robot = controller.robot
+    simulator = Simulator(robot, controller.space, controller.settings.enrichment)
+    simulator.settle_start()
+    body, way = DrivenRobot(simulator, steps=1), []
+    for _ in range(ticks):
+        _drive(body, controller.position, controller.effort)
+        way.append((simulator.position, simulator.effort))
+    return _time_to_rest(_of_ranges(np.array(way), robot), robot)
 
 
 def best_error(controller: Controller, goal: Array, error: float) -> float:

@@ -162,6 +162,7 @@ def still_page(result: StillBench) -> Page:
                 robot, model, loop, "yes" if contact else "no", str(len(runs)),
                 str(sum(run.rests for run in runs)),
                 _median([run.rest_s for run in runs if run.rest_s is not None]),
+                _median([run.own_rest_s for run in best if run.own_rest_s is not None]),
                 str(sum(run.is_best for run in best)) if best else "–",
                 str(sum(run.is_near for run in best)) if best else "–",
                 _farther(best),
@@ -180,6 +181,7 @@ def still_page(result: StillBench) -> Page:
                     "targets",
                     "at rest",
                     "seconds to rest, median",
+                    "of the robot alone",
                 ),
                 *(
                     "within 1 % of the best place",

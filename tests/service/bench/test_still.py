@@ -16,7 +16,7 @@ from tauten.service.plots import draw_still
 from tauten.service.process import StopFlag, host_info
 from tauten.service.tables import still_page
 
-RUN = StillRun("arm", "reduced", "open", False, 20.0, 1e-8, 1e-8, 5.0, 5.0, ("OK",), 0.3, 100.0)
+RUN = StillRun("arm", "reduced", "open", False, 20.0, 1e-8, 1e-8, 5.0, 5.0, ("OK",), 0.3, 0.3, 100.0)
 
 
 def test_rest_and_the_best_place_have_limits() -> None:
