@@ -16,7 +16,9 @@ from tauten.service.plots import draw_still
 from tauten.service.process import StopFlag, host_info
 from tauten.service.tables import still_page
 
-RUN = StillRun("arm", "reduced", "open", False, 20.0, 1e-8, 1e-8, 5.0, 5.0, ("OK",), 0.3, 0.3, 100.0)
+RUN = StillRun(
+    "arm", "reduced", "open", False, 20.0, 1e-8, 1e-8, 5.0, 5.0, ("OK",), 0.3, 0.3, 100.0
+)
 
 
 def test_rest_and_the_best_place_have_limits() -> None:
@@ -54,6 +56,8 @@ def test_the_diamond_rests_and_is_never_stuck() -> None:
     assert [run.loop for run in result.runs] == ["open"] * 2 + ["closed"] * 2
     assert all(run.rests and run.is_near for run in result.runs)
     assert all(run.rest_s is not None and run.rest_s < 2.0 for run in result.runs[:2])
+    assert all(run.own_rest_s is not None and run.own_rest_s < 2.0 for run in result.runs[:2])
+    assert all(run.own_rest_s is None for run in result.runs[2:])
     assert result.orders[0].stuck == 0
     assert result.orders[0].beyond == 0.0
     assert len(still_page(result).tables) == 2
