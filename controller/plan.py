@@ -35,6 +35,7 @@ from tauten.controller.qpcc import (
     TimeLimit,
     solve_qpcc,
 )
+from tauten.controller.settings import FRICTION_SHARE
 from tauten.model import (
     Command,
     Compliance,
@@ -97,7 +98,7 @@ class DecideSettings:
     enrichment: Enrichment
     qpcc: QpccSettings
     substeps: int = 1
-    friction_share: float = 0.8
+    friction_share: float = FRICTION_SHARE
     forces: ForceLimits | None = None
     time: TimeLimit | None = None
 

@@ -3,7 +3,7 @@
 python examples/12_lift.py
 
 The effector is the cube, which nothing but friction holds. Decisions count on 0.66 of its friction
-(`friction_share`), so that a cube that is 20 % heavier and has 20 % less friction is held too.
+(`friction_share`, by default), so that a cube that is 20 % heavier and has 20 % less friction is held too.
 """
 
 from __future__ import annotations

@@ -98,6 +98,27 @@ def crawler_scene() -> Scene:
     )  # fmt: skip
 
 
+def ring_scene() -> Scene:
+    """The ring from the side, two half turns of the oval."""
+    names: dict[str, Any] = {}
+
+    def run(found: dict[str, Any]) -> Iterator[Simulator]:
+        names.update(found)
+        yield from found["roll"](load_robot(found["FILE"]), 2)
+
+    return Scene(
+        example="13_ring",
+        run=run,
+        plots=(
+            ("place of the middle [mm]", lambda now: MM * now.tip[0]),
+            ("cosine of its angle", lambda now: float(np.cos(names["turned"](now)))),
+            ("largest tension [N]", lambda now: now.effort.max()),
+        ),
+        every=3, rate=15, turn=(-20.0, 14.0), force=0.15,
+        floor=((-0.04, 0.17), (-0.02, 0.02)),
+    )  # fmt: skip
+
+
 def grasp_scene() -> Scene:
     """The gripper from the side and above."""
     names: dict[str, Any] = {}
@@ -184,7 +205,7 @@ def lift_scene() -> Scene:
 
 SCENES = {
     "crawler": crawler_scene, "grasp": grasp_scene, "post": post_scene, "push": push_scene,
-    "lift": lift_scene,
+    "lift": lift_scene, "ring": ring_scene,
 }  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from support.robots.bodies import beam_config, box_mesh
 
 from tauten.controller import Controller, Status
 from tauten.controller.qpcc import TimeLimit
+from tauten.controller.settings import FRICTION_SHARE
 from tauten.controller.step import hold, prepare
 from tauten.model import Command, Robot, Simulator, friction_blocks
 from tauten.model.friction import FrictionProblem, certify_friction
@@ -92,7 +93,7 @@ def test_blocks_give_the_motion_of_a_hold_and_certify_it(pressing: Controller) -
 
 
 def test_plans_count_on_a_share_of_the_friction(pressing: Controller) -> None:
-    """What is decided stays within cones of 0.8 of the friction, and what the model does within all of it."""
+    """What is decided stays within narrower cones: with 20 % less friction and 20 % more load too."""
     controller = Controller(pressing.robot)
     goal = controller.tip - [0.01, 0.0, 0.003]
     slopes = []
@@ -103,9 +104,9 @@ def test_plans_count_on_a_share_of_the_friction(pressing: Controller) -> None:
         planned = decision.plan.predicted
         r = planned.lam[planned.step.layout.actuators.stop :].reshape(-1, 3)
         across = np.linalg.norm(r[:, 1:], axis=1)
-        assert (across <= 0.8 * 0.5 * r[:, 0] + 1e-7).all()
+        assert (1.2 * across <= 0.8 * 0.5 * r[:, 0] + 1e-7).all()
         slopes += (across[r[:, 0] > 1e-3] / r[r[:, 0] > 1e-3, 0]).tolist()
-    assert max(slopes) > 0.8 * 0.5 * 0.99  # and some slip at that border
+    assert max(slopes) > FRICTION_SHARE * 0.5 * 0.99  # and some slip at that border
 
 
 def test_candidates_on_what_is_fixed_are_in_nobodys_way() -> None:

@@ -3,6 +3,7 @@
 from benchmarks.robots.grasping.crawler import make_crawler
 from benchmarks.robots.grasping.fork import make_fork
 from benchmarks.robots.grasping.push import make_push
+from benchmarks.robots.grasping.ring import make_ring
 from benchmarks.robots.grasping.tentacle import make_tentacle
 
 MESHES = {
@@ -10,6 +11,7 @@ MESHES = {
     "fork": make_fork,
     "tentacle": make_tentacle,
     "push": make_push,
+    "ring": make_ring,
 }
 
 __all__ = ["MESHES"]

@@ -1,0 +1,32 @@
+"""A ring rolls by friction alone: without friction its centre of mass stays where it is, with it does not slide."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.robots.examples import changed, example
+
+from tauten.model import load_robot
+
+RING = example("13_ring")
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_a_ring_rolls_by_friction_alone(friction: float, tmp_path: Path) -> None:
+    """Cables act between points of the ring: without friction no force on it is horizontal."""
+    change = ("friction = 0.5", f"friction = {friction}")
+    robot = load_robot(changed(tmp_path, "ring.toml", change))
+    places = []
+    for simulator in RING["roll"](robot, 0.25 if friction else 0.1):
+        places.append(simulator.tip[0])
+        force = simulator.contacts.force  # (m, 3) N
+        limit = friction * force[:, 2]
+        assert (np.linalg.norm(force[:, :2], axis=1) <= limit + 1e-9).all()
+    moved = np.array(places) - places[0]
+    if friction == 0.0:
+        assert np.abs(moved).max() < 1e-6
+    else:
+        assert moved[-1] > 0.3 * RING["RADIUS"]
+        np.testing.assert_allclose(moved[-1], RING["RADIUS"] * RING["turned"](simulator), rtol=0.1)
