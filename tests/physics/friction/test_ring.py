@@ -1,4 +1,4 @@
-"""A ring rolls by friction alone: without friction its centre of mass stays where it is, with it does not slide."""
+"""A ring rolls by friction alone: it does not slide, and without friction it stays in place."""
 
 from __future__ import annotations
 
