@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.thumb import write_thumb
 
 from benchmarks.physics import TRUNK_CABLES, diamond, trunk
-from tauten.model import Ending, Robot, Simulator, State
+from tauten.model import Ending, Robot, Simulator, State, load_robot
 from tauten.model.points.paths import SHORTEST
 
 HANGING = (0.0, -9.81, 0.0)
@@ -94,15 +95,16 @@ def test_diamond_settles_with_a_leg_at_its_winch(data: Path, effort: float) -> N
         assert 0.0 < length < SHORTEST
 
 
-def test_state_of_a_failed_search_is_the_last_equilibrium(finger: Robot) -> None:
+def test_state_of_a_failed_search_is_the_last_equilibrium(tmp_path: Path) -> None:
     """A pull no cable can reach: the share that was reached is an equilibrium, and it is named."""
-    simulator, again = Simulator(finger, contact="none"), Simulator(finger, contact="none")
-    report = simulator.settle(position=[0.25])  # m, twice the length of the finger
+    thumb = load_robot(write_thumb(tmp_path))
+    simulator, again = Simulator(thumb, contact="none"), Simulator(thumb, contact="none")
+    report = simulator.settle(position=[0.08])  # m, longer than the thumb
     assert not report.converged
     assert report.ending is not Ending.SETTLED
     assert 0.0 < report.share < 1.0
     assert np.isfinite(simulator.state.q).all()
-    assert simulator.position[0] == pytest.approx(0.25 * report.share, abs=1e-6)
+    assert simulator.position[0] == pytest.approx(0.08 * report.share, abs=1e-6)
     again.start_from(simulator.state, simulator.forces)
     assert again.settle(position=simulator.position).iterations <= 2
 
