@@ -53,6 +53,17 @@ def test_what_the_build_imports_comes_with_the_extra() -> None:
         assert listed & {canonicalize_name(one) for one in found.get(name, [])}, name
 
 
+@pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
+def test_a_page_waits_for_what_its_commands_print(page: Path) -> None:
+    """The plant's message had changed: the page's picture waited an hour for the words of before."""
+    sources = [path.read_text(encoding="utf-8") for path in (ROOT / "service").rglob("*.py")]
+    awaited = [step.until for step in film_strip.steps_of(page) if step.until is not None]
+    assert len(awaited) > 2
+    for text in awaited:
+        message = re.sub(r"\b(finger|bender)\b", "%s", text)
+        assert any(f'"{message}' in source for source in sources), text
+
+
 def test_every_page_is_in_the_contents() -> None:
     contents = (ROOT / "docs" / "index.md").read_text(encoding="utf-8").splitlines()
     pages = sorted((ROOT / "docs").rglob("*.md"))
