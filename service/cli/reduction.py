@@ -201,7 +201,10 @@ def inspect(
         str, typer.Argument(help="A .basis or .states file, or a shipped robot's name.")
     ],
     robot: Annotated[
-        str | None, typer.Option(help="Robot name or file; default: the one it was made for.")
+        str | None,
+        typer.Option(
+            help="Robot name or file; default: the one it was made for, beside it or shipped."
+        ),
     ] = None,
     figure: Annotated[
         Path | None,
@@ -226,7 +229,7 @@ def inspect(
 
     found = ContactBasis.load(basis)
     errors = kept_curve(found, basis) if curve is not None else None
-    loaded = found_robot(found, robot, needed=robot is not None or figure is not None)
+    loaded = found_robot(found, basis, robot, needed=robot is not None or figure is not None)
     if errors is not None and curve is not None:
         draw_curve(errors, curve, found.k)
     if figure is not None and loaded is not None:

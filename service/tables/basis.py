@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 
 import numpy as np
 from rich.table import Table
@@ -11,16 +12,17 @@ from rich.table import Table
 from tauten.model import MeshError, Robot, RobotFileError, load_robot
 from tauten.model.numerics import Ints
 from tauten.reduction import BasisError, ContactBasis, CurvePoint
-from tauten.reduction.contact import Curve, coverage
+from tauten.reduction.contact import SUFFIX, Curve, coverage
 
 _RANGES = 8  # runs of slots that a line of the table names
 
 
-def found_robot(basis: ContactBasis, name: str | None, needed: bool) -> Robot | None:
-    """The robot a basis was made for: the one named, else the shipped one of that name, if any.
+def found_robot(basis: ContactBasis, file: str, name: str | None, needed: bool) -> Robot | None:
+    """The robot a basis was made for: the one named, else that of its name beside it or shipped, if any.
 
     Args:
         basis: the basis.
+        file: that it was read from, or the name of a shipped robot.
         name: robot name or file, None for the name in the provenance.
         needed: raise rather than return None.
 
@@ -28,6 +30,10 @@ def found_robot(basis: ContactBasis, name: str | None, needed: bool) -> Robot | 
         BasisError: the robot named is not the one that the basis was made for.
         RobotFileError, MeshError: it cannot be read.
     """
+    own = Path(f"{basis.provenance.robot}.toml")
+    beside = Path(file).with_name(own.name)
+    if name is None and own.name == str(own) and file.endswith(SUFFIX) and beside.is_file():
+        name = str(beside)
     try:
         robot = load_robot(name or basis.provenance.robot)
         basis.check_robot(robot)

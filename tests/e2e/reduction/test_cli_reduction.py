@@ -77,7 +77,7 @@ def test_inspect_prints_where_it_comes_from_and_what_it_misses(
     original: Made, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     modes, curve = tmp_path / "modes.png", tmp_path / "curve.png"
-    arguments = ("--robot", original.robot, "--figure", modes, "--curve", curve)
+    arguments = ("--figure", modes, "--curve", curve)  # the robot file lies beside the basis
     assert run_main("inspect", original.basis, *arguments) == 0
     text = capsys.readouterr().out
     basis = ContactBasis.load(original.basis)
@@ -91,13 +91,16 @@ def test_inspect_prints_where_it_comes_from_and_what_it_misses(
 
 
 def test_inspect_without_the_robot_names_the_slots(
-    original: Made, capsys: pytest.CaptureFixture[str]
+    made: Made, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    assert run_main("inspect", original.basis) == 0
+    elsewhere = made.basis.rename(tmp_path / "thumb.basis")
+    assert run_main("inspect", elsewhere) == 0
     text = capsys.readouterr().out
-    untouched = ContactBasis.load(original.basis).untouched()
+    untouched = ContactBasis.load(elsewhere).untouched()
     assert ranges(untouched[:3]).split(",")[0] in text
     assert "notch1_below" not in text
+    assert run_main("inspect", elsewhere, "--robot", made.robot) == 0
+    assert "notch1_below" in capsys.readouterr().out
 
 
 def test_slots_are_named_as_ranges() -> None:
