@@ -7,16 +7,18 @@ from tauten.controller.controller import Controller
 from tauten.controller.inverse import closed_compliance, energy_scale, inverse_problem
 from tauten.controller.loading import ControllerSetup, Order, controller_setup
 from tauten.controller.locks import LockError
-from tauten.controller.plan import DecideSettings, Prepared
+from tauten.controller.plan import Prepared
 from tauten.controller.qpcc.solution import Certificate, Status
 from tauten.controller.settings import (
     ControllerSettings,
+    DecideSettings,
     ModelSettings,
     load_controller_settings,
     load_model_settings,
+    substeps_of,
 )
 from tauten.controller.starting import start_at_rest, target_beside, warm_controller, warm_up
-from tauten.controller.step import Decision, Horizon, decide, hold, prepare, substeps_of
+from tauten.controller.step import Decision, Horizon, decide, hold, prepare
 
 __all__ = [
     "Actuation",

@@ -12,16 +12,24 @@ from tauten.controller.actuation import NO_CERTIFICATE, Actuation, decided_actua
 from tauten.controller.course import with_goal
 from tauten.controller.damping import undamped
 from tauten.controller.loading import Order
-from tauten.controller.locks import locked, no_locks, resting, unlocked, with_locks, within_rate
-from tauten.controller.plan import DecideSettings, Prepared
-from tauten.controller.qpcc import Backend, QpccSettings, Status, TimeLimit
-from tauten.controller.settings import ControllerSettings
-from tauten.controller.step import Decision, advance, decide, hold, horizon_of, prepare, substeps_of
+from tauten.controller.locks import (
+    locked,
+    locks_of_step,
+    no_locks,
+    resting,
+    unlocked,
+    with_locks,
+)
+from tauten.controller.plan import Prepared
+from tauten.controller.qpcc import Backend, Status, TimeLimit
+from tauten.controller.settings import ControllerSettings, decide_settings
+from tauten.controller.step import Decision, advance, decide, hold, horizon_of, prepare
 from tauten.model import (
     Command,
     ContactForces,
     ContactSpace,
     Enrichment,
+    ForceLimits,
     Forces,
     ObstaclePoses,
     Report,
@@ -32,7 +40,6 @@ from tauten.model import (
     Target,
     contact_model,
     default_enrichment,
-    force_limits,
     no_forces,
     one_blas_thread,
 )
@@ -79,14 +86,7 @@ class Controller(RobotModel):
         self._robot = robot.fork()
         settings = settings or ControllerSettings()
         self.horizon = horizon_of(self.robot, settings.horizon)
-        self.settings = DecideSettings(
-            epsilon=settings.regularisation,
-            enrichment=enrichment or default,
-            qpcc=QpccSettings(qp or settings.qp_solver, settings.max_pivots),
-            substeps=substeps_of(self.robot, settings.substeps),
-            friction_share=settings.friction_share,
-            forces=force_limits(self.robot.contacts, self.space),
-        )
+        self.settings = decide_settings(settings, self.robot, self.space, enrichment or default, qp)
         self.settled, none = False, no_forces(self.robot.n_a, self.space.k)
         self._origin = self.robot.rest(), none, np.zeros(self.robot.n_a)
         self._decision: Decision | None = None
@@ -145,6 +145,7 @@ class Controller(RobotModel):
         self._pending: Actuation | None = None  # decided in this step
         self._damping, self._course = undamped(), np.zeros((0, 0))
         self._stalled = np.zeros(self.robot.n_a, np.bool_)
+        self.settings = self.settings.with_grasp(ForceLimits.at_start)
         seen = forces.effort, self.robot.effector(state), self.robot.effector_values(state)
         self._left = Actuation(position, forces.effort, *seen, Status.OK, NO_CERTIFICATE).copy()
 
@@ -158,6 +159,7 @@ class Controller(RobotModel):
         self.set_obstacles(other.obstacles)
         self.start_from(state, other._forces, other.position)
         self._left, self.status, self._locks = other.actuation, other.status, other.locks
+        self.settings = replace(self.settings, forces=other.settings.forces)
 
     @property
     def period(self) -> float:
@@ -173,11 +175,6 @@ class Controller(RobotModel):
     def contacts(self) -> ContactForces:
         """The contacts in range in the last step: their forces, and which slide."""
         return self._forces.on(self._contacts, self.space)
-
-    @property
-    def contact_forces(self) -> Array:
-        """Forces on every candidate in that step, with friction: (n_c, 3) [N]."""
-        return self.contacts.at_candidates()
 
     @property
     def effector(self) -> Array:
@@ -226,11 +223,6 @@ class Controller(RobotModel):
         super().set_obstacles(poses)
         if self._decision is None:
             self._prepared = None
-
-    @property
-    def candidates_in_range(self) -> int:
-        """Contact candidates within the alarm distance in the prepared step."""
-        return 0 if self._prepared is None else len(self._prepared.step.rows.contacts)
 
     @one_blas_thread()
     def step(self, target: Target) -> Actuation:
@@ -286,6 +278,13 @@ class Controller(RobotModel):
             locks, left = self._step_locks(), self._left.position
             decide(self.robot, self._prepared, goal, left, self.settings, locks, self._damping)
 
+    def let_go(self) -> None:
+        """Set smallest forces and distances to slip aside, until what pushes now has come off.
+
+        A grasp is kept again when contacts push after that.
+        """
+        self.settings = self.settings.with_grasp(ForceLimits.letting_go)
+
     def hold(self) -> Actuation:
         """Keep position or effort of each actuator, as the robot file says; the model moves so.
 
@@ -331,14 +330,10 @@ class Controller(RobotModel):
 
     def _step_locks(self) -> Command | None:
         """What locked actuators keep in the prepared step; None: none is locked."""
-        locks, step = self._locks, self._prepared
-        if step is None or not (locks.by_position | locks.by_force).any():
+        if self._prepared is None:
             return None
-        rows = step.step.layout.actuators
-        return within_rate(
-            locks, self._left.position, self._left.effort, step.step.compliance.W[rows, rows],
-            self.robot.h * self.robot.limits.rate,
-        )  # fmt: skip
+        left, change = self._left, self.robot.h * self.robot.limits.rate
+        return locks_of_step(self._locks, left.position, left.effort, self._prepared.step, change)
 
     def limit(self, actuation: Actuation) -> None:
         """Replace this step's actuation by the one that left, which a limiter may have changed."""
@@ -360,6 +355,7 @@ class Controller(RobotModel):
         else:
             self._state, self._forces, self._stalled = moved.state, moved.forces, made.stalled
             self._contacts = moved.solved.step.rows.contacts.found
+            self.settings = self.settings.with_grasp(lambda one: one.after(self.contacts))
             self._stepped = self._state, moved.solved
             self._damping = made.damping or self._damping
             self._course = with_goal(self._course, made.goal, self.horizon.ticks)
@@ -383,6 +379,8 @@ class Controller(RobotModel):
             return self._repeat()
         if status is None:
             status, conflict = decision.status, decision.conflict
+            if status.ok and (names := self.settings.exceeded(decision.predicted, self.space)):
+                status, conflict = Status.RELAXED, names  # nothing is decided that could keep them
         return self._take(decision, status, conflict)
 
     def _take(self, decision: Decision, status: Status, conflict: tuple[str, ...]) -> Actuation:

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from tauten.controller.qpcc import Qpcc, Solution
+from tauten.controller.qpcc import Qpcc
 from tauten.model import (
     Actuators,
     CondensedStep,
@@ -20,8 +20,6 @@ from tauten.model import (
     row_layout,
 )
 from tauten.model.numerics import Array, Bools, Ints, cholesky, kernel, solve_rows
-
-SLACK = 1e-9  # of the value of a row, by which a relaxed limit exceeds it
 
 
 def inverse_problem(
@@ -137,22 +135,6 @@ def with_force_limits(
         g_lo=np.concatenate([problem.g_lo, rows.least]),
         g_hi=np.concatenate([problem.g_hi, rows.largest]),
         row_names=(*problem.row_names, *rows.names),
-    )
-
-
-def relaxed(problem: Qpcc, nearest: Solution) -> Qpcc:
-    """A problem without solution with limits that are met by the point that violates them least.
-
-    Args:
-        problem: its bounds on λ_a remain.
-        nearest: that point.
-    """
-    reached = problem.G @ np.concatenate([nearest.lam_a, nearest.beta])  # (p,)
-    slack = SLACK * np.abs(reached)
-    return replace(
-        problem,
-        g_lo=np.minimum(problem.g_lo, reached - slack),
-        g_hi=np.maximum(problem.g_hi, reached + slack),
     )
 
 

@@ -109,6 +109,24 @@ def unlocked(robot: Robot, locks: Command, actuator: str) -> Command:
     return Command(position, effort)
 
 
+def locks_of_step(
+    locks: Command, position: Array, effort: Array, step: CondensedStep, change: Array
+) -> Command | None:
+    """What locked actuators keep in a step; None: none is locked.
+
+    Args:
+        locks: positions and efforts.
+        position: (n_a,) positions that left last.
+        effort: (n_a,) efforts that left last.
+        step: the step.
+        change: (n_a,) largest change of a position in it.
+    """
+    if not (locks.by_position | locks.by_force).any():
+        return None
+    rows = step.layout.actuators
+    return within_rate(locks, position, effort, step.compliance.W[rows, rows], change)
+
+
 def within_rate(locks: Command, position: Array, effort: Array, W: Array, step: Array) -> Command:
     """What the locks ask of one step: their values, approached no faster than the rates allow.
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.friction import FrictionSettings, PlanContacts
+from tauten.controller.friction import PlanContacts
 from tauten.controller.inverse import (
     energy_cap,
     energy_scale,
@@ -20,7 +20,6 @@ from tauten.controller.inverse import (
     held_back,
     including_hold,
     inverse_problem,
-    relaxed,
     weighted_rows,
     with_force_limits,
 )
@@ -30,19 +29,19 @@ from tauten.controller.qpcc import (
     Qpcc,
     QpccSettings,
     Solution,
+    Solve,
     Start,
     Status,
-    TimeLimit,
     solve_qpcc,
+    solve_relaxed,
 )
-from tauten.controller.settings import FRICTION_SHARE
+from tauten.controller.settings import DecideSettings
 from tauten.model import (
     Command,
     Compliance,
     CondensedStep,
     Enrichment,
     EnrichmentLoop,
-    ForceLimits,
     Forces,
     PredictedStep,
     Robot,
@@ -56,8 +55,8 @@ EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its 
 ENDLESSLY = 1e6  # s, in which every actuator can get everywhere
 NEAREST = 40  # candidates in range that a search for contact looks at
 NEARER = 1e-3  # of the distance of the effectors from their target, that a plan takes off it
-PATH_STEPS, DESCENT = 25, 3  # of a plan with friction
 MET = 1e-3  # of the robot's size, distance from a target that needs no contact
+EMPTY = (Status.INFEASIBLE, Status.NOT_FOUND)  # of a QPCC whose limits are relaxed
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,35 +77,6 @@ class Prepared:
     forces: Forces
     scale: float
     farther: CondensedStep
-
-
-@dataclass(frozen=True, slots=True)
-class DecideSettings:
-    """Weights and tolerances of `decide`.
-
-    Attributes:
-        epsilon: weight of the actuation energy in (T1), unitless.
-        enrichment: when unit columns join the basis.
-        qpcc: settings of the solver.
-        substeps: of second order that the model takes in a tick; 0: the decision's own step.
-        friction_share: of the coefficients of friction, that plans count on.
-        forces: limits of contact forces; None: there are none.
-        time: after which plans with friction end with the best that they have; None: no limit.
-    """
-
-    epsilon: float
-    enrichment: Enrichment
-    qpcc: QpccSettings
-    substeps: int = 1
-    friction_share: float = FRICTION_SHARE
-    forces: ForceLimits | None = None
-    time: TimeLimit | None = None
-
-    @property
-    def search(self) -> FrictionSettings:
-        """How far a search with friction may go that begins now."""
-        solves = 2 * self.qpcc.max_pivots
-        return FrictionSettings(self.qpcc.solver, solves, self.time, PATH_STEPS, DESCENT, True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,19 +262,19 @@ def _plan_from(
             met, error = aim.scale * aim.target, EXACTLY * robot.size
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
+        others, elastic = len(problem.G), not aim.equations.any()
         problem = with_force_limits(problem, settings.forces, loop.step, held)
-        elastic = not aim.equations.any()
         if loop.step.frictional and len(loop.step.extra) > 0:
             contacts = PlanContacts.of(
                 friction_blocks(loop.step, prepared.forces), len(problem.m), settings.friction_share,
                 robot.size, weight * np.diag(W)[places.actuators], settings.search,
             )  # fmt: skip
-            problem, solution = _solved_with_friction(
-                problem, start.lam_a, contacts, guess, elastic
-            )
+            solve = _with_friction(contacts, start.lam_a, guess)
+            problem, solution = solve_relaxed(problem, others, solve, EMPTY[:1] if elastic else ())
             guess = solution if solution.status.usable else None
         else:
-            problem, solution = _solved(problem, start, settings.qpcc, elastic)
+            solve = _without_friction(start, settings.qpcc)
+            problem, solution = solve_relaxed(problem, others, solve, EMPTY if elastic else ())
         if reduced is not None:
             lam = reduced.forces(solution)
         else:
@@ -333,28 +303,6 @@ def _brings_nearer(robot: Robot, prepared: Prepared, aim: Aim, plan: Plan) -> bo
     return before <= MET * robot.size or after < (1.0 - NEARER) * before
 
 
-def _solved_with_friction(
-    problem: Qpcc, lam: Array, contacts: PlanContacts, guess: Solution | None, elastic: bool
-) -> tuple[Qpcc, Solution]:
-    """Solve a problem whose contacts have friction, as `_solved` does.
-
-    Args:
-        problem: limits, objective, rows of the contacts.
-        lam: (n_a,) efforts of holding.
-        contacts: what it has besides.
-        guess: answer before the last contacts joined.
-        elastic: whether limits may be relaxed.
-    """
-    solution = contacts.solve(problem, lam, guess=guess)
-    if solution.status is not Status.INFEASIBLE or not elastic:
-        return problem, solution
-    wider = relaxed(problem, solution)
-    again = contacts.solve(wider, solution.lam_a, solution.beta)
-    if again.status.usable:
-        again = replace(again, status=Status.RELAXED, conflict=solution.conflict)
-    return wider, again
-
-
 def _start(held: PredictedStep, step: CondensedStep) -> tuple[Array, Bools]:
     """Efforts (n_a,) and pushing contacts of a hold, where the solver starts; new columns do not push."""
     layout = step.layout
@@ -365,22 +313,28 @@ def _start(held: PredictedStep, step: CondensedStep) -> tuple[Array, Bools]:
     return held.lam[layout.actuators], pushing
 
 
-def _solved(
-    problem: Qpcc, start: Start, settings: QpccSettings, elastic: bool
-) -> tuple[Qpcc, Solution]:
-    """Solve a problem, with relaxed limits where there is no solution: the problem that was solved last.
+def _without_friction(start: Start, settings: QpccSettings) -> Solve:
+    """The solver of a QPCC: from its start, or from the nearest point to the limits."""
+
+    def solve(problem: Qpcc, near: Solution | None) -> Solution:
+        begin = start if near is None else Start(near.lam_a, near.piece)
+        return solve_qpcc(problem, begin, settings)
+
+    return solve
+
+
+def _with_friction(contacts: PlanContacts, lam: Array, guess: Solution | None) -> Solve:
+    """The solver of a problem whose contacts have friction.
 
     Args:
-        problem: with its limits as they are.
-        start: where the solver starts.
-        settings: of the solver.
-        elastic: whether limits may be relaxed.
+        contacts: what it has besides the QPCC.
+        lam: (n_a,) efforts of holding.
+        guess: answer before the last contacts joined.
     """
-    solution = solve_qpcc(problem, start, settings)
-    if solution.status.usable or solution.status is Status.NOT_FINITE or not elastic:
-        return problem, solution
-    wider = relaxed(problem, solution)
-    again = solve_qpcc(wider, Start(solution.lam_a, solution.piece), settings)
-    if not again.status.usable:
-        return problem, solution
-    return wider, replace(again, status=Status.RELAXED, conflict=solution.conflict)
+
+    def solve(problem: Qpcc, near: Solution | None) -> Solution:
+        if near is None:
+            return contacts.solve(problem, lam, guess=guess)
+        return contacts.solve(problem, near.lam_a, near.beta)
+
+    return solve

@@ -1,12 +1,24 @@
-"""The tables `controller` and `model` of a robot file."""
+"""The tables `controller` and `model` of a robot file, and the settings of decisions from them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from tauten.controller.friction import FrictionSettings
+from tauten.controller.qpcc import Backend, QpccSettings, TimeLimit
+from tauten.model import (
+    ContactSpace,
+    Enrichment,
+    ForceLimits,
+    PredictedStep,
+    Robot,
+    force_limits,
+)
 from tauten.model.load import robot_path
 from tauten.model.schema import Name, Positive, Rate, Section, in_range, read_toml, validated
 
@@ -14,6 +26,7 @@ from tauten.model.schema import Name, Positive, Rate, Section, in_range, read_to
 # a weight W counts on W / (share μ). With 20 % less friction and 20 % more mass than the model has it needs
 # 1.2 W / (0.8 μ), so that the share must be less than 0.8 / 1.2.
 FRICTION_SHARE = 0.66
+PATH_STEPS, DESCENT = 25, 3  # of a plan with friction
 
 
 class ControllerSettings(Section):
@@ -129,3 +142,81 @@ def load_model_settings(name_or_path: str | Path) -> ModelSettings:
     """
     path = robot_path(name_or_path)
     return validated(ModelSettings, read_toml(path).get("model", {}), path, "model")
+
+
+@dataclass(frozen=True, slots=True)
+class DecideSettings:
+    """Weights and tolerances of `decide`.
+
+    Attributes:
+        epsilon: weight of the actuation energy in (T1), unitless.
+        enrichment: when unit columns join the basis.
+        qpcc: settings of the solver.
+        substeps: of second order that the model takes in a tick; 0: the decision's own step.
+        friction_share: of the coefficients of friction, that plans count on.
+        forces: limits of contact forces; None: there are none.
+        time: after which plans with friction end with the best that they have; None: no limit.
+    """
+
+    epsilon: float
+    enrichment: Enrichment
+    qpcc: QpccSettings
+    substeps: int = 1
+    friction_share: float = FRICTION_SHARE
+    forces: ForceLimits | None = None
+    time: TimeLimit | None = None
+
+    @property
+    def search(self) -> FrictionSettings:
+        """How far a search with friction may go that begins now."""
+        solves = 2 * self.qpcc.max_pivots
+        return FrictionSettings(self.qpcc.solver, solves, self.time, PATH_STEPS, DESCENT, True)
+
+    def with_grasp(self, change: Callable[[ForceLimits], ForceLimits]) -> DecideSettings:
+        """The settings with another state of what is grasped."""
+        forces = None if self.forces is None else change(self.forces)
+        return self if forces is self.forces else replace(self, forces=forces)
+
+    def exceeded(self, step: PredictedStep, space: ContactSpace) -> tuple[str, ...]:
+        """The names of the limits that the contact forces of a step are beyond."""
+        return () if self.forces is None else self.forces.exceeded(step.touching(space))
+
+
+def decide_settings(
+    given: ControllerSettings, robot: Robot, space: ContactSpace, enrichment: Enrichment,
+    qp: Backend | None,
+) -> DecideSettings:  # fmt: skip
+    """The settings of a robot's decisions.
+
+    Args:
+        given: in its file.
+        robot: the robot.
+        space: basis of its contact forces.
+        enrichment: when unit columns join the basis.
+        qp: solves the quadratic programs; None: the library that the file names.
+    """
+    return DecideSettings(
+        epsilon=given.regularisation,
+        enrichment=enrichment,
+        qpcc=QpccSettings(qp or given.qp_solver, given.max_pivots),
+        substeps=substeps_of(robot, given.substeps),
+        friction_share=given.friction_share,
+        forces=force_limits(robot.contacts, space),
+    )
+
+
+def substeps_of(robot: Robot, given: int | None) -> int:
+    """How many steps of second order the model takes in a tick; 0: the decision's own step.
+
+    Nothing but the decision's step of implicit Euler damps a robot without damping: it would ring for ever.
+    Where the step of a quasi-static robot leads does not depend on its length.
+
+    Args:
+        robot: the robot.
+        given: in the robot file; None: nothing is.
+    """
+    if robot.integration.static:
+        return 0
+    if given is None:
+        return int(robot.integration.damped)
+    return given

@@ -23,8 +23,9 @@ from tauten.controller.certificates import hold_certificate
 from tauten.controller.course import largest_share, share_that_goes_on
 from tauten.controller.damping import Damping, adapted, undamped
 from tauten.controller.locks import ahead_of_locks
-from tauten.controller.plan import Aim, DecideSettings, Plan, Prepared, make_plan, prepared_plans
+from tauten.controller.plan import Aim, Plan, Prepared, make_plan, prepared_plans
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
+from tauten.controller.settings import DecideSettings
 from tauten.controller.winches import (
     exceeded,
     first_tick,
@@ -140,23 +141,6 @@ class Advanced:
     state: State
     forces: Forces
     solved: PredictedStep
-
-
-def substeps_of(robot: Robot, given: int | None) -> int:
-    """How many steps of second order the model takes in a tick; 0: the decision's own step.
-
-    Nothing but the decision's step of implicit Euler damps a robot without damping: it would ring for ever.
-    Where the step of a quasi-static robot leads does not depend on its length.
-
-    Args:
-        robot: the robot.
-        given: in the robot file; None: nothing is.
-    """
-    if robot.integration.static:
-        return 0
-    if given is None:
-        return int(robot.integration.damped)
-    return given
 
 
 @one_blas_thread()

@@ -111,7 +111,7 @@ def time_controller(
         rows.append(_time_stages(controller, watch, target.ravel()))
         start = perf_counter()
         watch.time("prepare", controller.prepare)
-        in_range.append(controller.candidates_in_range)
+        in_range.append(len(controller.contacts))
         actuation = watch.time("decide", lambda goal=target: controller.decide(goal))  # type: ignore[misc]
         watch.time("advance", controller.advance)
         watch.times.setdefault("step", []).append(1e3 * (perf_counter() - start))

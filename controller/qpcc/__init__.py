@@ -14,6 +14,7 @@ from tauten.controller.qpcc.qp import (
     qp_backend,
     solve_daqp,
 )
+from tauten.controller.qpcc.relaxing import Solve, solve_relaxed
 from tauten.controller.qpcc.residuals import certify
 from tauten.controller.qpcc.scaling import USABLE, Scaled, scale
 from tauten.controller.qpcc.solution import Certificate, Solution, Status
@@ -35,6 +36,7 @@ __all__ = [
     "QpccSettings",
     "Scaled",
     "Solution",
+    "Solve",
     "Start",
     "Status",
     "UNBOUNDED",
@@ -50,6 +52,7 @@ __all__ = [
     "solve_daqp",
     "solve_piece",
     "solve_qpcc",
+    "solve_relaxed",
     "warm_solver",
     "write_qpcc",
 ]

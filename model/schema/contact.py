@@ -161,7 +161,7 @@ class TouchSettings(Section):
     min_force: Annotated[NonNegative, Field(le=LARGEST_FORCE)] = Field(
         default=0.0,
         description="Sum of the normal forces of the contact [N] that decisions keep at least, once it "
-        "pushes: a grasp is not let go. By default 0.",
+        "has pushed with a tenth of it: a grasp is not let go before the command `let-go`. By default 0.",
     )
     max_force: Annotated[float, in_range(0.0, LARGEST_FORCE, "N")] | None = Field(
         default=None,

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tauten.model.contact import ObstaclePose, ObstaclePoses, pose_at
+from tauten.model.contacts import ContactForces
 from tauten.model.friction import FrictionCertificate
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
@@ -39,6 +40,16 @@ class RobotModel(ABC):
     def forces(self) -> Forces:
         """Constraint forces of the last step."""
         return self._forces.copy()
+
+    @property
+    @abstractmethod
+    def contacts(self) -> ContactForces:
+        """The contacts in range in the last step: their forces, and which slide."""
+
+    @property
+    def contact_forces(self) -> Array:
+        """Forces on every candidate in that step, with friction: (n_c, 3) [N]."""
+        return self.contacts.at_candidates()
 
     @property
     def certificate(self) -> FrictionCertificate | None:

@@ -172,11 +172,6 @@ class Simulator(RobotModel):
             return self._forces.on(self._stepped[1].step.rows.contacts.found, self._space)
         return self._forces.on(self.robot.rows(self._state).contacts.found, self._space)
 
-    @property
-    def contact_forces(self) -> Array:
-        """Forces on every candidate in that step, with friction: (n_c, 3) [N]."""
-        return self.contacts.at_candidates()
-
     @one_blas_thread()
     def step(
         self,

@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from tauten.model.contact import ContactSet
+from tauten.model.contacts import ContactForces
 from tauten.model.numerics import Array, Ints
 from tauten.model.rows import ContactRows
 from tauten.model.step.condensed_step import CondensedStep
@@ -102,6 +103,11 @@ class PredictedStep:
         """Predicted row values δ_free + W λ: (m,) [m]."""
         values: Array = self.step.compliance.delta_free + self.step.compliance.W @ self.lam
         return values
+
+    def touching(self, space: ContactSpace) -> ContactForces:
+        """The contacts in range with their forces, of a basis of contact forces."""
+        forces = self.step.split(self.lam, space.k)
+        return forces.on(self.step.rows.contacts.found, space)
 
     @property
     def contacts_push(self) -> bool:

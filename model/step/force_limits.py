@@ -4,24 +4,30 @@ Decisions keep the sum of the normal forces of a pair, of all pairs, and the dis
 
     μ Σ λ_n − |Σ λ_t| >= margin,
 
-within what the robot file says. Least forces and distances to slip count where a pair pushes when the
-actuators hold: a pair that touches nothing has no grasp to keep. |Σ λ_t|, across the mean normal of the pair,
-is replaced by its largest component along `DIRECTIONS` over cos(π / DIRECTIONS), at most 2 % more.
+within what the robot file says. Least forces and distances to slip count from where a pair has pushed with
+`GRASPED` of the least force until it pushes no more, or is let go: what something brushes is no grasp.
+|Σ λ_t|, across the mean normal of the pair, is replaced by its largest component along `DIRECTIONS` over
+cos(π / DIRECTIONS), at most 2 % more.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tauten.model.contact import ContactSet, ForceBounds
+from tauten.model.contacts import ContactForces
 from tauten.model.numerics import Array, Ints
 from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.contact_space import ContactSpace
 from tauten.model.step.enrichment import PredictedStep
 
 DIRECTIONS = 16  # of friction, in the plane of a pair
+GRASPED = 0.1  # of the least force, from which it is kept
+TOLERATED = (
+    0.05  # of a limit, by which the forces of a step may be beyond it: limits are those of plans
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +45,25 @@ class LimitedPairs:
     pairs: Ints
     friction: float
     bounds: ForceBounds
+
+    @property
+    def names(self) -> tuple[str, str, str]:
+        """What the least and the largest force and the least distance to slip are called."""
+        smallest, largest = f"smallest force of {self.name}", f"largest force of {self.name}"
+        return smallest, largest, f"smallest distance to slip of {self.name}"
+
+    @property
+    def least(self) -> float:
+        """Sum of the normal forces without which its least limits cannot be kept [N]."""
+        margin = self.bounds.margin / self.friction if self.bounds.margin > 0.0 else 0.0
+        return max(self.bounds.least, margin)
+
+    def sums(self, found: ContactForces) -> tuple[float, float]:
+        """Sums of the normal forces of the pairs and of their friction [N]."""
+        own = np.isin(found.contacts.pair, self.pairs)
+        normal, at = found.normal_force[own], found.contacts.normal[own]
+        across = (found.force[own] - normal[:, None] * at).sum(axis=0)
+        return float(normal.sum()), float(np.linalg.norm(across))
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,10 +90,58 @@ class ForceLimits:
     Attributes:
         limited: pairs that have limits.
         Psi: (n_c, k) columns of the basis of its contact forces.
+        kept: which of them have a grasp, whose least forces and distances to slip count.
+        let_go: which of them are let go, until they push no more.
     """
 
     limited: tuple[LimitedPairs, ...]
     Psi: Array
+    kept: tuple[bool, ...] = ()
+    let_go: tuple[bool, ...] = ()
+
+    def letting_go(self) -> ForceLimits:
+        """The same limits where all that is grasped is let go."""
+        return replace(self, kept=(False,) * len(self.limited), let_go=(True,) * len(self.limited))
+
+    def at_start(self) -> ForceLimits:
+        """The same limits where nothing has been grasped."""
+        return replace(self, kept=(False,) * len(self.limited), let_go=(False,) * len(self.limited))
+
+    def after(self, found: ContactForces) -> ForceLimits:
+        """The same limits after a step with these forces: what has been grasped, and what is let go still."""
+        pushing = [one.sums(found)[0] for one in self.limited]
+        let_go = tuple(
+            gone and force > 0.0 for gone, force in zip(self.let_go, pushing, strict=True)
+        )
+        kept = tuple(
+            force > 0.0 and not gone and (before or force >= GRASPED * one.least)
+            for one, force, gone, before in zip(
+                self.limited, pushing, let_go, self.kept, strict=True
+            )
+        )
+        if (kept, let_go) == (self.kept, self.let_go):
+            return self
+        return replace(self, kept=kept, let_go=let_go)
+
+    @property
+    def kept_names(self) -> tuple[str, ...]:
+        """The names of the pairs that have a grasp, whose least forces and distances to slip count."""
+        pairs = zip(self.limited, self.kept, strict=True)
+        return tuple(one.name for one, kept in pairs if kept and one.least > 0.0)
+
+    def exceeded(self, found: ContactForces) -> tuple[str, ...]:
+        """The names of the limits that the forces of a step are beyond."""
+        names = list[str]()
+        for one, kept in zip(self.limited, self.kept, strict=True):
+            (normal, friction), bounds = one.sums(found), one.bounds
+            smallest, largest, margin = one.names
+            if kept and normal < (1.0 - TOLERATED) * bounds.least:
+                names.append(smallest)
+            if normal > (1.0 + TOLERATED) * bounds.largest:
+                names.append(largest)
+            if kept and one.friction * normal - friction < (1.0 - TOLERATED) * bounds.margin:
+                names.append(margin)
+        return tuple(names)
 
     def rows(self, step: CondensedStep, held: PredictedStep) -> ForceRows | None:
         """The limits as rows over the contact forces of a step; None where none can push.
@@ -85,18 +158,17 @@ class ForceLimits:
         if not scale > 0.0:
             return None
         before = held.lam[held.step.layout.contacts]
-        for one in self.limited:
+        for one, kept in zip(self.limited, self.kept, strict=True):
             normal = self.normal_sum(step, one)
             if not normal.any():
                 continue
-            pushes, bounds = self.normal_sum(held.step, one) @ before > 0.0, one.bounds
-            least = bounds.least if pushes and bounds.least > 0.0 else -np.inf
+            keeps = kept and self.normal_sum(held.step, one) @ before > 0.0
+            bounds, (smallest, largest, name) = one.bounds, one.names
+            least = bounds.least if keeps and bounds.least > 0.0 else -np.inf
             if np.isfinite([least, bounds.largest]).any():
-                names = f"smallest force of {one.name}", f"largest force of {one.name}"
                 rows.append(normal)
-                found.append((least, bounds.largest, names))
-            if pushes and bounds.margin > 0.0:
-                name = f"smallest distance to slip of {one.name}"
+                found.append((least, bounds.largest, (smallest, largest)))
+            if keeps and bounds.margin > 0.0:
                 for row in one.friction * normal - friction_sums(step, one):
                     rows.append(row)
                     found.append((bounds.margin, np.inf, (name, name)))
@@ -167,4 +239,4 @@ def force_limits(contacts: ContactSet, space: ContactSpace) -> ForceLimits | Non
         return None
     columns = [space.lift(one) for one in np.eye(space.k)]
     Psi = np.array(columns).T if columns else np.zeros((contacts.n_slots, 0))
-    return ForceLimits(tuple(limited), Psi)
+    return ForceLimits(tuple(limited), Psi).at_start()

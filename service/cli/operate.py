@@ -20,12 +20,13 @@ Actuator = Annotated[str, typer.Argument(help="Name of the actuator.")]
 def command(
     robot: ServedName,
     word: Annotated[
-        Literal["enable", "hold", "stop", "reset"], typer.Argument(help="The command.")
+        Literal["enable", "hold", "stop", "reset", "let-go"],
+        typer.Argument(help="The command."),
     ],
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
-    """Command a robot's node to hold, to follow again, to release the cables, or to reset after that."""
+    """Command a robot's node to hold, to follow again, to release the cables, to reset then, or to let go."""
     from tauten.service.cli.emergency import Order, carry_out
     from tauten.service.link import Network, OperatorCommand
 

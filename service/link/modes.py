@@ -35,6 +35,7 @@ class OperatorCommand(StrEnum):
     HOLD = "hold"  # do not move the winches until enabled
     STOP = "stop"  # release the cables
     RESET = "reset"  # from a finished stop back to idle
+    LET_GO = "let-go"  # smallest forces do not count until what pushes now has come off
 
 
 @dataclass(frozen=True, slots=True)

@@ -139,6 +139,8 @@ class ControlLoop:
             return False
         if command is OperatorCommand.RESET:
             self.rest()
+        elif command is OperatorCommand.LET_GO:
+            self.controller.let_go()
         self._state = found
         return True
 

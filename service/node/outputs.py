@@ -207,7 +207,7 @@ class NodeOutputs:
 
 
 def contact_diagnostic(controller: Controller) -> Diagnostic:
-    """How many contacts push, and the normal force of each pair, for health."""
+    """How many contacts push, the normal force of each pair, and limits that are not kept, for health."""
     found, values = controller.contacts, dict[str, str]()
     normal, pairs = found.normal_force, controller.robot.pairs
     for number, pair in enumerate(pairs):
@@ -227,7 +227,12 @@ def contact_diagnostic(controller: Controller) -> Diagnostic:
             "least distance to slip [N]": f"{certificate.least_margin:.3g}",
         }
         said = ", ".join((said, *certificate.doubts))
-    return Diagnostic("contacts", Level.OK, said, values)
+    limits, level = controller.settings.forces, Level.OK
+    if limits is not None:
+        values["kept"] = "; ".join(limits.kept_names) or "none"
+        if exceeded := limits.exceeded(found):
+            level, said = Level.WARN, f"{said}; not kept: {', '.join(exceeded)}"
+    return Diagnostic("contacts", level, said, values)
 
 
 class ShapePublisher:

@@ -61,6 +61,8 @@ def commanded(state: NodeState, command: OperatorCommand, released: bool) -> Nod
         return NodeState() if state.mode is Mode.STOP and released else None
     if state.mode is Mode.STOP:
         return None
+    if command is OperatorCommand.LET_GO:
+        return state
     return replace(state, enabled=command is OperatorCommand.ENABLE)
 
 

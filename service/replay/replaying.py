@@ -281,7 +281,7 @@ def actions(
         for order in recorded.orders:
             if order is OperatorCommand.RESET and tick.mode is not Mode.STOP:
                 _rest_after_stop(loop)
-            elif isinstance(order, LockOrder):
+            elif isinstance(order, LockOrder) or order is OperatorCommand.LET_GO:
                 loop.obey(order)  # refused as it was in the run
         if tick.mode is not Mode.STOP:
             _rest_after_stop(loop)

@@ -1,6 +1,6 @@
 """Commands of an operator: one sentence of words in each message, in CDR or JSON.
 
-`enable`, `hold`, `stop`, `reset`, `lock ACTUATOR position VALUE`, `lock ACTUATOR force VALUE`,
+`enable`, `hold`, `stop`, `reset`, `let-go`, `lock ACTUATOR position VALUE`, `lock ACTUATOR force VALUE`,
 `unlock ACTUATOR`, with values in SI units.
 """
 

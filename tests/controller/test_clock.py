@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 from support.processes import ROBOT, write_robot
 from support.robots.bodies import pneumatic_config, pneumatic_robot
 
-from tauten.controller import Controller, ControllerSettings
-from tauten.controller.step import substeps_of
+from tauten.controller import Controller, ControllerSettings, substeps_of
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.service.setup import load_setup

@@ -13,12 +13,23 @@ from support.robots.bodies import beam_config, box_mesh
 
 from tauten.controller import Controller, Status
 from tauten.model import ContactSpace, ReducedContacts, Robot, Simulator, load_robot
+from tauten.model.contact import ForceBounds
 from tauten.model.load import build_robot, shipped_folder
 from tauten.model.numerics import Array
 from tauten.model.rows import ContactRows
 from tauten.model.schema import RobotConfig
-from tauten.model.step.force_limits import DIRECTIONS, force_limits, friction_sums
+from tauten.model.step.force_limits import (
+    DIRECTIONS,
+    ForceLimits,
+    LimitedPairs,
+    force_limits,
+    friction_sums,
+)
 from tauten.reduction.state import StateBasis, reduced_robot
+from tauten.service.node.loop import ControlLoop
+from tauten.service.node.outputs import contact_diagnostic
+from tauten.service.wire import JSON, Level, OperatorCommand
+from tauten.service.wire.commands import decode_command
 
 SIZE = (0.1, 0.01, 0.01)
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -83,21 +94,76 @@ def test_the_largest_force_of_all_contacts_counts_too() -> None:
 
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_what_has_been_touched_is_not_let_go(friction: float) -> None:
-    """The target goes 20 mm up: the finger presses on with the smallest force, until that is taken away."""
+    """The target goes 20 mm up: the finger presses on with the smallest force, until it is to let go."""
     controller = Controller(finger(friction, min_force=0.08))
     pressed(controller, 0.02)
     force, _, _ = pressed(controller, -0.02)
     assert force == pytest.approx(0.08, rel=0.1)
-    controller.settings = replace(controller.settings, forces=None)
+    controller.let_go()
     force, _, _ = pressed(controller, -0.02, 5)
     assert force == 0.0
+    pressed(controller, 0.02, 15)  # the next grasp is kept again
+    force, _, _ = pressed(controller, -0.02, 10)
+    assert force == pytest.approx(0.08, rel=0.1)
+
+
+def test_an_operator_lets_go() -> None:
+    controller = Controller(finger(0.0, min_force=0.08))
+    pressed(controller, 0.02, 15)
+    assert contact_diagnostic(controller).values["kept"] == "below on table"
+    order = decode_command(b'{"data": "let-go"}', JSON)
+    assert order is OperatorCommand.LET_GO and ControlLoop(controller).obey(order) is None
+    assert contact_diagnostic(controller).values["kept"] == "none"
+    assert pressed(controller, -0.02, 5)[0] == 0.0
+
+
+def test_what_has_been_brushed_is_let_go() -> None:
+    """With less than a tenth of the smallest force there is no grasp: the finger comes off by itself."""
+    controller = Controller(finger(0.0, min_force=5.0))
+    force, _, _ = pressed(controller, 0.004)
+    assert 0.0 < force < 0.1 * 5.0
+    force, statuses, _ = pressed(controller, -0.02, 5)
+    assert force == 0.0 and set(statuses) == {Status.OK}
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_of_contradicting_limits_the_largest_force_is_kept(friction: float) -> None:
+    """A grasp with 0.12 N, of which both together may have no more than 0.06 N: both are named."""
+    controller = Controller(finger(friction, min_force=0.12))
+    force, _, _ = pressed(controller, 0.02, 15)
+    assert force > 0.12
+    limits = controller.settings.forces
+    assert limits is not None
+    one = limits.limited[0]
+    both = LimitedPairs("all contacts", one.pairs, 0.0, ForceBounds(largest=0.06))
+    limits = ForceLimits((one, both), limits.Psi, (True, False), (False, False))
+    controller.settings = replace(controller.settings, forces=limits)
+    force, statuses, conflict = pressed(controller, 0.02)
+    assert statuses[-1] is Status.RELAXED
+    assert force == pytest.approx(0.06, rel=0.01 if friction else 1e-4)
+    assert conflict == ("smallest force of below on table", "largest force of all contacts")
+
+
+def test_limits_that_locked_actuators_exceed_are_named() -> None:
+    """With its only cable locked nothing can be decided; in a hold neither."""
+    controller = Controller(finger(0.0, max_force=0.06))
+    pressed(controller, 0.02)
+    controller.lock("tendon", position=1.4 * float(controller.position[0]))
+    force, statuses, conflict = pressed(controller, 0.02)
+    assert force > 0.08
+    assert statuses[-1] is Status.RELAXED and conflict == ("largest force of below on table",)
+    health = contact_diagnostic(controller)
+    assert health.level is Level.WARN and "not kept: largest force of below" in health.message
+    held = controller.hold()
+    assert held.status is Status.RELAXED and held.conflict == conflict
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_a_force_out_of_reach_is_named_and_approached(friction: float) -> None:
-    """No tension presses with 500 N: as much as the winch can do is left, and the limit is named."""
-    controller = Controller(finger(friction, min_force=500.0))
-    force, statuses, conflict = pressed(controller, 0.002, 55)
+    """No tension presses so hard: as much as the winch can do is left, and the limit is named."""
+    controller = Controller(finger(friction, min_force=1.2))
+    pressed(controller, 0.02, 15)
+    force, statuses, conflict = pressed(controller, 0.002, 40)
     assert statuses[-1] is Status.RELAXED
     assert "smallest force of below on table" in conflict
     assert controller.position[0] > 0.9 * controller.robot.limits.position_max[0]
