@@ -114,10 +114,11 @@ def contacts(
 ) -> None:
     """What a robot touches now: points, forces, gaps and slip of the contacts that push."""
     from tauten.service.link import Network, node_of
-    from tauten.service.operate import read_contacts
+    from tauten.service.operate import read_certificate, read_contacts
 
     with node_of(robot, Network(port, zenoh_config)) as session:
         found = read_contacts(session, robot, not open_ones)
+        certificate = "" if open_ones else read_certificate(session, robot)
     if open_ones:
         table = Table("pair", "point [mm]", "gap [mm]", title=f"open contacts of {robot}")
     else:
@@ -139,6 +140,8 @@ def contacts(
         else f"{robot} touches nothing"
     )
     Console(markup=False).print(table if len(found.values) else nothing)
+    if certificate:
+        typer.echo(certificate)
 
 
 def record(

@@ -226,6 +226,7 @@ def contact_diagnostic(controller: Controller) -> Diagnostic:
             "work of friction [J]": f"{certificate.work:.2g}",
             "least distance to slip [N]": f"{certificate.least_margin:.3g}",
         }
+        values["doubts"] = "; ".join(certificate.doubts) or "none"
         said = ", ".join((said, *certificate.doubts))
     limits, level = controller.settings.forces, Level.OK
     if limits is not None:

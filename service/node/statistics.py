@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections import Counter
+from collections import Counter, deque
 from math import isnan
 
 import numpy as np
@@ -75,6 +75,9 @@ class LoopStatistics:
         self._actuators = actuators
         self._size = size
         self._apart = 0.0
+        self._cut: deque[bool] = deque(
+            maxlen=AVERAGED
+        )  # of the last decisions, whether time ended them
         self._ticks = 0
         self._modes: Counter[str] = Counter()
         self._statuses: Counter[str] = Counter()
@@ -110,6 +113,7 @@ class LoopStatistics:
         self._latency.add(tick.latency)
         self._deepest = min(self._deepest, tick.deepest_gap)
         if tick.status:
+            self._cut.append(action.checks >= 0)
             self._statuses[tick.status] += 1
             self._decide.add(tick.decide)
             self._step.add(tick.step)
@@ -162,13 +166,20 @@ class LoopStatistics:
         values["deepest_penetration_mm"] = f"{_MS * max(-self._deepest, 0.0):.4g}"
         values["prediction_error_mm"] = f"{_MS * self._apart:.3g}"
         surprising = self._apart > SURPRISING * self._size
-        level = Level.WARN if bad or self._clamped or surprising else Level.OK
+        cut = sum(self._cut)
+        values["cut"] = str(cut)
+        level = Level.WARN if bad or self._clamped or surprising or cut else Level.OK
         mode = f"{self._mode} ({self._cause})" if self._cause else self._mode.value
         text = f"{mode}, {bad} not OK"
         if surprising:
             text += (
                 f"; the model moves {_MS * self._apart:.3g} mm a tick away from what decisions predict: "
                 "targets are too fast for it, or it does not come to rest"
+            )
+        if 2 * cut > AVERAGED:
+            text += (
+                f"; time has ended {cut} of the last {len(self._cut)} decisions, which stay near a hold: "
+                "lower controller.rate, raise service.decision_share, or give contacts fewer points"
             )
         return Diagnostic("decisions", level, text, values)
 

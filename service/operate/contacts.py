@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import zenoh
+from prometheus_client.parser import text_string_to_metric_families
 
 from tauten.model.numerics import Array
+from tauten.service.link import ask_metrics
 from tauten.service.wire import (
     CONTACT_FIELDS,
     Keys,
@@ -19,6 +21,14 @@ from tauten.service.wire import (
 )
 
 _PATIENCE = 3.0  # s for the first contacts
+# numbers of the certificate in the node's metrics, in words and units
+_CERTIFIED = {
+    "error__m_": "error of the contact law {} m",
+    "beyond_the_cone__n_": "beyond the cone {} N",
+    "slip_to_friction__rad_": "slip to friction {} rad",
+    "work_of_friction__j_": "work of friction {} J",
+    "least_distance_to_slip__n_": "least distance to slip {} N",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,3 +83,27 @@ def read_contacts(session: zenoh.Session, robot: str, pushing: bool = True) -> T
         f"the node of {robot!r} says nothing of contacts{wrong}: its model has none, or it is stopped; "
         "serve it with --basis full or the name of a basis"
     )
+
+
+def read_certificate(session: zenoh.Session, robot: str) -> str:
+    """What certifies the forces of contacts with friction, in a sentence; "" where there are none.
+
+    Args:
+        session: to the robot's node.
+        robot: name.
+    """
+    return certificate_in((ask_metrics(session, robot) or b"").decode())
+
+
+def certificate_in(metrics: str) -> str:
+    """The certificate of contacts in a node's metrics, in a sentence; "" where there is none."""
+    families = text_string_to_metric_families(metrics)
+    samples = {sample.name: sample for family in families for sample in family.samples}
+    numbers = [
+        words.format(f"{samples[f'tauten_contacts_{name}'].value:.2g}")
+        for name, words in _CERTIFIED.items()
+        if f"tauten_contacts_{name}" in samples
+    ]
+    facts = samples.get("tauten_contacts_info")
+    doubts = "none" if facts is None else facts.labels.get("doubts", "none")
+    return ", ".join([*numbers, *([] if doubts == "none" else [doubts])])

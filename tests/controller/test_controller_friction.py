@@ -14,7 +14,9 @@ from tauten.model import Command, Robot, Simulator, friction_blocks
 from tauten.model.friction import FrictionProblem, certify_friction
 from tauten.model.load import build_robot
 from tauten.model.schema import RobotConfig
+from tauten.service.node.metrics import prometheus_text
 from tauten.service.node.outputs import contact_diagnostic
+from tauten.service.operate.contacts import certificate_in
 
 SIZE = (0.1, 0.01, 0.01)
 
@@ -147,6 +149,15 @@ def test_the_certificate_of_the_last_step_is_that_of_its_contacts(pressing: Cont
     health = contact_diagnostic(pressing)
     assert health.values["error [m]"] == f"{found.error:.2g}"
     assert all(words in health.message for words in found.doubts)
+    said = certificate_in(prometheus_text("finger", [health], {}).decode())  # of `tauten contacts`
+    assert said.startswith(f"error of the contact law {found.error:.2g} m, beyond the cone")
+    assert f"least distance to slip {found.least_margin:.2g} N" in said
+    assert all(words in said for words in found.doubts)
+
+
+def test_without_friction_there_is_no_certificate_in_metrics() -> None:
+    health = contact_diagnostic(Controller(finger(0.0)))
+    assert certificate_in(prometheus_text("finger", [health], {}).decode()) == ""
 
 
 def test_a_controller_that_touches_nothing_has_no_certificate() -> None:

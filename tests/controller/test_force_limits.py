@@ -77,8 +77,9 @@ def test_a_finger_presses_as_hard_as_it_may(friction: float) -> None:
     robot = finger(friction, max_force=0.06)
     controller = Controller(robot)
     free, _, _ = pressed(Controller(finger(friction)), 0.02)
-    force, _, conflict = pressed(controller, 0.02)
+    force, statuses, conflict = pressed(controller, 0.02)
     assert free > 0.1
+    assert set(statuses[-5:]) == {Status.OK}  # and not that it seeks contact
     assert force == pytest.approx(0.06, rel=0.02) and conflict == ()
     simulator = Simulator(robot)
     assert simulator.settle(position=controller.position).converged

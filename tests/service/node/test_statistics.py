@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -115,3 +116,21 @@ def test_health_warns_where_the_model_does_not_go_where_decisions_say() -> None:
         assert ("away from what decisions predict" in health.message) == warned
         error = float(health.values["prediction_error_mm"])
         assert (error > 1e3 * SURPRISING * robot.size) == warned
+
+
+def test_health_says_that_time_ends_decisions() -> None:
+    """A robot whose decisions are always cut stands still with usable statuses."""
+    loop = ControlLoop(Controller(beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE)))
+    robot = loop.controller.robot
+    statistics = LoopStatistics(robot.actuators, robot.size)
+    action = loop.tick(loop.controller.effector_values, Signals(target=True))
+    said = []
+    for checks in (-1, 3):
+        for _ in range(40):
+            tick = replace(tick_of(action), status="MAX_PIVOTS")
+            statistics.add(tick, replace(action, checks=checks), action.actuation.effector)
+        found = statistics.diagnostics(Clock(0.02), [], None, {})
+        said.append(next(item for item in found if item.name == "decisions"))
+    assert "time has ended" not in said[0].message and said[0].values["cut"] == "0"
+    assert "time has ended 40 of the last 50 decisions" in said[1].message
+    assert "raise service.decision_share" in said[1].message
