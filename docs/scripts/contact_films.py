@@ -48,6 +48,7 @@ class Scene:
         force: length of an arrow [m/N].
         objects: names of the parts that are objects.
         shape: of an obstacle, its points and triangles; None: none.
+        pair: of surfaces whose forces are drawn; None: all.
     """
 
     example: str
@@ -60,6 +61,7 @@ class Scene:
     floor: tuple[tuple[float, float], tuple[float, float]] | None = None
     objects: tuple[str, ...] = ()
     shape: Callable[[], tuple[Array, Ints]] | None = None
+    pair: int | None = None
 
 
 @dataclass(slots=True)
@@ -116,6 +118,40 @@ def ring_scene() -> Scene:
         ),
         every=3, rate=15, turn=(-20.0, 14.0), force=0.15,
         floor=((-0.04, 0.17), (-0.02, 0.02)),
+    )  # fmt: skip
+
+
+def plate_scene() -> Scene:
+    """The finger and its plate: 20 mm of cable, and half of them back."""
+    names: dict[str, Any] = {}
+    corners = [
+        [0.03, -0.01, -0.11],
+        [0.03, 0.025, -0.11],
+        [0.03, 0.025, -0.04],
+        [0.03, -0.01, -0.04],
+    ]
+
+    def run(found: dict[str, Any]) -> Iterator[Simulator]:
+        names.update(found)
+        simulator = Simulator.of(found["FILE"], contact="full")
+        yield simulator
+        h = simulator.robot.integration.h
+        for time in h * np.arange(1, round(2.0 / h) + 1):
+            pulled = np.interp(time, [0.0, 1.0, 1.2, 1.8, 2.0], [0.0, 0.02, 0.02, 0.01, 0.01])
+            assert simulator.move(position=[pulled]).converged
+            yield simulator
+
+    return Scene(
+        example="10_finger_on_plate",
+        run=run,
+        plots=(
+            ("tip along the plate [mm]", lambda now: MM * now.tip[2]),
+            ("normal force of the plate [N]", lambda now: names["pressed"](now)[0]),
+            ("friction of the plate [N]", lambda now: names["pressed"](now)[1]),
+        ),
+        every=2, rate=15, turn=(-25.0, 10.0), force=0.04,
+        shape=lambda: (np.array(corners), np.array([[0, 1, 2], [0, 2, 3], [0, 2, 1], [0, 3, 2]])),
+        pair=len(load_robot(EXAMPLES / "finger_on_plate.toml").pairs) - 1,
     )  # fmt: skip
 
 
@@ -205,7 +241,7 @@ def lift_scene() -> Scene:
 
 SCENES = {
     "crawler": crawler_scene, "grasp": grasp_scene, "post": post_scene, "push": push_scene,
-    "lift": lift_scene, "ring": ring_scene,
+    "lift": lift_scene, "ring": ring_scene, "plate": plate_scene,
 }  # fmt: skip
 
 
@@ -272,6 +308,8 @@ def draw_floor(axes: Axes, scene: Scene, R: Array, theme: Theme) -> None:
 def draw_arrows(axes: Axes, found: ContactForces, scene: Scene, R: Array) -> None:
     """The forces on what touches, by stick and slip."""
     pushing = found.pushing & (np.linalg.norm(found.force, axis=1) * scene.force > 2e-4)
+    if scene.pair is not None:
+        pushing &= found.contacts.pair == scene.pair
     start = found.contacts.point[pushing] @ R.T
     end = start + scene.force * found.force[pushing] @ R.T
     colours = np.where(found.sliding[pushing], SLIDES, STICKS)
