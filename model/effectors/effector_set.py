@@ -83,7 +83,7 @@ class EffectorSet:
             placed: all points.
         """
         blocks = [measure.carrier[None, :, None] * np.eye(3)[:, None] for measure in self.measures]
-        vectors = np.concatenate([block.reshape(-1, 3) for block in blocks])
+        vectors = np.concatenate([np.zeros((0, 3)), *(block.reshape(-1, 3) for block in blocks)])
         counts = [3] * len(self)
         where = row_points(counts, self.starts)
         starts = self.starts.tolist()
@@ -91,7 +91,8 @@ class EffectorSet:
             measure.carrier @ placed.y[first:end]
             for measure, first, end in zip(self.measures, starts[:-1], starts[1:], strict=True)
         ]
-        return Rows(placed.rows(Entries(where.starts, where.points, vectors)), np.concatenate(at))
+        positions = np.concatenate([np.zeros(0), *at])
+        return Rows(placed.rows(Entries(where.starts, where.points, vectors)), positions)
 
 
 def make_effector_set(

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.effectors import disturbed, solid
+from support.effectors import SIZE, disturbed, solid
+from support.robots.bodies import beam_config, box_mesh
 from support.state_bases import basis_of, turned_space
 
 from tauten.controller import Controller, ControllerSettings
 from tauten.model import Robot, Simulator, State
+from tauten.model.load import build_robot
+from tauten.model.schema import PartRobotConfig
 from tauten.model.tetra import NodalBody
 from tauten.reduction.state import ReducedBody, pod, reduced_robot, reducible
 
@@ -93,3 +96,14 @@ def test_outer_forces_act_on_the_same_places(
     expected = complete.body.Phi.T @ full.forces(rest)[0]
     np.testing.assert_allclose(reduced.forces(complete.rest())[0], expected, atol=1e-9)
     assert np.abs(expected).max() > 1e-3
+
+
+def test_a_part_without_effectors_has_a_reduced_model() -> None:
+    """As a gripper has whose robot's only effector is what it holds."""
+    settings = PartRobotConfig.model_validate(beam_config(SIZE, effectors=[]))
+    robot = build_robot(settings, box_mesh(SIZE, (4, 1, 1)), "part.toml")
+    every = np.arange(robot.body.n_elements)
+    Phi = np.eye(robot.n)[:, :5] / np.sqrt(reducible(robot).weight[:5])
+    reduced = reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
+    assert len(reduced.effector_values(reduced.rest())) == 0
+    assert reduced.body.effector_places.shape == (0, 5)
