@@ -81,7 +81,8 @@ def contact_set(
         source: the robot file's path, for errors.
 
     Raises:
-        RobotFileError: a surface without area, or an obstacle that is none.
+        RobotFileError: a surface without area, or whose triangles are not oriented alike, or an obstacle
+            that is none.
     """
     alarm = alarm_distance(config, vertices, surfaces)
     obstacles = [build_obstacle(one, source) for one in config.obstacles]
@@ -102,13 +103,11 @@ def contact_set(
     ]
     for one in obstacles:
         check_outside(one, vertices, surfaces[None], f"{source}: obstacles.{one.name}")
-    return ContactSet(
-        pairs,
-        len(vertices),
-        alarm,
-        config.contact.distance,
-        largest_sums(config.contact, len(pairs)),
-    )
+    sums = largest_sums(config.contact, len(pairs))
+    try:
+        return ContactSet(pairs, len(vertices), alarm, config.contact.distance, sums)
+    except ValueError as error:
+        raise RobotFileError(f"{source}: {error}") from error
 
 
 def largest_sums(contact: ContactRange, pairs: int) -> tuple[LargestSum, ...]:

@@ -215,7 +215,7 @@ def read_with_meshio(path: Path) -> Any:
         MeshError: no such file, or meshio cannot read it; the text contains the reason of meshio on one line.
     """
     if not path.is_file():
-        raise MeshError(f"{path}: no such mesh file")
+        raise MeshError(f"{' '.join(str(path).splitlines())}: no such mesh file")
     if path.suffix.lower() == ".ply" and b"end_header" not in path.read_bytes():
         # meshio reads on for ever
         raise MeshError(f"{path}: not readable as a mesh (its header has no end)")

@@ -252,6 +252,13 @@ def test_damaged_files_give_a_robot_or_a_sentence(
     run(damage, folder, range(20))
 
 
+@pytest.mark.parametrize(("damage", "case"), [(body_file, 1510), (arm_structure, 314)])
+def test_a_name_of_two_lines_and_a_disc_inside_out_are_a_sentence(
+    damage: Callable[[Path, np.random.Generator], None], case: int, folder: Path
+) -> None:
+    run(damage, folder, range(case, case + 1))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_many_damaged_files_give_a_robot_or_a_sentence(
