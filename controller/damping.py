@@ -1,4 +1,5 @@
-"""How much a decision holds back: the weight γ on the change of the effectors, adapted from step to step.
+"""How much a decision holds back, adapted from step to step: the weight γ on the change of the effectors, and
+the share of the way to the plan that actuators go in a tick.
 
 (T1) with γ > 0 is a damped Gauss-Newton step: the change of effectors and efforts counts γ times as much as
 their values. Where a target is out of reach, the curvature of the effectors'
@@ -7,11 +8,15 @@ next one comes back. Let d be the change of the effectors that a decision predic
 would do. A change that reverses the one before shows an overshoot: γ grows. One that repeats it shows that
 nothing stands in the way of larger steps: γ decreases, to zero while a moving target is followed. Changes
 that become smaller and smaller converge, and γ remains.
+
+Where a cable is taut in one plan and slack in the next, plans jump between two pieces of the problem, and no
+γ ends that: commands go to and fro from tick to tick, for ever. While the target is constant, actuators then
+go a smaller share of the way, half of the last with every alternation, so that they end between the two.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +27,8 @@ REPEATED = 0.6  # and above which as one of a series
 LARGEST_GROWTH = 2.0  # of 1 + γ in a step
 DECREASE = 0.8
 LARGEST = 100.0  # γ
+ALTERNATING = -0.5  # w_k·w_(k-1) / |w_(k-1)|² of ways commanded, below which they go to and fro
+GROWTH = 1.1  # of the share of the way where a way repeats the one before
 STILL = 1e-9  # of the robot's size; smaller changes are rounding
 
 
@@ -33,24 +40,38 @@ class Damping:
         gamma: γ, weight on the change of the effectors relative to that on their distance from the target.
         change: (n_e + n_a,) predicted change d of the decision before, of effector rows and efforts as (T1)
             weighs them [m]; empty: none.
+        share: of the way to the plan that actuators go in a tick, 0 to 1.
+        way: (n_a,) that actuators went in the tick before, as multiples of what rates allow; empty: none.
+        goal: (n_v,) of the decision before; empty: none.
     """
 
     gamma: float
     change: Array
+    share: float
+    way: Array
+    goal: Array
+
+    def towards(self, goal: Array) -> Damping:
+        """The damping of a decision for a goal (n_v,): all of the way where it is another one than before."""
+        if np.array_equal(goal, self.goal):
+            return self
+        return replace(self, share=1.0, way=np.zeros(0), goal=goal)
 
 
 def undamped() -> Damping:
     """The start."""
-    return Damping(0.0, np.zeros(0))
+    none = np.zeros(0)
+    return Damping(0.0, none, 1.0, none, none)
 
 
-def adapted(damping: Damping, change: Array, size: float) -> Damping:
+def adapted(damping: Damping, change: Array, size: float, way: Array) -> Damping:
     """The damping of the next decision.
 
     Args:
-        damping: of this one.
+        damping: of this one, see `Damping.towards`.
         change: (n_e + n_a,) that this one predicts [m].
         size: of the robot [m].
+        way: (n_a,) that actuators go in this tick, as a multiple of what their rates allow.
     """
     before, gamma = damping.change, damping.gamma
     if len(before) == len(change) and float(before @ before) > (STILL * size) ** 2:
@@ -60,4 +81,15 @@ def adapted(damping: Damping, change: Array, size: float) -> Damping:
             gamma = min((1.0 + gamma) * growth - 1.0, LARGEST)
         elif repeated > REPEATED:
             gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
-    return Damping(gamma, change)
+    return Damping(gamma, change, _next_share(damping, way), way, damping.goal)
+
+
+def _next_share(damping: Damping, way: Array) -> float:
+    """The share of the way that actuators go in the next tick, after they went the way (n_a,) in this one."""
+    before = damping.way
+    if len(before) != len(way) or not before.any():
+        return damping.share
+    repeated = float(way @ before) / float(before @ before)
+    if repeated < ALTERNATING:
+        return 0.5 * damping.share
+    return min(GROWTH * damping.share, 1.0) if repeated > REPEATED else damping.share

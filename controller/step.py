@@ -214,7 +214,7 @@ def decide(
         locks: what locked actuators keep in this step; None: all are decided.
         damping: from the decision before; None: none.
     """
-    layout, damping = robot.effector_layout, damping or undamped()
+    layout, damping = robot.effector_layout, (damping or undamped()).towards(goal)
     target = layout.row_targets(prepared.step.rows.effectors.values, goal)  # (n_e,)
     aim = Aim(target, layout.scale, layout.exact, damping.gamma)
     kept = None if locks is None else ahead_of_locks(locks, position)
@@ -228,13 +228,14 @@ def decide(
     actuators = robot.layout.actuators
     lam_a, delta_a = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
     wanted, reach = first_tick(
-        robot, Command(delta_a, lam_a), position, locks, prepared.forces.effort
+        robot, Command(delta_a, lam_a), position, locks, prepared.forces.effort, damping.share
     )
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
     after = tick.solved.prediction
     change = _change(prepared, plan, layout.scale, settings.epsilon * prepared.scale)
+    way = (tick.position - position) / (robot.h * robot.limits.rate)
     certificate = replace(
         plan.certificate, deepest_gap=after.deepest_gap, extra_columns=len(after.step.extra)
     )
@@ -246,7 +247,7 @@ def decide(
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.position, status, certificate, conflict, stalled, plan,
-        adapted(damping, change, robot.size), goal,
+        adapted(damping, change, robot.size, way), goal,
         given_in(tick, supplied, robot.limits),
     )  # fmt: skip
 

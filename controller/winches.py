@@ -156,7 +156,12 @@ def given_in(tick: FirstTick, supplied: Bools, limits: Limits) -> Command:
 
 
 def first_tick(
-    robot: Robot, planned: Command, position: Array, locks: Command | None, before: Array
+    robot: Robot,
+    planned: Command,
+    position: Array,
+    locks: Command | None,
+    before: Array,
+    share: float,
 ) -> tuple[Command, Reach]:
     """What the actuators are to do in the first tick of a plan, and what they reach in it.
 
@@ -170,12 +175,16 @@ def first_tick(
         position: (n_a,) positions of the actuators commanded last [m].
         locks: what locked actuators do in this tick; None: all are decided.
         before: (n_a,) efforts of the last step [N, Pa].
+        share: of the way to the plan's positions that they go; efforts are kept within limits all the same.
     """
-    limits, lam_a, delta_a = robot.limits, planned.effort, planned.position
+    limits, lam_a = robot.limits, planned.effort
     reach = reach_of(position, limits, robot.h)
+    there = planned.position.clip(reach.lower, reach.upper)
+    if share < 1.0:
+        there = position + share * (there - position)
     slack = robot.actuators.laws.slack(lam_a, limits, ROUNDING)
     wanted = Command(
-        np.where(slack, np.nan, delta_a.clip(reach.lower, reach.upper)),
+        np.where(slack, np.nan, there),
         np.where(slack, lam_a.clip(limits.effort_min, limits.effort_max), np.nan),
     )
     if locks is None:
