@@ -34,7 +34,7 @@ class Bodies:
 
     Attributes:
         parts: mesh, elements and masses.
-        selector: of regions.
+        selector: of regions; it leaves the nodes beside those of beams out.
         touching: the same with the surfaces of beams, which only contacts know.
         fixed: (n_nodes,) which nodes the regions of `fixed` hold.
         rigid: nodes of each rigid body, as (n_nodes,) bool, by its name.
@@ -52,6 +52,19 @@ class Bodies:
     def beam_nodes(self) -> Ints:
         """Nodes of all beams, without the corners beside them: (b,)."""
         return np.concatenate([np.zeros(0, np.int64), *(part.nodes for part in self.beams)])
+
+    @property
+    def followers(self) -> Bools:
+        """Which nodes only follow the node of a beam, as corners and surface: (n_nodes,) bool."""
+        nodes = np.zeros(len(self.parts.mesh.nodes), dtype=bool)
+        nodes[self.beam_nodes] = True
+        return self.with_corners(nodes) & ~nodes
+
+    def rigid_nodes(self, chosen: Ints) -> Ints:
+        """Nodes (m,) with the corners of those of beams among them, which know their rotation: (m + 3 b,)."""
+        of_beams = np.intersect1d(chosen, self.beam_nodes)
+        corners = of_beams[:, None] + np.arange(CORNERS)
+        return np.union1d(chosen, corners.ravel())
 
     def select_nodes(self, region: Region | str, what: str) -> Bools:
         """Which nodes a region selects, of beams with their corners or neither: (n_nodes,) bool.
@@ -178,7 +191,8 @@ def build_bodies(config: RobotConfig, meshes: Sequence[AnyMesh], source: str) ->
     rigid = {body.name: whole.nodes_of(body.name) for body in config.all_bodies if body.rigid}
     touching = with_beams(whole, beams) if beams else whole
     bodies = Bodies(joined, whole, touching, fixed, rigid, beams)
-    return replace(bodies, fixed=bodies.with_corners(fixed))
+    selector = replace(whole, followers=bodies.followers) if beams else whole
+    return replace(bodies, selector=selector, fixed=bodies.with_corners(fixed))
 
 
 def with_beams(whole: Selector, beams: Sequence[BeamPart]) -> Selector:
@@ -195,7 +209,7 @@ def with_beams(whole: Selector, beams: Sequence[BeamPart]) -> Selector:
         own = of.selector
         if name in of_beams:
             part = of_beams[name]
-            first = part.rings.min(initial=0)
+            first = part.rings[0, 0] if part.rings.size else 0
             owner = (part.triangles.max(axis=1) - first) // max(part.rings.shape[1], 1)
             own = replace(own, boundary=part.triangles - of.first_node, owner=owner)
         ranges[name] = replace(of, selector=own, first_triangle=count)

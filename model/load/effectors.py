@@ -20,6 +20,7 @@ from tauten.model.effectors import (
     frame_coefficients,
     make_effector_set,
 )
+from tauten.model.load.bodies import Bodies
 from tauten.model.load.extensions import made, required_extension
 from tauten.model.mesh import Selector
 from tauten.model.numerics import Array, Ints
@@ -43,7 +44,7 @@ AttachPoints = Callable[[Positions, str, float], AttachedPoints]
 
 def build_nodal_effectors(
     effectors: list[EffectorSettings],
-    selector: Selector,
+    bodies: Bodies,
     place: PlacePoints,
     dof: Ints,
     n: int,
@@ -52,7 +53,7 @@ def build_nodal_effectors(
 
     Args:
         effectors: of the robot file.
-        selector: of regions of the mesh.
+        bodies: of the robot.
         place: attaches points at rest [m] to the mesh; with the field they come from, for errors, and
             how far outside they may lie [m].
         dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
@@ -61,10 +62,11 @@ def build_nodal_effectors(
     Raises:
         RobotFileError: a point outside of the mesh, an empty region, one that has no frame or no volume.
     """
+    selector = bodies.selector
     nodes, measures = selector.nodes, []
     coefficients = [sp.csr_array((0, len(nodes)))]
     for index, item in enumerate(effectors):
-        measure, weights = _on_nodes(item, f"effectors.{index}", selector, place)
+        measure, weights = _on_nodes(item, f"effectors.{index}", bodies, place)
         measures.append(measure)
         coefficients.append(weights)
     joined = sp.csr_array(sp.vstack(coefficients, format="csr"))
@@ -73,9 +75,10 @@ def build_nodal_effectors(
 
 
 def _on_nodes(
-    item: EffectorSettings, field: str, selector: Selector, place: PlacePoints
+    item: EffectorSettings, field: str, bodies: Bodies, place: PlacePoints
 ) -> tuple[Measure, sp.csr_array]:
     """An effector, and the coefficients (P, n_nodes) of its points."""
+    selector = bodies.selector
     nodes, source = selector.nodes, selector.source
 
     def attached(points: Positions, name: str) -> sp.csr_array:
@@ -109,12 +112,12 @@ def _on_nodes(
     ids = np.flatnonzero(selector.select_nodes(item.region, what))
     if item.kind == "centre":
         return PositionMeasure(), spread(ids, np.full((1, len(ids)), 1.0 / len(ids)))
+    centre, ids = nodes[ids].mean(axis=0), bodies.rigid_nodes(ids)
     try:
         weights = frame_coefficients(nodes[ids])
     except ValueError as error:
         raise RobotFileError(f"{source}: {what}: {error}") from error
-    mean = nodes[ids].mean(axis=0)
-    origin = np.zeros(3) if item.point is None else np.array(item.point) - mean
+    origin = np.array(item.point or centre) - nodes[ids].mean(axis=0)
     return FrameMeasure(origin), spread(ids, weights)
 
 

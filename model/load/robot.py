@@ -336,7 +336,7 @@ def robot_of(
         tolerance=config.contact.tolerance,
         actuators=actuators_of(config),
         limits=limits_of(config, source),
-        effectors=build_nodal_effectors(config.effectors, selector, place, pattern.dof, pattern.n),
+        effectors=build_nodal_effectors(config.effectors, bodies, place, pattern.dof, pattern.n),
         contacts=contacts,
         vertices=points_at(np.arange(len(body.mesh.nodes))),
         body=(

@@ -61,6 +61,8 @@ class Selector:
         body: name of the body whose mesh this is; "" for a robot's whole mesh.
         ranges: bodies that a whole mesh is made of, by name.
         numbers: of the nodes in the mesh file; None where there are several files or none.
+        followers: (n_nodes,) which nodes only follow others, such as those beside a beam, and are not
+            selected by `select_nodes`; None: none.
     """
 
     source: str
@@ -74,6 +76,7 @@ class Selector:
     body: str = ""
     ranges: Mapping[str, BodyRange] = field(default_factory=dict)
     numbers: NodeNumbers | None = None
+    followers: Bools | None = None
 
     def nodes_of(self, body: str) -> Bools:
         """Which nodes belong to a body: (n_nodes,) bool."""
@@ -104,6 +107,8 @@ class Selector:
             chosen = self._mask(selection, part)
         except (ValueError, MeshError) as error:
             raise RobotFileError(f"{self.source}: {what}: {error}") from error
+        if part == "node" and self.followers is not None:
+            chosen = chosen & ~self.followers
         if not chosen.any():
             low, high = self.nodes.min(axis=0).round(4), self.nodes.max(axis=0).round(4)
             raise RobotFileError(

@@ -170,8 +170,9 @@ class TouchSettings(Section):
     )
     min_slip_margin: Annotated[NonNegative, Field(le=LARGEST_FORCE)] = Field(
         default=0.0,
-        description="Distance to slip of the contact [N] that decisions keep at least, once it pushes: the "
-        "coefficient of friction times the sum of its normal forces, less the sum of its forces of friction. "
+        description="Distance to slip of the contact [N] that decisions keep at least: the coefficient "
+        "of friction times the sum of its normal forces, less the sum of its forces of friction. It counts "
+        "once the contact has pushed with a tenth of min_slip_margin / friction, up to the command `let-go`. "
         "By default 0.",
     )
 

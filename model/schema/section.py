@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
+import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -19,7 +20,10 @@ from pydantic import (
     model_validator,
 )
 from pydantic_core import CoreSchema, PydanticCustomError
-from pydantic_core.core_schema import no_info_after_validator_function
+from pydantic_core.core_schema import (
+    no_info_after_validator_function,
+    no_info_before_validator_function,
+)
 
 UNKNOWN = "unknown_field"  # type of error that names a field which a table does not have
 
@@ -29,18 +33,40 @@ class RobotFileError(ValueError):
 
 
 def _with_strict_numbers(schema: Any) -> Any:
-    """A pydantic schema in which numbers and booleans are of their own types, with all that it contains."""
+    """A pydantic schema in which numbers and booleans are of their own types, with all that it contains.
+
+    A whole number may be written as a float, as JSON Schema has it, or be one of numpy.
+    """
     if isinstance(schema, dict):
+        if schema.get("function") == {"type": "no-info", "function": _number}:
+            return schema  # of a table within this one
+        if isinstance(schema.get("choices"), list):
+            schema = schema | {"choices": [_labelled(item) for item in schema["choices"]]}
         found = {
             key: value if key == "default" else _with_strict_numbers(value)
             for key, value in schema.items()
         }
-        return found | {"strict": True} if found.get("type") in ("float", "int", "bool") else found
+        if found.get("type") == "int":
+            return no_info_before_validator_function(_number, found)
+        return found | {"strict": True} if found.get("type") in ("float", "bool") else found
     if isinstance(schema, list):
         return [_with_strict_numbers(item) for item in schema]
     if isinstance(schema, tuple):  # a choice of a union with its label
         return tuple(_with_strict_numbers(item) for item in schema)
     return schema
+
+
+def _labelled(choice: Any) -> Any:
+    """A choice of a union; an integer with a label that errors leave out, see `validated`."""
+    is_integer = isinstance(choice, dict) and choice.get("type") == "int"
+    return (choice, "<integer>") if is_integer else choice
+
+
+def _number(value: object) -> object:
+    """The value; raise a PydanticCustomError for a boolean or a text, which pydantic takes for integers."""
+    if isinstance(value, bool | np.bool_ | str | bytes):
+        raise PydanticCustomError("int_type", "Input should be a valid integer")
+    return value
 
 
 class Section(BaseModel):
@@ -197,7 +223,7 @@ def validated(kind: type[S], raw: object, source: str | Path, prefix: str = "") 
         return kind.model_validate(raw)
     except ValidationError as error:
         first = error.errors()[0]
-        # a part in angle brackets names the kind of a table, see `tauten.model.schema.region`
+        # a part in angle brackets names the kind of a table or value, see `tauten.model.schema.region`
         place = [str(part) for part in first["loc"] if not str(part).startswith("<")]
         if first["type"] == UNKNOWN:
             place.append(first["ctx"]["field"])

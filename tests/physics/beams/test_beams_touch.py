@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.robots.joined import PLASTIC, joined, push, rod
+from support.robots.bodies import box_mesh
+from support.robots.joined import PLASTIC, joined, joined_config, push, rod
 
 from tauten.model import Robot, Simulator
+from tauten.model.load import beam_mesh, build_bodies
+from tauten.model.schema import RobotFileError
 
 G, L, DIAMETER = 9.81, 0.1, 2e-3
 ROOT = {"body": "rod", "kind": "sphere", "centre": [0.0, 0.0, 0.0], "radius": 1e-6}
@@ -72,3 +75,76 @@ def test_the_surface_of_a_bent_rod_is_closed_around_its_material() -> None:
     volume = float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
     prism = 4.0 * np.sin(np.pi / 4.0) * (0.5 * DIAMETER) ** 2 * L
     assert volume == pytest.approx(prism, rel=0.05)
+
+
+FLOOR = {
+    "name": "floor", "shape": "plane",
+    "parameters": {"point": [0.0, 0.0, -0.01], "normal": [0.0, 0.0, 1.0]},
+}  # fmt: skip
+TOUCHING = {"obstacles": [FLOOR], "contacts": [{"against": "floor", "points": "vertices"}]}
+BESIDE = {"lower": [0.09, 0.0005, -1.0], "upper": [0.2, 0.00095, 1.0]}  # nodes of the surface alone
+
+
+@pytest.mark.parametrize("region", ["box", "body"])
+def test_contacts_do_not_move_effectors(region: str) -> None:
+    """The centre and the frame of the end of a rod are at its end, with a surface around it and without."""
+    end = {
+        "box": {"lower": [0.0985, -1.0, -1.0], "upper": [0.2, 1.0, 1.0]},
+        "body": {"body": "rod", "kind": "sphere", "centre": LINE[1], "radius": 3e-3},
+    }[region]
+    effectors = [
+        {"name": "end", "kind": "centre", "region": end},
+        {"name": "whole", "kind": "centre", "region": {"kind": "all"}},
+        {"name": "axes", "kind": "frame", "region": end},
+    ]
+    force = [push("push", LINE[1], [0.0, 0.0, 1.0])]
+    values = []
+    for changes in ({}, TOUCHING):
+        robot = joined(
+            [rod("rod", LINE, fixed=[ROOT])], effectors=effectors, forces=force, **changes
+        )
+        found = robot.effector(robot.rest())
+        np.testing.assert_allclose(found, [[L, 0, 0], [0.5 * L, 0, 0], [L, 0, 0]], atol=1e-12)
+        simulator = Simulator(robot, contact="none")
+        assert simulator.settle(effort=[1e-2]).converged
+        values.append(robot.effector_values(simulator.state))
+    np.testing.assert_allclose(values[0], values[1], rtol=1e-6, atol=1e-9)
+    assert values[0][2] == pytest.approx(values[0][8], rel=1e-6)
+    assert values[0][2] > 0.01 * L
+
+
+@pytest.mark.parametrize("changes", [{}, TOUCHING])
+@pytest.mark.parametrize("table", ["effectors", "forces"])
+def test_a_region_beside_a_beam_has_no_nodes(table: str, changes: dict[str, object]) -> None:
+    limits = {"max_force": 1.0, "max_travel": 1.0, "max_rate": 1.0}
+    items = {
+        "effectors": {"name": "end", "kind": "centre", "region": BESIDE},
+        "forces": {"name": "push", "region": BESIDE, "direction": [0.0, 0.0, 1.0], **limits},
+    }
+    with pytest.raises(RobotFileError, match=rf"{table}\..*\.region: no node in .*, the mesh"):
+        joined([rod("rod", LINE, fixed=[ROOT])], **{table: [items[table]]}, **changes)
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_behind_each_triangle_of_a_beam_is_the_tetrahedron_of_a_node(first: int) -> None:
+    size = (0.02, 0.01, 0.01)
+    tables = [
+        rod("rod", LINE, fixed=[ROOT]),
+        {"name": "block", "mesh": {"file": "box.vtu"}, "position": [L, 0.0, 0.0]},
+    ]
+    config = joined_config(tables[:: 1 - 2 * first], **TOUCHING)
+    meshes = [
+        beam_mesh(config, body) if body.beam else box_mesh(size, (2, 2, 2))
+        for body in config.all_bodies
+    ]
+    bodies = build_bodies(config, meshes, "joined.toml")
+    touching, (beam,) = bodies.touching, bodies.beams
+    start = touching.ranges["rod"].first_triangle
+    own = slice(start, start + len(beam.triangles))
+    np.testing.assert_array_equal(touching.boundary[own], beam.triangles)
+    assert (touching.owner >= 0).all()
+    assert touching.owner.max() < len(touching.tets)
+    node = touching.tets[touching.owner[own], 0]  # the first corner is the beam's node
+    assert np.isin(node, beam.nodes).all()
+    centres = touching.nodes[beam.triangles].mean(axis=1)
+    assert np.abs(centres - touching.nodes[node])[:, 0].max() < L / 8
