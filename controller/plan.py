@@ -183,7 +183,8 @@ def make_plan(
 
     Where contacts in range have friction, plans count on a share of it. Where such a plan brings the
     effectors no nearer, another one with the nearest candidates in range and without rates looks for
-    contact. Where forces within the cones are not found, the friction of the last step is a load.
+    contact; where that finds none and a limit of contact forces is reached, the status is OK. Where forces
+    within the cones are not found, the friction of the last step is a load.
 
     Args:
         robot: limits, time step, weights of the effectors.
@@ -217,6 +218,8 @@ def make_plan(
             if seeking.status is Status.RELAXED:  # of the two, what a user must know
                 return seeking
             return replace(seeking, status=Status.SEEKING_CONTACT)
+        if plan.status is Status.SEEKING_CONTACT and _presses_as_it_may(prepared, plan, settings):
+            return replace(plan, status=Status.OK)
     return plan
 
 
@@ -301,6 +304,16 @@ def _brings_nearer(robot: Robot, prepared: Prepared, aim: Aim, plan: Plan) -> bo
         for step in (prepared.held, plan.predicted)
     )
     return before <= MET * robot.size or after < (1.0 - NEARER) * before
+
+
+def _presses_as_it_may(prepared: Prepared, plan: Plan, settings: DecideSettings) -> bool:
+    """Whether the contact forces of a plan are at a limit of them."""
+    if settings.forces is None:
+        return False
+    rows = settings.forces.rows(plan.predicted.step, prepared.held)
+    return rows is not None and rows.reached(
+        plan.predicted.lam[plan.predicted.step.layout.contacts]
+    )
 
 
 def _start(held: PredictedStep, step: CondensedStep) -> tuple[Array, Bools]:

@@ -19,7 +19,6 @@ from tauten.controller.qpcc import Backend, Budget
 from tauten.model.numerics import Array, Ints
 
 WITHIN = 1e-7  # of the largest limit, by which a point may exceed one
-NEAR = 1e-2  # of a limit, within which it is reached
 BACK = (0.7, 0.5, 0.25, 0.1)  # shares of the way from hold to a point beyond the limits
 
 
@@ -84,14 +83,6 @@ class EffortSearch:
         )
         span = np.minimum(self.span, free.min(axis=0, initial=np.inf))
         return float((np.sqrt(curvature) * span).max(initial=0.0))
-
-    def presses_at_limit(self, point: EffortPoint) -> bool:
-        """Whether contacts push at a point and one of the limits is reached."""
-        limits = self.problem.program
-        rows = limits.G @ np.concatenate([point.lam, self.rows(point.r)])  # (p,)
-        low = rows - limits.g_lo < NEAR * np.abs(limits.g_lo)
-        high = limits.g_hi - rows < NEAR * np.abs(limits.g_hi)
-        return bool((point.r[::3] > 0.0).any() and (low | high).any())
 
     def bounded(self, lam: Array) -> Array:
         """Efforts (n_a,) within their bounds."""

@@ -92,8 +92,7 @@ class InverseSolution:
     Attributes:
         lam_a: (n_a,) efforts.
         forces: (s + 3 k,) contact forces that they cause.
-        status: OK; SEEKING_CONTACT where holding has no gradient, nothing lower was found, and it does not
-            press at a limit; MAX_PIVOTS
+        status: OK; SEEKING_CONTACT where holding has no gradient and nothing lower was found; MAX_PIVOTS
             where the search was cut; NOT_FOUND where no exact forces of holding were found; INFEASIBLE where
             holding exceeds the limits and nothing within them was found; NOT_FINITE.
         objective: f of (I1).
@@ -162,7 +161,7 @@ def solve_friction_inverse(
         status = Status.INFEASIBLE
     elif budget.exhausted:
         status = Status.MAX_PIVOTS
-    elif flat and best is held and not search.presses_at_limit(held):
+    elif flat and best is held:
         status = Status.SEEKING_CONTACT
     return InverseSolution(
         best.lam,

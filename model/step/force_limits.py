@@ -23,6 +23,7 @@ from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.contact_space import ContactSpace
 from tauten.model.step.enrichment import PredictedStep
 
+REACHED = 1e-2  # of a limit, within which forces are at it
 DIRECTIONS = 16  # of friction, in the plane of a pair
 GRASPED = 0.1  # of the least force, from which it is kept
 TOLERATED = (
@@ -82,6 +83,12 @@ class ForceRows:
     largest: Array
     names: tuple[tuple[str, str], ...]
 
+    def reached(self, forces: Array) -> bool:
+        """Whether forces (n,) are at one of the limits or beyond it."""
+        found = self.coefficients @ forces  # (p,)
+        low, high = (1.0 + REACHED) * self.least, (1.0 - REACHED) * self.largest
+        return bool(((found < low) | (found > high)).any())
+
 
 @dataclass(frozen=True, slots=True)
 class ForceLimits:
@@ -139,7 +146,8 @@ class ForceLimits:
                 names.append(smallest)
             if normal > (1.0 + TOLERATED) * bounds.largest:
                 names.append(largest)
-            if kept and one.friction * normal - friction < (1.0 - TOLERATED) * bounds.margin:
+            apart = one.friction * normal - friction
+            if kept and bounds.margin > 0.0 and apart < (1.0 - TOLERATED) * bounds.margin:
                 names.append(margin)
         return tuple(names)
 

@@ -7,6 +7,8 @@ import signal
 import sys
 from collections.abc import Callable
 
+PARENT = "TAUTEN_PARENT"  # that of tauten.service.process, which loads the model
+
 
 def main() -> None:
     """Entry point of `tauten`."""
@@ -14,10 +16,14 @@ def main() -> None:
 
 
 def _start() -> None:
-    if parent := os.environ.pop("TAUTEN_PARENT", ""):
+    try:
+        parent = int(os.environ.pop(PARENT, ""))
+    except ValueError:  # none, or not from `tauten`
+        parent = 0
+    if parent > 0:
         from tauten.service.process import end_with
 
-        end_with(int(parent))
+        end_with(parent)
     if sys.argv[1:2] == ["command"]:
         from tauten.service.cli.emergency import carry_out, order_in
 

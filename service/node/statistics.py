@@ -75,9 +75,8 @@ class LoopStatistics:
         self._actuators = actuators
         self._size = size
         self._apart = 0.0
-        self._cut: deque[bool] = deque(
-            maxlen=AVERAGED
-        )  # of the last decisions, whether time ended them
+        # of the last decisions in a row, whether time ended them
+        self._cut: deque[bool] = deque(maxlen=AVERAGED)
         self._ticks = 0
         self._modes: Counter[str] = Counter()
         self._statuses: Counter[str] = Counter()
@@ -117,6 +116,8 @@ class LoopStatistics:
             self._statuses[tick.status] += 1
             self._decide.add(tick.decide)
             self._step.add(tick.step)
+        else:
+            self._cut.clear()
 
     def diagnostics(
         self,
@@ -167,8 +168,9 @@ class LoopStatistics:
         values["prediction_error_mm"] = f"{_MS * self._apart:.3g}"
         surprising = self._apart > SURPRISING * self._size
         cut = sum(self._cut)
+        often = 2 * cut > len(self._cut)
         values["cut"] = str(cut)
-        level = Level.WARN if bad or self._clamped or surprising or cut else Level.OK
+        level = Level.WARN if bad or self._clamped or surprising or often else Level.OK
         mode = f"{self._mode} ({self._cause})" if self._cause else self._mode.value
         text = f"{mode}, {bad} not OK"
         if surprising:
@@ -176,9 +178,9 @@ class LoopStatistics:
                 f"; the model moves {_MS * self._apart:.3g} mm a tick away from what decisions predict: "
                 "targets are too fast for it, or it does not come to rest"
             )
-        if 2 * cut > AVERAGED:
+        if often:
             text += (
-                f"; time has ended {cut} of the last {len(self._cut)} decisions, which stay near a hold: "
+                f"; {cut} of the last {len(self._cut)} decisions ran out of time and stayed near a hold: "
                 "lower controller.rate, raise service.decision_share, or give contacts fewer points"
             )
         return Diagnostic("decisions", level, text, values)

@@ -93,6 +93,17 @@ def test_the_largest_force_of_all_contacts_counts_too() -> None:
     assert force == pytest.approx(0.05, rel=1e-3) and statuses[-1] is Status.OK
 
 
+def test_a_finger_that_slides_keeps_no_distance_to_slip() -> None:
+    """Nobody has asked for one: health warns of nothing, and holds are not relaxed."""
+    controller = Controller(finger(0.1, max_force=5.0))
+    pressed(controller, 0.02, 10)
+    found, forces = controller.contacts, controller.settings.forces
+    assert forces is not None and any(forces.kept)
+    slid = replace(found, force=found.force + 0.2 * found.normal_force.sum() * np.eye(3)[0])
+    assert forces.exceeded(slid) == ()
+    assert contact_diagnostic(controller).level is Level.OK
+
+
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_what_has_been_touched_is_not_let_go(friction: float) -> None:
     """The target goes 20 mm up: the finger presses on with the smallest force, until it is to let go."""

@@ -21,10 +21,11 @@ from support.processes import ROBOT, START, Served, run_main, start, tauten, wri
 
 from benchmarks.commands import app as benchmarks
 from tauten.model.numerics import FactorisationError
+from tauten.service.cli import entry
 from tauten.service.cli.app import app
 from tauten.service.cli.terminal import show_result
 from tauten.service.plant import PathError, PathSettings, find_receiver, receiver_path
-from tauten.service.process import StopFlag
+from tauten.service.process import PARENT, StopFlag
 from tauten.service.tables import Numbers, Page
 from tauten.service.wire import Mode, Network
 
@@ -41,6 +42,13 @@ def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
 def test_the_version_is_that_which_is_installed(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_main("--version") == 0
     assert capsys.readouterr().out == f"tauten {version('tauten')}\n"
+
+
+@pytest.mark.parametrize("number", ["", "soon", "-1"])
+def test_a_parent_that_is_none_is_ignored(number: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert entry.PARENT == PARENT
+    monkeypatch.setenv(PARENT, number)
+    assert run_main("--version") == 0
 
 
 LOADED = """

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import count
+from pathlib import Path
+
 import numpy as np
 import pytest
-from support.robots.examples import example
+from support.robots.examples import changed, example
 
 from tauten.controller import Controller
 from tauten.controller.qpcc import Status
@@ -23,3 +26,16 @@ def test_a_target_of_the_cube_alone_makes_the_gripper_lift_it() -> None:
     assert Status.SEEKING_CONTACT in statuses
     assert (controller.effector_values - start)[2] > 0.015  # m, off the floor
     assert np.abs(controller.effector_values - goal).max() < 1e-3
+
+
+@pytest.mark.slow
+def test_the_lift_begins_where_an_actuator_is_at_its_limit(tmp_path: Path) -> None:
+    """At rest the actuators are at their least positions, and the cube presses on the floor."""
+    changed(tmp_path, "claw.toml", ("max_rate = 6.0", "max_rate = 3.0"))
+    controller = Controller(load_robot(changed(tmp_path, "lift.toml")))
+    start = controller.effector_values
+    for step in count(1):
+        found = controller.step(LIFT["goal"](step * controller.period, start))
+        if found.status is Status.SEEKING_CONTACT:
+            break
+        assert step < 5

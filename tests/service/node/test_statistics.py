@@ -131,6 +131,29 @@ def test_health_says_that_time_ends_decisions() -> None:
             statistics.add(tick, replace(action, checks=checks), action.actuation.effector)
         found = statistics.diagnostics(Clock(0.02), [], None, {})
         said.append(next(item for item in found if item.name == "decisions"))
-    assert "time has ended" not in said[0].message and said[0].values["cut"] == "0"
-    assert "time has ended 40 of the last 50 decisions" in said[1].message
+    assert "out of time" not in said[0].message and said[0].values["cut"] == "0"
+    assert "40 of the last 50 decisions ran out of time and stayed near a hold" in said[1].message
     assert "raise service.decision_share" in said[1].message
+
+
+def test_health_warns_of_time_only_while_it_ends_most_decisions() -> None:
+    loop = ControlLoop(Controller(beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE)))
+    robot = loop.controller.robot
+    statistics = LoopStatistics(robot.actuators, robot.size)
+    action = loop.tick(loop.controller.effector_values, Signals(target=True))
+    tick, left = replace(tick_of(action), status="OK"), action.actuation.effector
+    ended = replace(action, checks=3)
+    said = []
+    for later in (
+        (tick, [action, action, ended]),
+        (tick, [ended] * 3),
+        (tick_of(action), [action]),
+    ):
+        for one in later[1]:
+            statistics.add(later[0], one, left)
+        found = statistics.diagnostics(Clock(0.02), [], None, {})
+        said.append(next(item for item in found if item.name == "decisions"))
+    assert [one.level for one in said] == [Level.OK, Level.WARN, Level.OK]
+    assert [one.values["cut"] for one in said] == ["1", "4", "0"]
+    assert "4 of the last 6 decisions ran out of time" in said[1].message
+    assert "out of time" not in said[2].message
