@@ -16,6 +16,7 @@ import zenoh
 from support.messages import encode_command, encode_point
 from support.nodes import PERIOD, point_at
 from support.processes import Process, start, wait_alive
+from support.viewers import wait_until
 
 from tauten.model import Robot
 from tauten.service.link import ask_metrics, close_session
@@ -139,7 +140,7 @@ def test_a_viewer_reads_but_does_not_command(connect: Connect, node: Process, be
     wait_alive(viewer, KEYS.token, node)
     ticks = viewer.declare_subscriber(KEYS.tick, zenoh.handlers.RingChannel(10))
     drive(viewer, beam)
-    assert ticks.try_recv() is not None
+    assert wait_until(lambda: ticks.try_recv() is not None)
     assert ask_metrics(viewer, "beam") is not None
     assert accepted(viewer) == {"targets": 0, "commands": 0}
     # and only the node can publish actuation
