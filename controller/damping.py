@@ -11,7 +11,7 @@ that become smaller and smaller converge, and γ remains.
 
 Where a cable is taut in one plan and slack in the next, plans jump between two pieces of the problem, and no
 γ ends that: commands go to and fro from tick to tick, for ever. While the target is constant, actuators then
-go a smaller share of the way, half of the last with every alternation, so that they end between the two.
+go a smaller share of the way, half of the last where two ways in a row turn back, so that they end between.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ REPEATED = 0.6  # and above which as one of a series
 LARGEST_GROWTH = 2.0  # of 1 + γ in a step
 DECREASE = 0.8
 LARGEST = 100.0  # γ
-ALTERNATING = -0.5  # w_k·w_(k-1) / |w_(k-1)|² of ways commanded, below which they go to and fro
+BACK = (-2.0, -0.5)  # w_k·w_(k-1) / |w_(k-1)|² of ways commanded, between which one turns back
 GROWTH = 1.1  # of the share of the way where a way repeats the one before
 STILL = 1e-9  # of the robot's size; smaller changes are rounding
 
@@ -42,6 +42,7 @@ class Damping:
             weighs them [m]; empty: none.
         share: of the way to the plan that actuators go in a tick, 0 to 1.
         way: (n_a,) that actuators went in the tick before, as multiples of what rates allow; empty: none.
+        turned: whether that way turned back.
         goal: (n_v,) of the decision before; empty: none.
     """
 
@@ -49,19 +50,20 @@ class Damping:
     change: Array
     share: float
     way: Array
+    turned: bool
     goal: Array
 
     def towards(self, goal: Array) -> Damping:
         """The damping of a decision for a goal (n_v,): all of the way where it is another one than before."""
         if np.array_equal(goal, self.goal):
             return self
-        return replace(self, share=1.0, way=np.zeros(0), goal=goal)
+        return replace(self, share=1.0, way=np.zeros(0), turned=False, goal=goal)
 
 
 def undamped() -> Damping:
     """The start."""
     none = np.zeros(0)
-    return Damping(0.0, none, 1.0, none, none)
+    return Damping(0.0, none, 1.0, none, False, none)
 
 
 def adapted(damping: Damping, change: Array, size: float, way: Array) -> Damping:
@@ -81,15 +83,19 @@ def adapted(damping: Damping, change: Array, size: float, way: Array) -> Damping
             gamma = min((1.0 + gamma) * growth - 1.0, LARGEST)
         elif repeated > REPEATED:
             gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
-    return Damping(gamma, change, _next_share(damping, way), way, damping.goal)
+    share, turned = _next_share(damping, way)
+    return Damping(gamma, change, share, way, turned, damping.goal)
 
 
-def _next_share(damping: Damping, way: Array) -> float:
-    """The share of the way that actuators go in the next tick, after they went the way (n_a,) in this one."""
-    before = damping.way
+def _next_share(damping: Damping, way: Array) -> tuple[float, bool]:
+    """The share of the way in the next tick, and whether the way (n_a,) of this one turned back."""
+    before, share = damping.way, damping.share
     if len(before) != len(way) or not before.any():
-        return damping.share
+        return share, False
     repeated = float(way @ before) / float(before @ before)
-    if repeated < ALTERNATING:
-        return 0.5 * damping.share
-    return min(GROWTH * damping.share, 1.0) if repeated > REPEATED else damping.share
+    turned = BACK[0] < repeated < BACK[1]
+    if turned and damping.turned:
+        share *= 0.5
+    elif repeated > REPEATED:
+        share = min(GROWTH * share, 1.0)
+    return share, turned
