@@ -26,9 +26,8 @@ TURN, SETTLING = 2.0, 0.3  # s: in which the oval turns by half, and in which it
 def pulled(robot: Robot, time: float) -> Array:
     """Pulled lengths of the cables at a time: (4,) [m]."""
     share = min(time / SETTLING, 1.0)
-    short = np.pi * (
-        0.5 + max(time - SETTLING, 0.0) / TURN
-    )  # of the shortest diameter, in the ring
+    # the angle of the shortest diameter in the ring
+    short = np.pi * (0.5 + max(time - SETTLING, 0.0) / TURN)
     across = 0.25 * np.pi * np.arange(robot.n_a)
     oval = np.cos(2.0 * (across - short))
     lengths: Array = share * STROKE * np.where(oval < 0.0, LONGER, 1.0) * oval

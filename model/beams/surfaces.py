@@ -84,8 +84,7 @@ def chain_surface(body: Beams, profile: Profile) -> tuple[Array, Ints]:
         them node k has the number k and corner i of its ring b + k c + i.
     """
     count, c = len(body.ends), len(profile.outline)
-    frames = Rotation.from_quat(np.roll(body.axes, -1, axis=1)).as_matrix()  # (e, 3, 3), columns
-    rings = np.einsum("ci,eji->ecj", profile.outline, frames[:, :, 1:])  # (e, c, 3)
+    rings = np.array([ring_of(body, k, profile) for k in range(count)])  # (e, c, 3)
     for k in range(1, count):  # axes 2 and 3 of neighbours may differ by quarter turns
         turns = [np.roll(rings[k], shift, axis=0) for shift in range(c)]
         rings[k] = min(turns, key=lambda turn: float(np.abs(turn - rings[k - 1]).sum()))
@@ -101,13 +100,7 @@ def chain_surface(body: Beams, profile: Profile) -> tuple[Array, Ints]:
         np.stack([np.zeros(c, np.int64), ends[0] + j, ends[0] + i], axis=1),
         np.stack([np.full(c, count), ends[1] + i, ends[1] + j], axis=1),
     ]
-    for k in range(count):
-        a = (count + 1) + c * k
-        b = a + c
-        triangles += [
-            np.stack([a + i, a + j, b + j], axis=1),
-            np.stack([a + i, b + j, b + i], axis=1),
-        ]
+    triangles += [between_rings(count + 1 + c * k, c) for k in range(count)]
     return body.nodes[:, None] + around, np.concatenate(triangles)
 
 
@@ -123,14 +116,35 @@ def outline(body: Beams, k: int, profile: Profile) -> tuple[AttachedPoints, Ints
         Points attached between the two nodes, and triangles (t, 3) of them.
     """
     a, b = body.ends[k]
-    frame = Rotation.from_quat(np.roll(body.axes[k], -1)).as_matrix()  # columns are the axes
-    ring = profile.outline @ frame[:, 1:].T  # (c, 3)
+    ring = ring_of(body, k, profile)
     count = len(ring)
     points = np.concatenate([body.nodes[a] + ring, body.nodes[b] + ring])
     share = np.repeat([0.0, 1.0], count)
+    attached = attach_between(body.nodes, np.tile([a, b], (2 * count, 1)), share, points)
+    return attached, between_rings(0, count)
+
+
+def ring_of(body: Beams, k: int, profile: Profile) -> Array:
+    """The outline of an element at rest, about its axis, in the axes of the world: (c, 3) [m].
+
+    Args:
+        body: the beams.
+        k: number of the element.
+        profile: its cross-section.
+    """
+    frame = Rotation.from_quat(np.roll(body.axes[k], -1)).as_matrix()  # columns are the axes
+    ring: Array = profile.outline @ frame[:, 1:].T
+    return ring
+
+
+def between_rings(first: int, count: int) -> Ints:
+    """Triangles (2 c, 3) between two rings of c points each, of which the second follows the first.
+
+    Args:
+        first: number of the first point.
+        count: c.
+    """
     i = np.arange(count)
     j = (i + 1) % count
-    triangles = np.concatenate(
-        [np.stack([i, j, j + count], axis=1), np.stack([i, j + count, i + count], axis=1)]
-    )
-    return attach_between(body.nodes, np.tile([a, b], (2 * count, 1)), share, points), triangles
+    sides = [np.stack([i, j, j + count], axis=1), np.stack([i, j + count, i + count], axis=1)]
+    return np.concatenate(sides) + first

@@ -85,11 +85,11 @@ def require_no_spin(beams: list[BeamPart], bodies: Bodies, constraints: Constrai
     """
     glued = constraints.glued
     moving: list[AnyFrame] = [*constraints.rigid, *constraints.pinned, *constraints.drives]
-    firm = bodies.fixed.copy()
+    firm, of_beams = bodies.fixed.copy(), bodies.beam_nodes
     firm[glued.masters[glued.weights != 0.0]] = True
     for frame in moving:
         alone = frame.name.startswith("bodies.") or isinstance(frame, PinnedRegion)
-        own = np.intersect1d(frame.nodes, bodies.beam_nodes)
+        own = np.intersect1d(frame.nodes, of_beams)
         if not (alone and len(own) == 1 and len(frame.nodes) == len(bodies.corners_of(own[0]))):
             firm[frame.nodes] = True  # a servo, or something that the node is part of
     for part in beams:

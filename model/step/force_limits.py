@@ -26,9 +26,8 @@ from tauten.model.step.enrichment import PredictedStep
 REACHED = 1e-2  # of a limit, within which forces are at it
 DIRECTIONS = 16  # of friction, in the plane of a pair
 GRASPED = 0.1  # of the least force, from which it is kept
-TOLERATED = (
-    0.05  # of a limit, by which the forces of a step may be beyond it: limits are those of plans
-)
+# Of a limit, by which the forces of a step may be beyond it: limits are those of plans.
+TOLERATED = 0.05
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import signal
 import sys
 from collections.abc import Callable
 
-PARENT = "TAUTEN_PARENT"  # that of tauten.service.process, which loads the model
+from tauten.service.parent import PARENT, end_with
 
 
 def main() -> None:
@@ -21,8 +21,6 @@ def _start() -> None:
     except ValueError:  # none, or not from `tauten`
         parent = 0
     if parent > 0:
-        from tauten.service.process import end_with
-
         end_with(parent)
     if sys.argv[1:2] == ["command"]:
         from tauten.service.cli.emergency import carry_out, order_in

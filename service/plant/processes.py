@@ -19,7 +19,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from tauten.model.kernels import kernel_folder
-from tauten.service.process import PARENT, end_with
+from tauten.service.parent import PARENT, end_with
 
 STOP_TIME = (
     60.0  # s, the release of the cables included, on a machine that is busy with something else

@@ -3,7 +3,6 @@
 from tauten.model import one_blas_thread
 from tauten.reduction import write_text
 from tauten.service.process.host import HostInfo, host_info
-from tauten.service.process.parent import PARENT, end_with
 from tauten.service.process.progress import Progress
 from tauten.service.process.queues import drained
 from tauten.service.process.realtime import (
@@ -25,14 +24,12 @@ __all__ = [
     "Progress",
     "HostInfo",
     "ORDINARY",
-    "PARENT",
     "RealtimeError",
     "RealtimeSettings",
     "Interrupted",
     "StopFlag",
     "apply_realtime",
     "drained",
-    "end_with",
     "has_realtime_priority",
     "host_info",
     "manual_garbage_collection",

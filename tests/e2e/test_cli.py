@@ -24,8 +24,9 @@ from tauten.model.numerics import FactorisationError
 from tauten.service.cli import entry
 from tauten.service.cli.app import app
 from tauten.service.cli.terminal import show_result
+from tauten.service.parent import PARENT
 from tauten.service.plant import PathError, PathSettings, find_receiver, receiver_path
-from tauten.service.process import PARENT, StopFlag
+from tauten.service.process import StopFlag
 from tauten.service.tables import Numbers, Page
 from tauten.service.wire import Mode, Network
 

@@ -1,8 +1,10 @@
-"""Processes that end with the one that started them, also where that is killed."""
+"""Processes that end with the one that started them, also where that is killed.
+
+It is outside of `tauten.service.process`, which loads the model: every command imports it.
+"""
 
 from __future__ import annotations
 
-import ctypes
 import os
 import signal
 import sys
@@ -21,6 +23,8 @@ def end_with(parent: int) -> None:
     """
     if sys.platform != "linux":
         return
+    import ctypes  # most commands need it not
+
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGTERM))
     if os.getppid() != parent:  # it has ended before
         os.kill(os.getpid(), signal.SIGTERM)
