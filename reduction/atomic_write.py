@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,8 +17,9 @@ from typing import BinaryIO
 def atomic_write(path: Path) -> Iterator[BinaryIO]:
     """A temporary file beside `path` that replaces it when the block ends without an exception.
 
-    Content and name are on the disk (fsync) when this returns. The folder is made when missing. A device or
-    a pipe, as /dev/stdout, remains what it is: it gets what the block has written.
+    Content and name are on the disk (fsync) when this returns. The folder is made when missing. A file that
+    is replaced keeps its permissions; a new one has those that the umask leaves. A device or a pipe, as
+    /dev/stdout, remains what it is: it gets what the block has written.
 
     Raises:
         OSError: the folder cannot be written to.
@@ -34,6 +36,8 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
     try:
         with temporary.open("xb") as file:
+            if path.is_file():
+                temporary.chmod(stat.S_IMODE(path.stat().st_mode))
             yield file
             file.flush()
             os.fsync(file.fileno())

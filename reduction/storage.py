@@ -210,10 +210,8 @@ def _array(archive: zipfile.ZipFile, name: str, kind: str) -> NDArray[Any]:
         shape, _, dtype = read_array_header_1_0(member)
         if dtype.kind != kind:
             raise ValueError(f"{name} has the data type {dtype}, expected kind {kind!r}")
-        size, left = (
-            math.prod(shape) * dtype.itemsize,
-            archive.getinfo(name).file_size - member.tell(),
-        )
+        size = math.prod(shape) * dtype.itemsize
+        left = archive.getinfo(name).file_size - member.tell()
         if size != left or min(shape, default=0) < 0:
             raise ValueError(f"{name} has the shape {shape} of {dtype}, but {left} bytes of data")
     with archive.open(name) as member:

@@ -220,7 +220,7 @@ def certificate_cost(
         decision = decide(robot, prepared, path.at(time).ravel(), position, settings)
         predicted, position = decision.predicted, decision.position
         step = predicted.step
-        state = robot.advance(step.state, step.system, predicted.dv)
+        state = robot.advance(step.state, step.system.v + predicted.dv, step.system.h)
         end = perf_counter()
         if len(step.extra) == 0 and time > 0.2:  # the first ones warm up
             gaps = step.rows.contacts.rows.after(step.system.h, step.system.v + predicted.dv)

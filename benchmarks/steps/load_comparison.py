@@ -145,7 +145,7 @@ def loads(robot: Robot) -> list[ForeignLoad]:
     for i in range(3):
         for sign, side in ((1.0, "+"), (-1.0, "-")):
             force = np.zeros((p, 3))
-            force[:, i] = sign * payload(robot)
+            force[:, i] = sign * payload(robot, len(robot.effector_names))
             every.append(
                 ForeignLoad("payload", f"payload {side}{'xyz'[i]}", gravity, force.ravel())
             )

@@ -8,17 +8,23 @@ from tauten.reduction.campaign.designs import (
     DesignError,
     Ranges,
     Run,
-    exploring,
     latin_hypercube,
     latin_hypercube_levels,
-    payload,
     plackett_burman,
     plackett_burman_levels,
     ramp,
 )
 from tauten.reduction.campaign.executors import ClusterError, dask_cluster, processes
+from tauten.reduction.campaign.exploring import exploring, payload
 from tauten.reduction.campaign.run import run_campaign
 from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots, join_snapshots
+from tauten.reduction.campaign.touched import (
+    TouchedRobot,
+    of_plain_robot,
+    pressed_by,
+    pressed_columns,
+    touched_robot,
+)
 
 __all__ = [
     "ClusterError",
@@ -33,16 +39,21 @@ __all__ = [
     "SnapshotError",
     "Snapshots",
     "TOLERANCE",
+    "TouchedRobot",
     "dask_cluster",
     "exploring",
     "from_csv",
     "join_snapshots",
     "latin_hypercube",
     "latin_hypercube_levels",
+    "of_plain_robot",
     "payload",
     "plackett_burman",
     "plackett_burman_levels",
+    "pressed_by",
+    "pressed_columns",
     "processes",
     "ramp",
     "run_campaign",
+    "touched_robot",
 ]

@@ -15,6 +15,7 @@ from tauten.model import Robot, Simulator, State, one_blas_thread
 from tauten.model.numerics import Array, FactorisationError
 from tauten.reduction.campaign.designs import Run
 from tauten.reduction.campaign.snapshots import Origin, Snapshots
+from tauten.reduction.campaign.touched import pressed_by
 
 TOLERANCE = 1e-6  # largest movement in the last step of an equilibrium [m]
 MAX_ITERATIONS = 60  # neighbours on a path are a few steps apart; more iterations mean oscillation
@@ -69,6 +70,7 @@ def solve_chunk(chunk: Chunk) -> Snapshots:
         effector=np.stack(effector, axis=1),
         gravity=chunk.run.gravity,
         effector_force=chunk.run.effector_force,
+        pressed=np.zeros((0, len(chunk.run))) if chunk.run.pressed is None else chunk.run.pressed,
         run=np.full(len(chunk.run), chunk.index, dtype=np.int64),
         converged=np.array(converged),
         q=np.stack(q, axis=1),
@@ -81,6 +83,8 @@ def _column(
 ) -> tuple[Array, Array, Array, Array, Array, bool]:
     """λ_c (n_c,), pull and tension (n_a,), effector (3 p,), q at equilibrium i; whether it is one."""
     simulator.load(run.gravity[:, i], run.effector_force[:, i])
+    if run.pressed is not None:
+        simulator.set_obstacles(pressed_by(simulator.obstacles, run.pressed[:, i]))
     before = simulator.state, simulator.forces
     try:
         position = run.position[:, i]

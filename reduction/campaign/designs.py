@@ -16,16 +16,6 @@ from scipy.spatial.transform import Rotation
 
 from tauten.model import Robot
 from tauten.model.numerics import Array
-from tauten.reduction.campaign.command_range import CommandRange, command_range
-
-RAMP_STEPS = 200  # of one actuator whose position is commanded; the paper takes 800
-EFFORT_STEPS = 60  # of one actuator whose effort is commanded
-RUN_STEPS = 20  # of a run of several actuators
-LEAST_RUNS, RUNS_EACH = 8, 2  # number of such runs, and more for each actuator
-LEAST_LOADED_RUNS, LOADED_STEPS = 10, 10  # runs under other loads, and the steps of each
-TILT = np.radians(20.0)  # of gravity there
-PAYLOAD = 0.2  # on the effectors there, as a share of the weight
-STANDARD_GRAVITY = 9.81  # m/s², by which payloads are chosen where a robot file has no gravity
 
 
 class DesignError(ValueError):
@@ -41,12 +31,15 @@ class Run:
         gravity: (3, s) acceleration of gravity [m/s²].
         effector_force: (3 p, s) outer forces on the effectors [N].
         effort: (n_a, s) efforts prescribed instead of positions [N]; NaN where positions are.
+        pressed: (3 k, s) centres of the spheres that press the robot [m], see
+            `tauten.reduction.campaign.touched`; None: there are none.
     """
 
     position: Array
     gravity: Array
     effector_force: Array
     effort: Array | None = None
+    pressed: Array | None = None
 
     def __len__(self) -> int:
         return int(self.position.shape[1])
@@ -55,8 +48,13 @@ class Run:
         """Equilibria first … end − 1."""
         part = slice(first, end)
         effort = None if self.effort is None else self.effort[:, part]
+        pressed = None if self.pressed is None else self.pressed[:, part]
         return Run(
-            self.position[:, part], self.gravity[:, part], self.effector_force[:, part], effort
+            self.position[:, part],
+            self.gravity[:, part],
+            self.effector_force[:, part],
+            effort,
+            pressed,
         )
 
 
@@ -81,8 +79,8 @@ class Design:
         """SHA-256 of all levels of all runs."""
         hasher = hashlib.sha256()
         for run in self.runs:
-            held = () if run.effort is None else (run.effort,)
-            for levels in (run.position, run.gravity, run.effector_force, *held):
+            more = [levels for levels in (run.effort, run.pressed) if levels is not None]
+            for levels in (run.position, run.gravity, run.effector_force, *more):
                 hasher.update(repr(levels.shape).encode())
                 hasher.update(np.ascontiguousarray(levels).tobytes())
         return hasher.hexdigest()
@@ -115,120 +113,6 @@ class Ranges:
                 f"ranges are pull {self.position},{held} tilt {self.tilt} rad, force {self.force} N: "
                 "pull must be two shares of 0 to 1 in this order, tension too, the others not negative"
             )
-
-
-def exploring(robot: Robot, seed: int = 0) -> Design:
-    """The design for a robot about which nothing else is known.
-
-    Under the gravity of the robot file, one actuator goes through its range in small steps, as in the paper;
-    several go from rest to commands of a Latin hypercube over their ranges, in as many runs as their number
-    needs. Further runs go to such commands with gravity tilted by `TILT` to sides all round, and a payload of
-    `PAYLOAD` of the weight that pushes on the effectors in random directions.
-
-    Args:
-        robot: its limits and gravity are used.
-        seed: of the random commands and loads.
-    """
-    found = command_range(robot)
-    if robot.n_a == 1 and not found.by_force[0] and found.least[0] == 0.0:
-        own = ramp(robot, float(found.most[0]) / RAMP_STEPS).runs
-    elif robot.n_a == 1:
-        ends = np.array([[1.0], *([[-1.0]] if found.least[0] < 0.0 else [])])
-        own = tuple(_to_command(robot, found, end, _risen(EFFORT_STEPS)) for end in ends)
-    else:
-        ends = _random_ends(found, LEAST_RUNS + RUNS_EACH * robot.n_a, seed)
-        own = tuple(_to_command(robot, found, end, _risen(RUN_STEPS)) for end in ends)
-    loaded = _loaded_runs(robot, found, seed)
-    sizes = (
-        f"{len(own)} runs of {len(own[0])} steps, {len(loaded)} of {LOADED_STEPS} under other loads"
-    )
-    return Design(
-        f"exploring: {sizes}, within the range of each actuator, seed {seed}", (*own, *loaded)
-    )
-
-
-def _loaded_runs(robot: Robot, found: CommandRange, seed: int) -> tuple[Run, ...]:
-    """Runs from rest, each with gravity tilted to another side and another payload.
-
-    One actuator goes to the end of its range in each, several to random commands.
-
-    Args:
-        robot: its gravity, weight and effectors are used.
-        found: range of each actuator.
-        seed: of the commands and loads.
-    """
-    count = LEAST_LOADED_RUNS + RUNS_EACH * robot.n_a
-    rng = np.random.default_rng(seed + 1)
-    gravity, p = robot.gravity, len(robot.effector_names)
-    across = null_space(gravity[None])[:, :2]  # (3, 2)
-    sides = 2.0 * np.pi * (rng.permutation(count) + rng.uniform()) / count  # (runs,)
-    axes = np.stack([np.cos(sides), np.sin(sides)], axis=1) @ across.T  # (runs, 3)
-    push = rng.standard_normal((count, p, 3))
-    push *= payload(robot) / np.linalg.norm(push, axis=2, keepdims=True)
-    if robot.n_a == 1:  # each run passes through the whole range, or through one half of it
-        both = found.least[0] < 0.0
-        ends = np.where(both & (np.arange(count) % 2 == 1), -1.0, 1.0)[:, None]
-    else:
-        ends = _random_ends(found, count, seed + 1)
-    shares = np.linspace(0.0, 1.0, LOADED_STEPS)
-    return tuple(
-        _to_command(
-            robot, found, end, shares, Rotation.from_rotvec(TILT * axis).apply(gravity), force
-        )
-        for end, axis, force in zip(ends, axes, push.reshape(count, -1), strict=True)
-    )
-
-
-def payload(robot: Robot) -> float:
-    """`PAYLOAD` of the weight, spread evenly over the effectors: the force on each of them [N]."""
-    size = float(np.linalg.norm(robot.gravity)) or STANDARD_GRAVITY
-    return PAYLOAD * robot.body.moving_mass * size / len(robot.effector_names)
-
-
-def _random_ends(found: CommandRange, count: int, seed: int) -> Array:
-    """Shares (count, n_a) of the ranges, from a Latin hypercube.
-
-    Args:
-        found: range of each actuator.
-        count: number of ends.
-        seed: of the random numbers.
-    """
-    levels = latin_hypercube_levels(count, len(found.least), seed)
-    ends: Array = np.where(found.least < 0.0, 2.0 * levels - 1.0, levels)
-    return ends
-
-
-def _risen(steps: int) -> Array:
-    """Equal steps (steps,) from just above 0 to 1."""
-    return np.arange(1, steps + 1) / steps
-
-
-def _to_command(
-    robot: Robot,
-    found: CommandRange,
-    end: Array,
-    rise: Array,
-    gravity: Array | None = None,
-    force: Array | None = None,
-) -> Run:
-    """A run from rest to a command, under constant loads.
-
-    Args:
-        robot: its gravity and effectors are used.
-        found: range of each actuator.
-        end: (n_a,) shares of the ranges at the end.
-        rise: (s,) shares of the way there.
-        gravity: (3,) [m/s²]; None: the robot's.
-        force: (3 p,) on the effectors [N]; None: none.
-    """
-    commands = [found.command(share * end) for share in rise]
-    pushed = np.zeros(3 * len(robot.effector_names)) if force is None else force
-    return Run(
-        position=np.stack([command.position for command in commands], axis=1),
-        gravity=np.tile((robot.gravity if gravity is None else gravity)[:, None], len(rise)),
-        effector_force=np.tile(pushed[:, None], len(rise)),
-        effort=np.stack([command.effort for command in commands], axis=1),
-    )
 
 
 def ramp(robot: Robot, step: float = 5e-5) -> Design:

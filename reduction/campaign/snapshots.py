@@ -68,6 +68,8 @@ class Snapshots:
         effector: (3 p, s) effector positions [m].
         gravity: (3, s) acceleration of gravity [m/s²].
         effector_force: (3 p, s) outer forces on the effectors [N].
+        pressed: (3 k, s) centres of the spheres that press the robot [m], see
+            `tauten.reduction.campaign.touched`.
         run: (s,) which run of the campaign, ascending.
         converged: (s,) whether equilibrium and contact met their tolerances.
         q: (n, s) configurations [m], or (0, s) when they were not recorded.
@@ -80,6 +82,7 @@ class Snapshots:
     effector: Array
     gravity: Array
     effector_force: Array
+    pressed: Array
     run: Ints
     converged: Bools
     q: Array

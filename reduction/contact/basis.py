@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,10 +28,12 @@ class ContactBasis:
     Attributes:
         Psi: (n_c, k) modes, nonnegative, unit columns.
         provenance: its origin.
+        k: number of modes.
     """
 
     Psi: Array
     provenance: Provenance
+    k: int = field(init=False)
 
     def __post_init__(self) -> None:
         if self.Psi.ndim != 2 or self.Psi.shape[1] != self.provenance.k:
@@ -46,11 +48,7 @@ class ContactBasis:
         long = self.Psi.max() > 2.0  # where squares could overflow
         if long or np.abs(np.linalg.norm(self.Psi, axis=0) - 1.0).max() > 1e-9:
             raise BasisError("Psi has columns that are not of unit length: normalise them")
-
-    @property
-    def k(self) -> int:
-        """Number of modes."""
-        return int(self.Psi.shape[1])
+        object.__setattr__(self, "k", self.Psi.shape[1])
 
     @property
     def n_c(self) -> int:
@@ -67,23 +65,21 @@ class ContactBasis:
             H (k', n) dense, so that Hᵀ is a Fortran-ordered right-hand side without a copy;
             delta (k',) [m]; modes (k',) columns of Ψ, ascending.
         """
-        if isinstance(contacts.rows, ChainedRows):
-            rows = contacts.rows
+        rows, slots = contacts.rows, contacts.found.slots
+        if isinstance(rows, ChainedRows):
             S = rows.starts, rows.columns, rows.data
-            return ReducedContacts(
-                *_condense_chained(self.Psi, contacts.found.slots, S, rows.motion, rows.delta)
-            )
-        if isinstance(contacts.rows.H, np.ndarray):
-            return ReducedContacts(
-                *_condense(self.Psi, contacts.found.slots, contacts.rows.H, contacts.rows.delta)
-            )
-        weights = self.Psi[contacts.found.slots]  # (m, k)
+            return ReducedContacts(*_condense_chained(self.Psi, slots, S, rows.motion, rows.delta))
+        if isinstance(rows.H, np.ndarray):
+            H, delta = np.zeros((self.Psi.shape[1], rows.H.shape[1])), np.zeros(self.Psi.shape[1])
+            modes = _condense(self.Psi, slots, rows.H, rows.delta, H, delta)
+            return ReducedContacts(H[modes], delta[modes], modes)
+        weights = self.Psi[slots]  # (m, k)
         modes = np.flatnonzero(weights.any(axis=0))  # (k',)
         weights = weights[:, modes]  # (m, k')
-        H_c = contacts.rows.H
+        H_c = rows.H
         H = np.zeros((len(modes), H_c.shape[1]))  # (k', n)
         _accumulate(H, weights, H_c.indptr, H_c.indices, H_c.data)
-        return ReducedContacts(H, weights.T @ contacts.rows.delta, modes)
+        return ReducedContacts(H, weights.T @ rows.delta, modes)
 
     def lift(self, beta: Array) -> Array:
         """Pointwise forces λ_c = Ψ β (n_c,) [N] of beta (k,) [N]."""
@@ -211,9 +207,17 @@ def _condense_chained(
 
 
 @kernel
-def _condense(Psi: Array, slots: Ints, H: Array, delta: Array) -> tuple[Array, Array, Ints]:
-    """Arrays of `ReducedContacts` for dense rows H (m, n), delta (m,) in these slots (m,)."""
-    H_r, delta_r = np.zeros((Psi.shape[1], H.shape[1])), np.zeros(Psi.shape[1])
+def _condense(Psi: Array, slots: Ints, H: Array, delta: Array, H_r: Array, delta_r: Array) -> Ints:
+    """Modes with a candidate in range, for dense rows H (m, n), delta (m,) in these slots (m,).
+
+    Args:
+        Psi: (n_c, k) modes.
+        slots: (m,) slots of the rows.
+        H: (m, n) rows.
+        delta: (m,) gaps [m].
+        H_r: (k, n) zeros, to which the rows of all modes are added.
+        delta_r: (k,) zeros, likewise.
+    """
     touched = np.zeros(Psi.shape[1], np.bool_)
     for row in range(slots.shape[0]):
         for mode in range(Psi.shape[1]):
@@ -223,8 +227,7 @@ def _condense(Psi: Array, slots: Ints, H: Array, delta: Array) -> tuple[Array, A
                 delta_r[mode] += weight * delta[row]
                 for j in range(H.shape[1]):
                     H_r[mode, j] += weight * H[row, j]
-    modes = np.flatnonzero(touched)
-    return H_r[modes], delta_r[modes], modes
+    return np.flatnonzero(touched)
 
 
 @kernel

@@ -9,7 +9,13 @@ from pathlib import Path
 from typing import Literal
 
 from tauten.model import Robot, one_blas_thread
-from tauten.reduction.campaign import Design, Snapshots, run_campaign
+from tauten.reduction.campaign import (
+    Design,
+    Snapshots,
+    TouchedRobot,
+    of_plain_robot,
+    run_campaign,
+)
 from tauten.reduction.contact.basis import ContactBasis
 from tauten.reduction.contact.fit import (
     BASIS_METHODS,
@@ -69,7 +75,7 @@ class Reduction:
 
     Attributes:
         basis: the contact basis.
-        snapshots: the converged snapshots it was made from.
+        snapshots: the converged snapshots of the campaign.
         skipped: number of equilibria that did not converge and were omitted.
         curve: error against k, if it was computed.
     """
@@ -87,6 +93,7 @@ def reduce_robot(
     settings: ReduceSettings,
     executor: Executor | None = None,
     show_progress: bool = True,
+    touched: TouchedRobot | None = None,
 ) -> Reduction:
     """Run the campaign, or load its saved chunks from the folder, and make a basis from it.
 
@@ -97,6 +104,8 @@ def reduce_robot(
         settings: number of modes, method, weighting.
         executor: see `tauten.reduction.campaign.executors`; None computes in this process.
         show_progress: draw a bar on the terminal.
+        touched: the robot with spheres, where the design presses it with them; the basis is made from
+            snapshots without.
 
     Raises:
         SnapshotError: the folder holds another campaign, or a damaged file.
@@ -106,10 +115,12 @@ def reduce_robot(
         raise ChoiceError(
             f"robot {robot.name} has no contact candidates: there is nothing to reduce"
         )
-    everything = run_campaign(robot, design, folder, executor, show_progress)
+    moved = robot if touched is None else touched.robot
+    everything = run_campaign(moved, design, folder, executor, show_progress)
     snapshots = everything.select(everything.converged)
+    own = snapshots if touched is None else of_plain_robot(touched, snapshots)
     try:
-        basis, curve = make_basis(robot, snapshots, settings)
+        basis, curve = make_basis(robot, own, settings)
     except ValueError as error:
         raise ChoiceError(f"{folder}: {error}") from error
     return Reduction(basis, snapshots, len(everything) - len(snapshots), curve)

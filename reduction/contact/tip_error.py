@@ -10,7 +10,7 @@ import numpy as np
 
 from tauten.model import ContactSpace, Enrichment, Robot, Simulator
 from tauten.model.numerics import Array, Bools
-from tauten.reduction.campaign import MAX_ITERATIONS, TOLERANCE, Snapshots
+from tauten.reduction.campaign import MAX_ITERATIONS, TOLERANCE, Snapshots, pressed_by
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +59,7 @@ def tip_errors(
         if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
             simulator.reset()
         simulator.load(snapshots.gravity[:, i], snapshots.effector_force[:, i])
+        simulator.set_obstacles(pressed_by(simulator.obstacles, snapshots.pressed[:, i]))
         position, effort = snapshots.position[:, i], snapshots.effort[:, i]
         if held == "as held":
             command = robot.actuators.laws.held(position, effort)

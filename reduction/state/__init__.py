@@ -2,7 +2,7 @@
 
 from tauten.reduction.reduced_body import ElementSample, ReducedBody, StateBasisError
 from tauten.reduction.state.attempts import step_times
-from tauten.reduction.state.basis import SUFFIX, StateBasis, StateOrigin
+from tauten.reduction.state.basis import SUFFIX, StateBasis, StateOrigin, reduced_robot
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.model_error import TipCheck
 from tauten.reduction.state.modes import enriched, pod, responses
@@ -13,7 +13,6 @@ from tauten.reduction.state.reduce import (
     n_elements,
     reduce_states,
 )
-from tauten.reduction.state.robot import reduced_robot
 
 __all__ = [
     "ElementSample",

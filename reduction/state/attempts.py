@@ -10,8 +10,7 @@ import numpy as np
 
 from tauten.model import ContactSpace, Robot, Simulator, default_enrichment, one_blas_thread
 from tauten.reduction.reduced_body import StateBasisError
-from tauten.reduction.state.basis import StateBasis
-from tauten.reduction.state.robot import reduced_robot
+from tauten.reduction.state.basis import StateBasis, reduced_robot
 
 STEPS = 5  # that are timed, of each model
 FAST = 5e-3  # s; no full model with faster steps makes a reduced one useless

@@ -12,7 +12,7 @@ from tauten.model import Robot
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import same_but_contacts
 from tauten.reduction.provenance import made_for_another
-from tauten.reduction.reduced_body import StateBasisError
+from tauten.reduction.reduced_body import ReducedBody, StateBasisError
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
 
@@ -42,6 +42,8 @@ class StateOrigin:
         seed: of the random directions.
         created: date and time, ISO 8601 in UTC.
         versions: (package, version) pairs, Python among them.
+        pressed_mean, pressed_max: the same where spheres of the campaign are in the way, which counts in the
+            others too [m]; None: nowhere.
     """
 
     robot: str
@@ -60,6 +62,8 @@ class StateOrigin:
     seed: int
     created: str
     versions: tuple[tuple[str, str], ...]
+    pressed_mean: float | None = None
+    pressed_max: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,9 +124,20 @@ class StateBasis:
             hasher.update(np.ascontiguousarray(array).tobytes())
         return hasher.hexdigest()
 
-    def with_tip_errors(self, mean: float, largest: float) -> StateBasis:
-        """The same basis with mean and largest tip error on held-out paths [m]."""
-        return replace(self, origin=replace(self.origin, tip_mean=mean, tip_max=largest))
+    def with_tip_errors(
+        self, mean: float, largest: float, pressed: tuple[float, float] | None = None
+    ) -> StateBasis:
+        """The same basis with its tip errors on held-out paths.
+
+        Args:
+            mean: of all [m].
+            largest: of all [m].
+            pressed: both where spheres are in the way [m]; None: nowhere.
+        """
+        origin = replace(self.origin, tip_mean=mean, tip_max=largest)
+        if pressed is not None:
+            origin = replace(origin, pressed_mean=pressed[0], pressed_max=pressed[1])
+        return replace(self, origin=origin)
 
     def check_tip(self, allowed: float) -> None:
         """Make sure that its tip error on held-out paths is within what a robot file allows [m].
@@ -227,3 +242,13 @@ def _load(path: Path) -> StateBasis:
         raise StateBasisError(str(error)) from error
     except (StateBasisError, KeyError, TypeError, ValueError) as error:
         raise StateBasisError(f"{path}: this state basis file is damaged ({error})") from error
+
+
+def reduced_robot(robot: Robot, states: StateBasis) -> Robot[ReducedBody]:
+    """The robot in the coordinates of a state basis.
+
+    Raises:
+        StateBasisError: the basis was made for another robot, or this one has no state bases.
+    """
+    states.check_robot(robot)
+    return reducible(robot).reduced(states.Phi, states.elements, states.weights)

@@ -11,8 +11,7 @@ from tauten.model import Robot, State
 from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array
 from tauten.model.parts import Part, PartsBody, PartsPoints, join_parts, joined_state
-from tauten.reduction.state.basis import StateBasis
-from tauten.reduction.state.robot import reduced_robot
+from tauten.reduction.state.basis import StateBasis, reduced_robot
 
 Lift = Callable[[State], State]
 
@@ -37,13 +36,7 @@ class ReducedParts(PartsBody):
     def loaded(
         self, gravity: Array, effector_force: Array, effectors: Effectors[PartsPoints]
     ) -> ReducedParts:
-        """The body under other loads.
-
-        Args:
-            gravity: (3,) [m/s²].
-            effector_force: (3 p,) forces on effectors [N].
-            effectors: those of all parts.
-        """
+        """The body under other loads, see `Body`."""
         loaded = super(ReducedParts, self).loaded(gravity, effector_force, effectors)
         return dataclasses.replace(
             self,

@@ -13,12 +13,12 @@ import numpy as np
 
 from tauten.model import ContactSpace, Robot, default_enrichment, one_blas_thread
 from tauten.model.numerics import Array, Bools
-from tauten.reduction.campaign import Snapshots
+from tauten.reduction.campaign import Snapshots, pressed_columns
 from tauten.reduction.contact import TipErrors, tip_errors
 from tauten.reduction.provenance import package_versions
 from tauten.reduction.reduced_body import ElementSample, Reducible, StateBasisError
 from tauten.reduction.state.attempts import Attempt, ModelTimes, best_of, step_times
-from tauten.reduction.state.basis import StateBasis, StateOrigin
+from tauten.reduction.state.basis import StateBasis, StateOrigin, reduced_robot
 from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.modes import (
     Pod,
@@ -29,7 +29,6 @@ from tauten.reduction.state.modes import (
     with_own,
     without_own,
 )
-from tauten.reduction.state.robot import reduced_robot
 
 HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
 MANY_RUNS = 20  # from so many runs on, what is held out has neighbours in the training
@@ -371,7 +370,9 @@ def checked_on_held_out(
         report((1.0 - CHOOSING) / len(checks), f"{size} {next(number)} of {len(checks)}")
 
     errors = check_errors(robot, states, basis, checks, each)
-    found: Array = errors.error[np.isfinite(errors.error)]
-    if 2 * len(found) <= len(checks):
-        raise StateBasisError(f"converge at only {len(found)} of {len(checks)} held-out equilibria")
-    return states.with_tip_errors(float(found.mean()), float(found.max()))
+    good = np.isfinite(errors.error)  # (s,)
+    if 2 * good.sum() <= len(checks):
+        raise StateBasisError(f"converge at only {good.sum()} of {len(checks)} held-out equilibria")
+    found, touched = errors.error[good], errors.error[good & pressed_columns(robot, checks)]
+    pressed = (float(touched.mean()), float(touched.max())) if len(touched) else None
+    return states.with_tip_errors(float(found.mean()), float(found.max()), pressed)

@@ -18,6 +18,7 @@ from tauten.service.cli.states import (
     SampleResidual,
     StateModes,
     States,
+    Touched,
     save_states,
     show_states,
     state_settings,
@@ -96,6 +97,7 @@ def reduce(
     state_modes: StateModes = "auto",
     responses: Responses = None,
     sample: SampleResidual = 1e-2,
+    touched: Touched = None,
     accept_error: KeepInaccurate = False,
     write: Annotated[
         bool,
@@ -114,7 +116,14 @@ def reduce(
     """
     from tauten.controller import load_model_settings
     from tauten.model import EmptySpace, load_robot
-    from tauten.reduction.campaign import Ranges, run_campaign
+    from tauten.model.load import robot_path
+    from tauten.reduction.campaign import (
+        DesignError,
+        Ranges,
+        exploring,
+        run_campaign,
+        touched_robot,
+    )
     from tauten.reduction.contact import ReduceSettings, reduce_robot
     from tauten.reduction.state import reducible
     from tauten.service.plots import draw_curve
@@ -127,7 +136,13 @@ def reduce(
         seed=seed,
         curve=curve is not None,
     )
-    loaded = load_robot(robot)
+    if touched and not (states and design == "exploring"):
+        raise DesignError("--touched needs --states and the design exploring")
+    spheres = (
+        touched_robot(robot_path(robot), touched) if states and design == "exploring" else None
+    )
+    loaded = load_robot(robot) if spheres is None else spheres.plain
+    moved = loaded if spheres is None else spheres.robot
     if states or loaded.n_c == 0:
         reducible(loaded)  # before hours of a campaign
     chosen = state_settings(loaded, state_modes, responses, sample, seed)
@@ -139,18 +154,22 @@ def reduce(
         )
     target = _basis_path(out or beside / f"{loaded.name}.basis")
     ranges = Ranges(position=pull, tilt=math.radians(tilt), force=force, effort=tension)
-    plan = _design(design, loaded, step, ranges, runs, steps, seed)
+    plan = (
+        _design(design, loaded, step, ranges, runs, steps, seed)
+        if spheres is None
+        else exploring(moved, seed, spheres)
+    )
     folder = snapshots or Path(f"{loaded.name}-snapshots")
     for written in (target, folder):
         writable(written)
     with _executor(scheduler, workers, len(plan.runs)) as executor, _resumable(folder):
         if loaded.n_c > 0:
-            made = reduce_robot(loaded, plan, folder, settings, executor)
+            made = reduce_robot(loaded, plan, folder, settings, executor, touched=spheres)
         else:
-            found = run_campaign(loaded, plan, folder, executor)
+            found = run_campaign(moved, plan, folder, executor)
     if loaded.n_c == 0:
         found, path = found.select(found.converged), target.with_suffix(".states")
-        save_states(loaded, found, EmptySpace(0), chosen, path, allowed)
+        save_states(moved, found, EmptySpace(moved.n_c), chosen, path, allowed)
         _use(robot, None, path, write)
         return
     saved = made.basis.save(target)
@@ -166,7 +185,7 @@ def reduce(
     )
     path = saved.with_suffix(".states")
     if states:
-        save_states(loaded, made.snapshots, made.basis, chosen, path, allowed)
+        save_states(moved, made.snapshots, made.basis.fitted(moved), chosen, path, allowed)
     _use(robot, saved, path if states else None, write)
 
 

@@ -47,6 +47,14 @@ KeepInaccurate = Annotated[
     bool,
     typer.Option("--accept-error", help="Keep a state basis whose error is larger than allowed."),
 ]
+Touched = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="Surface that touches what is not in the robot file, as of a robot that this one is a part of; "
+        "`skin` for all of it. May be given several times. Default: surfaces that touch obstacles, and those "
+        "that no contact of the file names. With --states and the design exploring."
+    ),
+]
 
 
 def state_settings(
@@ -104,11 +112,15 @@ def save_states(
         states = reduce_states(robot, snapshots, basis, wanted, report)
     times = step_times(robot, states, basis)
     origin, saved = states.origin, states.save(path)
+    pressed = ""
+    if origin.pressed_mean is not None and origin.pressed_max is not None:
+        mean, largest = 1e3 * origin.pressed_mean, 1e3 * origin.pressed_max
+        pressed = f" ({mean:.3g} and {largest:.3g} mm where spheres are in the way)"
     typer.echo(
         f"{saved}: {origin.r} state modes ({origin.responses} of them responses) of "
         f"{origin.snapshots} snapshots, {origin.sample} of "
         f"{n_elements(robot)} elements; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
-        f"{1e3 * origin.tip_max:.3g} mm at most on paths held out; {times}"
+        f"{1e3 * origin.tip_max:.3g} mm at most on paths held out{pressed}; {times}"
         + (": serve the full model" if times.useless else "")
     )
 

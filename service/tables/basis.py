@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -14,11 +15,16 @@ from tauten.model.numerics import Ints
 from tauten.reduction import BasisError, ContactBasis, CurvePoint
 from tauten.reduction.contact import SUFFIX, Curve, coverage
 
+log = logging.getLogger(__name__)
+
 _RANGES = 8  # runs of slots that a line of the table names
 
 
 def found_robot(basis: ContactBasis, file: str, name: str | None, needed: bool) -> Robot | None:
     """The robot a basis was made for: the one named, else that of its name beside it or shipped, if any.
+
+    Of a file beside the basis and a shipped robot it is the one that fits; where neither does, a message
+    says why the file cannot be used.
 
     Args:
         basis: the basis.
@@ -30,18 +36,26 @@ def found_robot(basis: ContactBasis, file: str, name: str | None, needed: bool) 
         BasisError: the robot named is not the one that the basis was made for.
         RobotFileError, MeshError: it cannot be read.
     """
+    robots = [name or basis.provenance.robot]
     own = Path(f"{basis.provenance.robot}.toml")
     beside = Path(file).with_name(own.name)
-    if name is None and own.name == str(own) and file.endswith(SUFFIX) and beside.is_file():
-        name = str(beside)
-    try:
-        robot = load_robot(name or basis.provenance.robot)
-        basis.check_robot(robot)
-    except (RobotFileError, MeshError, BasisError):
-        if needed:
-            raise
-        return None
-    return robot
+    is_beside = name is None and own.name == str(own) and file.endswith(SUFFIX) and beside.is_file()
+    if is_beside:
+        robots.insert(0, str(beside))
+    errors = list[Exception]()
+    for candidate in robots:
+        try:
+            robot = load_robot(candidate)
+            basis.check_robot(robot)
+        except (RobotFileError, MeshError, BasisError) as error:
+            errors.append(error)
+        else:
+            return robot
+    if needed:
+        raise errors[0]
+    if is_beside:
+        log.warning("%s", errors[0])
+    return None
 
 
 def kept_curve(basis: ContactBasis, name: str) -> Curve:

@@ -143,6 +143,7 @@ def whole(thumb: Robot[NodalBody], tmp_path_factory: pytest.TempPathFactory) -> 
         effector=rng.random((thumb.layout.n_e, s)),
         gravity=rng.random((3, s)),
         effector_force=rng.random((thumb.layout.n_e, s)),
+        pressed=rng.random((3, s)),
         run=np.array([0, 0, 1, 1]),
         converged=np.ones(s, dtype=bool),
         q=rng.random((thumb.n, s)),

@@ -1,5 +1,6 @@
 import gc
 import os
+import stat
 import sys
 import threading
 import tracemalloc
@@ -38,6 +39,24 @@ def test_same_content_gives_the_same_bytes(stored: Path, tmp_path: Path) -> None
     header, arrays = storage.read(stored, KIND, ARRAYS)
     storage.write(tmp_path / "again.npz", KIND, header, arrays)
     assert (tmp_path / "again.npz").read_bytes() == stored.read_bytes()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such permissions")
+def test_a_file_that_is_replaced_keeps_its_permissions(tmp_path: Path) -> None:
+    """A new one has those that the umask leaves."""
+    before = os.umask(0o027)
+    try:
+        for mode in (0o600, 0o644):
+            path = tmp_path / f"{mode:o}.toml"
+            path.touch()
+            path.chmod(mode)
+            write_text(path, "new")
+            assert path.read_text() == "new"
+            assert stat.S_IMODE(path.stat().st_mode) == mode
+        write_text(tmp_path / "new.toml", "new")
+        assert stat.S_IMODE((tmp_path / "new.toml").stat().st_mode) == 0o640
+    finally:
+        os.umask(before)
 
 
 def test_failed_write_leaves_the_old_file_and_no_other(stored: Path) -> None:

@@ -109,12 +109,7 @@ class ReducibleBeams:
         return ElementSample(np.sort(order[:count]), np.ones(count), float(error[count]))
 
     def implausible(self, elements: Ints, weights: Array) -> str:
-        """A sentence where elements have other weights than one.
-
-        Args:
-            elements: (s,) numbers of elements.
-            weights: (s,) their weights.
-        """
+        """A sentence where elements have other weights than one, see `Reducible`."""
         if (weights == 1.0).all():
             return ""
         wrong = np.flatnonzero(weights != 1.0)[0]

@@ -23,7 +23,7 @@ from tauten.model.actuators import Loads
 from tauten.model.beams import BeamBody, BeamTree, follow
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import AttachedPoints, OuterForces, path_lengths
-from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
+from tauten.reduction.dense_step import DenseAssembled, implicit_system
 from tauten.reduction.reduced_body import ReducedBody
 from tauten.reduction.state.beams.loads import (
     add_point_loads,
@@ -165,13 +165,7 @@ class StrainBody(ReducedBody[AttachedPoints]):
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without actuators and contacts (r,), and the tangent K (r, r).
-
-        Args:
-            state: where to evaluate.
-            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
-            exact: with the terms that stress brings, which may make the tangent indefinite.
-        """
+        """Forces without actuators and contacts (r,), and the tangent K (r, r), see `Body`."""
         work, full = self.moved(state.q), self.beams
         force = self.mass_rows(full.gravity) @ work.motion.J - self.stiffness @ state.q
         if self.outer:
@@ -240,13 +234,7 @@ class StrainBody(ReducedBody[AttachedPoints]):
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> BeamAssembled:
-        """Forces and tangent at a state.
-
-        Args:
-            state: where steps start.
-            effort: (n_a,) last efforts of the actuators.
-            integration: another scheme than the robot's.
-        """
+        """Forces and tangent at a state, see `Body`."""
         scheme, work = integration or self.integration, self.moved(state.q)
         mass = np.zeros((0, 0)) if scheme.static else self.projected_mass(work)
         force, K = self.forces(state, effort, exact=True)
@@ -256,15 +244,14 @@ class StrainBody(ReducedBody[AttachedPoints]):
     def system(self, assembled: Assembled, integration: Integration) -> System:
         """The system of one step, see `Body`."""
         assert isinstance(assembled, BeamAssembled)
-        at, scheme = assembled, scheme_of(integration)
-        of_D, of_K = shares_of(scheme)
-        effort = at.effort if scheme.static else None  # see `BeamBody.semidefinite`
+        at, (of_D, of_K) = assembled, integration.shares
+        effort = at.effort if integration.static else None  # see `BeamBody.semidefinite`
 
         def stiffness(exact: bool) -> Array:
             K = at.K if exact else self.forces(at.state, effort)[1]
             return of_D * self.stiffness + of_K * K
 
-        return implicit_system(scheme, at, stiffness, self.work.L)
+        return implicit_system(integration, at, stiffness, self.work.L)
 
     def projected_mass(self, work: BeamWork) -> Array:
         """The mass Jᵀ M J (r, r)."""

@@ -81,7 +81,8 @@ class PlacedByModes(Placed):
 
     def rows(self, entries: Entries) -> Array:
         """Rows (m, n) over the unknowns, of rows over these points."""
-        H: Array = mapped_rows(entries.starts, entries.points, entries.vectors, self.map)
+        H = np.zeros((len(entries.starts) - 1, self.map.shape[1]))
+        mapped_rows(entries.starts, entries.points, entries.vectors, self.map, H)
         return H if self.J is None else H @ self.J
 
     def motion(self) -> Array:

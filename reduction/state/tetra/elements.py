@@ -1,4 +1,4 @@
-"""Forces and tangents of sampled elements in reduced coordinates, a block of LANES at a time.
+"""Forces, tangents and energy of sampled elements in reduced coordinates, a block of LANES at a time.
 
 **Corotational laws.** The stress (`tauten.model.tetra.corotational`) is P = 2 μ F + c R with
 c = λ tr(S − I) − 2 μ, and F = I + G α is linear in α. So the exact tangent is
@@ -356,3 +356,30 @@ def project_laws(r: int, G: Array, C: Array, Y: Array) -> None:
                 value += C[c + 3 * LANES] * g3 + C[c + 4 * LANES] * g4 + C[c + 5 * LANES] * g5
                 value += C[c + 6 * LANES] * g6 + C[c + 7 * LANES] * g7 + C[c + 8 * LANES] * g8
                 y[m * LANES + k] = value
+
+
+@kernel
+def sampled_energy(beta: Array, body: SampledElements) -> float:
+    """The sum of energy densities times weighted volumes [J].
+
+    Args:
+        beta: (R,) [m].
+        body: the elements.
+    """
+    F, R = np.empty(9 * LANES), np.empty(9 * LANES)
+    own, turn, P, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(WORK)
+    energy = 0.0
+    for block in range(body.gradient.shape[0]):
+        for m in range(9 * LANES):
+            F[m] = 1.0 if (m // LANES) % 4 == 0 else 0.0
+        add_gradients(beta, body.gradient[block], F)
+        polar_lanes(F, R)
+        for k in range(LANES):
+            for i in range(3):
+                for j in range(3):
+                    own[i, j] = F[(3 * i + j) * LANES + k]
+                    turn[i, j] = R[(3 * i + j) * LANES + k]
+            law = block * LANES + k
+            stress(body.kind[law], body.constants[law], own, turn, P, work)
+            energy += body.volume[block, k] * work[0]
+    return energy

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -18,13 +19,12 @@ from tauten.model.constraints import Drums
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import points_at
 from tauten.model.tetra import TetBody
-from tauten.reduction.dense_step import DenseAssembled, implicit_system, scheme_of, shares_of
+from tauten.reduction.dense_step import DenseAssembled, implicit_system
 from tauten.reduction.reduced_body import ReducedBody
 from tauten.reduction.state.tetra.actuators import ModalCurvature
 from tauten.reduction.state.tetra.arrays import Response, SampledElements, Work, make_work
 from tauten.reduction.state.tetra.body import ModeMotion, ModePoints, mode_points
-from tauten.reduction.state.tetra.elements import assemble_response
-from tauten.reduction.state.tetra.energy import sampled_energy
+from tauten.reduction.state.tetra.elements import assemble_response, sampled_energy
 from tauten.reduction.state.tetra.kernels import combine
 from tauten.reduction.state.tetra.node_chart import DriveMotion, NodeChart
 
@@ -159,8 +159,8 @@ class ModalBody(ReducedBody[ModePoints]):
         """Largest displacement of an effector, contact vertex or driven node in a change dq (n,) [m]."""
         map_ = self.drive_motion
         change = dq if map_.drives == 0 else map_.jacobian(state.q) @ dq
-        most = np.abs(self.effector_places @ change).max(initial=0.0)
-        most = max(most, np.abs(self.contact_points.map @ change).max(initial=0.0))
+        most = np.maximum.reduce(np.abs(self.effector_places @ change), initial=0.0)
+        most = np.maximum.reduce(np.abs(self.contact_points.map @ change), initial=most)
         if map_.drives > 0:
             most = max(most, np.abs(dq[map_.modes :] * map_.reach).max(initial=0.0))
         return float(most)
@@ -168,26 +168,14 @@ class ModalBody(ReducedBody[ModePoints]):
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without actuators and contacts (n,) [N], and the tangent K (n, n).
-
-        Args:
-            state: where to evaluate.
-            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
-            exact: the exact derivative, which is not always positive definite.
-        """
+        """Forces without actuators and contacts (n,) [N], and the tangent K (n, n), see `Body`."""
         at = self.assemble(state, effort, dataclasses.replace(self.integration, static=True))
         return at.force, self.tangent(at, (0.0, 1.0), exact)
 
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> SampledAssembled:
-        """Forces and tangents at a state.
-
-        Args:
-            state: where steps start.
-            effort: (n_a,) last efforts of the actuators.
-            integration: another scheme than the robot's.
-        """
+        """Forces and tangents at a state, see `Body`."""
         scheme, response = integration or self.integration, self.work.response
         actuators, motion = self.actuator_set, self.motion(state)
         beta, J = motion.beta, motion.J
@@ -200,7 +188,8 @@ class ModalBody(ReducedBody[ModePoints]):
             np.zeros(actuators.n_members) if efforts is None else efforts, exact=True
         )
         assert loads is not None
-        self.curvature.write(beta, loads.pressure, response.curvature)
+        if len(self.curvature.volumes) > 0:
+            self.curvature.write(beta, loads.pressure, response.curvature)
         damped = not scheme.static and scheme.rayleigh_stiffness > 0.0
         load, rate = self.load, state.v if J is None or scheme.static else J @ state.v
         if self.springs is not None:
@@ -309,10 +298,9 @@ class ModalBody(ReducedBody[ModePoints]):
     def system(self, assembled: Assembled, integration: Integration) -> System:
         """The system of one step, see `Body`."""
         assert isinstance(assembled, SampledAssembled)
-        at, scheme = assembled, scheme_of(integration)
-        shares = shares_of(scheme)
+        at, tangent = assembled, partial(self.tangent, assembled, integration.shares)
         L = self.work.L if at.motion.J is None else np.zeros((self.n, self.n))
-        return implicit_system(scheme, at, lambda exact: self.tangent(at, shares, exact), L)
+        return implicit_system(integration, at, tangent, L)
 
 
 def chart_weight(chart: NodeChart) -> Array:

@@ -96,9 +96,7 @@ class ReducibleTetBody:
     def implausible(self, elements: Ints, weights: Array) -> str:
         """A sentence where the weighted elements have another volume than the body.
 
-        Args:
-            elements: (s,) numbers of integration points.
-            weights: (s,) their weights.
+        See `Reducible`.
         """
         volume = integration_points(self.robot.body.tetrahedra).volume
         with np.errstate(over="ignore"):
@@ -124,10 +122,8 @@ class ReducibleTetBody:
         robot, chart = self.robot, self.chart
         full, tetrahedra = robot.body, chart.tetrahedra
         E, motion = chart.places(Phi)
-        sampled, curvature = (
-            sampled_body(tetrahedra, E, elements, weights),
-            modal_curvature(full, E),
-        )
+        sampled = sampled_body(tetrahedra, E, elements, weights)
+        curvature = modal_curvature(full, E)
         surface, contacts = contact_surface(robot, E)
         drives, effectors = full.actuator_set.drives, robot.effectors
         places = effectors.places(tetrahedra.motion(full.mesh.nodes))

@@ -13,6 +13,7 @@ import pytest
 from support.processes import START, run_main, start
 from support.robots.thumb import write_thumb
 
+from tauten.model import load_robot
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Snapshots
 from tauten.service.tables.basis import ranges
@@ -103,6 +104,28 @@ def test_inspect_without_the_robot_names_the_slots(
     assert "notch1_below" in capsys.readouterr().out
 
 
+def test_inspect_says_why_a_robot_file_beside_the_basis_cannot_be_used(
+    made: Made, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    """The table of coverage is then that of slots, as without a robot."""
+    made.robot.write_text("name = 3\n")
+    assert run_main("inspect", made.basis) == 0
+    assert "notch1_below" not in capsys.readouterr().out
+    assert [note.getMessage()[: len(str(made.robot))] for note in caplog.records] == [
+        str(made.robot)
+    ]
+
+
+def test_inspect_takes_the_shipped_robot_where_the_file_beside_does_not_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
+) -> None:
+    ContactBasis.load("finger").save(tmp_path / "finger.basis")
+    (tmp_path / "finger.toml").write_text("name = 3\n")
+    assert run_main("inspect", tmp_path / "finger.basis") == 0
+    assert load_robot("finger").pairs[0].name.split()[0] in capsys.readouterr().out
+    assert not caplog.records
+
+
 def test_slots_are_named_as_ranges() -> None:
     assert ranges([]) == ""
     assert ranges([0, 1, 2, 4, 6, 7]) == "0-2, 4, 6-7"
@@ -120,6 +143,11 @@ def test_slots_are_named_as_ranges() -> None:
         (("--tolerance", "1e-9"), "has a held-out effector error within 1e-06 mm"),
         (("--design", "spiral"), "no design 'spiral': allowed are exploring, ramp,"),
         (("--step", "-1"), "ramp step is -1.0 m"),
+        (("--touched", "skin"), "--touched needs --states and the design exploring"),
+        (
+            ("--states", "--design", "exploring", "--touched", "nail"),
+            "surface 'nail' is not defined",
+        ),
         (("--out", "thumb.txt"), "thumb.txt: a contact basis file ends in .basis"),
         (("--scheduler", "nonsense"), "tauten: "),
         (("--step", "2e-4"), "holds another campaign (ramp: "),
@@ -202,7 +230,7 @@ def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
         "--design",
         "ramp",
         "--step",
-        8e-5,
+        1e-4,
         "--snapshots",
         tmp_path / "cut",
     )
@@ -220,4 +248,4 @@ def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
     assert run_main(*command, "--out", tmp_path / "cut.basis") == 0
     assert first.stat().st_mtime_ns == written
     converged = ContactBasis.load(tmp_path / "cut.basis").provenance.snapshots
-    assert 90 <= converged <= 100
+    assert 70 <= converged <= 80

@@ -19,6 +19,7 @@ def some(s: int, run: int = 0) -> Snapshots:
         effector=rng.random((3, s)),
         gravity=np.tile([[0.0], [0.0], [-9.81]], s),
         effector_force=np.zeros((3, s)),
+        pressed=rng.random((6, s)),
         run=np.full(s, run),
         converged=rng.random(s) > 0.3,
         q=np.zeros((0, s)),

@@ -26,6 +26,7 @@ def with_runs(run: Ints) -> Snapshots:
         *[nothing] * 4,
         gravity=np.zeros((3, s)),
         effector_force=nothing,
+        pressed=nothing,
         run=run,
         converged=flags,
         q=nothing,

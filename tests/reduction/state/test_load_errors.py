@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.thumb import write_thumb
 
 from benchmarks.steps import ForeignLoadError, load_errors
-from tauten.model import Robot, Simulator
+from tauten.model import EmptySpace, Robot, Simulator
 from tauten.model.tetra import NodalBody
-from tauten.reduction.campaign import Snapshots, exploring, run_campaign
-from tauten.reduction.contact import ContactBasis
+from tauten.reduction.campaign import Design, Snapshots, exploring, run_campaign, touched_robot
+from tauten.reduction.contact import ContactBasis, tip_errors
 from tauten.reduction.state import (
     StateBasis,
     StateBasisError,
@@ -74,3 +75,28 @@ def test_refusal_says_how_many_modes_elements_and_snapshots_it_took(of_ramp: Sta
     sentence = f"{size}, from {of_ramp.origin.snapshots} snapshots, takes the tip up to"
     with pytest.raises(StateBasisError, match=sentence):
         of_ramp.check_tip(1e-9)
+
+
+@pytest.mark.slow
+def test_the_error_against_spheres_falls(tmp_path: Path) -> None:
+    touched = touched_robot(write_thumb(tmp_path), ["skin"])
+    assert touched is not None
+    robot, runs = touched.robot, exploring(touched.robot, 0, touched).runs
+    designs = {
+        "free": runs[1:8],  # tilted and with payload
+        "pressed": (*runs[1:8], *runs[-14:-4]),
+        "others": runs[-4:],
+    }
+    found = {
+        name: run_campaign(robot, Design(name, chosen), tmp_path / name, show_progress=False)
+        for name, chosen in designs.items()
+    }
+    found = {name: snapshots.select(snapshots.converged) for name, snapshots in found.items()}
+    space, settings = EmptySpace(robot.n_c), StateSettings(r=20, responses=0)
+    mean = {}
+    for name in ("free", "pressed"):
+        states = reduce_states(robot, found[name], space, settings)
+        assert (states.origin.pressed_max is None) == (name == "free")
+        errors = tip_errors(reduced_robot(robot, states), found["others"], space).error
+        mean[name] = float(np.nanmean(errors))
+    assert mean["pressed"] < 0.7 * mean["free"]

@@ -82,8 +82,8 @@ def test_complete_basis_gives_the_step(
     B = np.random.default_rng(2).normal(size=(thumb.n, 3))
     X = known.solve(B)
     np.testing.assert_allclose(Phi @ found.solve(Phi.T @ B), X, atol=1e-7 * np.abs(X).max())
-    moved = complete.advance(alpha, found, found.v_free - found.v)
-    expected = thumb.advance(full, known, known.v_free - known.v)
+    moved = complete.advance(alpha, found.v_free, found.h)
+    expected = thumb.advance(full, known.v_free, known.h)
     np.testing.assert_allclose(complete.body.lifted(moved).q, expected.q, atol=1e-9)
 
 
