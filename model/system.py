@@ -20,16 +20,35 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.numerics import Array, Bools, Factorisation, Ints, NoFactors, kernel
+from tauten.model.numerics import Array, Bools, Factorisation, Ints, kernel
 from tauten.model.schema import RobotSettings
 
 # Shares of the semidefinite tangent that a step tries. The smaller it is, the faster steps converge.
 SHARES = (0.0, 1.0)
 STATIC_SHARES = (0.0, 1.0 / 64.0, 1.0 / 8.0, 1.0)
+
+
+class Scheme(NamedTuple):
+    """Damping and time step; a tuple because kernels accept it directly.
+
+    Attributes:
+        h: time step [s].
+        static: whether inertia and damping are left out.
+        a: of the Rayleigh damping a M + b_K D [1/s].
+        b_K: of the Rayleigh damping [s].
+        ahead: share of the way to which the velocity leads in the step, that the state has made.
+    """
+
+    h: float
+    static: bool
+    a: float
+    b_K: float
+    ahead: float
 
 
 @dataclass(frozen=True)
@@ -59,6 +78,17 @@ class Integration:
     def h(self) -> float:
         """Time step [s]."""
         return 1.0 / self.rate
+
+    @cached_property
+    def numbers(self) -> Scheme:
+        """The scheme as kernels take it."""
+        a, b_K = self.rayleigh_mass, self.rayleigh_stiffness
+        return Scheme(self.h, self.static, a, b_K, self.ahead)
+
+    @cached_property
+    def shares(self) -> tuple[float, float]:
+        """Factors h b_K and h² of the stiffness of the material D and the tangent K in A."""
+        return 0.0 if self.static else self.h * self.rayleigh_stiffness, self.h * self.h
 
     @property
     def damped(self) -> bool:
@@ -295,16 +325,6 @@ def _combined(
             total += (C[place] + share * K[place]) * v[indices[place]]
         product[column] = total
     return A, product
-
-
-def coasting(h: float, v: Array) -> System:
-    """A step without forces, in which the velocity v (n,) does not change: for `Robot.advance` only.
-
-    Args:
-        h: its length [s].
-        v: (n,) velocity [m/s].
-    """
-    return System(h, v, v, 0.0, NoFactors())
 
 
 def make_iterate(

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
-from tauten.model import Assembled, Integration, System
+from tauten.model import Assembled, Integration, Scheme, System
 from tauten.model.numerics import (
     Array,
     DenseFactors,
@@ -19,36 +17,6 @@ from tauten.model.numerics import (
     kernel,
     solve_in_place,
 )
-
-
-class Scheme(NamedTuple):
-    """Damping and time step; a tuple because kernels accept it directly.
-
-    Attributes:
-        h: time step [s].
-        static: whether inertia and damping are left out.
-        a: of the Rayleigh damping a M + b_K D [1/s].
-        b_K: of the Rayleigh damping [s].
-        ahead: share of the way to which the velocity leads in the step, that the state has made.
-    """
-
-    h: float
-    static: bool
-    a: float
-    b_K: float
-    ahead: float
-
-
-@lru_cache(maxsize=64)
-def scheme_of(integration: Integration) -> Scheme:
-    """An integration as kernels take it."""
-    return Scheme(
-        integration.h,
-        integration.static,
-        integration.rayleigh_mass,
-        integration.rayleigh_stiffness,
-        integration.ahead,
-    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,11 +34,6 @@ class DenseAssembled(Assembled):
     force: Array
     inertia: Array | None
     resisting: Array
-
-
-def shares_of(scheme: Scheme) -> tuple[float, float]:
-    """Factors h b_K and h² of the stiffness of the material D and the tangent K in A."""
-    return 0.0 if scheme.static else scheme.h * scheme.b_K, scheme.h * scheme.h
 
 
 @kernel
@@ -115,12 +78,12 @@ def implicit_step(
 
 
 def implicit_system(
-    scheme: Scheme, at: DenseAssembled, stiffness: Callable[[bool], Array], L: Array
+    integration: Integration, at: DenseAssembled, stiffness: Callable[[bool], Array], L: Array
 ) -> System:
     """The system of one step, with the exact tangent where A is positive definite.
 
     Args:
-        scheme: damping and time step.
+        integration: scheme and length of the step.
         at: the state where the step starts.
         stiffness: S of `implicit_step` (r, r), with the exact tangent or the semidefinite one.
         L: (r, r) memory of the factor.
@@ -128,7 +91,7 @@ def implicit_system(
     Raises:
         FactorisationError: neither matrix is positive definite (a state that has blown up).
     """
-    n = len(at.force)
+    n, scheme = len(at.force), integration.numbers
     v = np.zeros(n) if scheme.static else at.state.v
     force = at.force if at.inertia is None else at.force + at.inertia
     forces, v_free = (force, at.resisting), np.empty(n)

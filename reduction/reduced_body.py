@@ -9,7 +9,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 from typing_extensions import TypeVar
 
-from tauten.model import Integration, Robot, State, System
+from tauten.model import Integration, Robot, State
 from tauten.model.actuators import ActuatorSet
 from tauten.model.body import Body
 from tauten.model.effectors import Effectors
@@ -83,25 +83,12 @@ class ReducedBody(Body[P]):
         """Positions of all points which `triangles` refers to (P, 3) [m]; as long as the mesh."""
         return self.full.points(self.lifted(state))
 
-    def advance(self, state: State, system: System, dv: Array) -> State:
-        """The state one step later: v + dv and α + h (v + dv).
-
-        Args:
-            state: before the step.
-            system: of this step; its v is zero when quasi-static.
-            dv: (r,) change of the velocity.
-        """
-        v = system.v + dv
-        return State(state.q + system.h * v, v)
+    def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
+        """The state one step later, v and α + h v, see `Body`."""
+        return State(state.q + h * v, v, state.memory)
 
     def loaded(self, gravity: Array, effector_force: Array, effectors: Effectors[P]) -> Self:
-        """The body under other loads.
-
-        Args:
-            gravity: (3,) [m/s²].
-            effector_force: (3 p,) forces on effectors [N].
-            effectors: the effectors, over its points; those of the full robot take the forces.
-        """
+        """The body under other loads, see `Body`."""
         return self.of(self.full.loaded(gravity, effector_force))
 
     @abstractmethod

@@ -162,8 +162,8 @@ def random_search(robot: Robot, generator: np.random.Generator) -> LoadedStart:
     system = robot.linearise(rest, integration=Integration(robot.integration.rate, static=True))
     move = system.solve(generator.standard_normal((robot.n, 1)))[:, 0]  # (n,)
     size = FARTHEST * robot.size * generator.uniform()
-    dv = (size / robot.displacement(rest, move)) * move / system.h
-    still = State(robot.advance(rest, system, dv).q, rest.v)
+    dq = (size / robot.displacement(rest, move)) * move
+    still = State(robot.advance(rest, dq, 1.0).q, rest.v)
     load = generator.uniform(0.0, LARGEST_LOAD, robot.n_a)
     if robot.n_a == 1:
         return still, CableLoad(position=load * robot.limits.position_max)

@@ -23,7 +23,7 @@ from tauten.model.points import (
     add_lever_stiffness,
 )
 from tauten.model.state import State, StepStart
-from tauten.model.system import Integration, System
+from tauten.model.system import Integration
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,13 +88,7 @@ class BeamBody(SparseBody[AttachedPoints]):
     def loaded(
         self, gravity: Array, effector_force: Array, effectors: Effectors[AttachedPoints]
     ) -> BeamBody:
-        """The body under other loads.
-
-        Args:
-            gravity: (3,) [m/s²].
-            effector_force: (3 p,) forces on effectors [N].
-            effectors: the effectors, over its points.
-        """
+        """The body under other loads, see `Body`."""
         outer = effectors.pushed(effector_force)
         return dataclasses.replace(self, gravity=gravity, outer=outer)
 
@@ -131,16 +125,7 @@ class BeamBody(SparseBody[AttachedPoints]):
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Internal and outer forces, and the tangent; see `Robot.forces`.
-
-        Args:
-            state: where to evaluate.
-            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
-            exact: exact derivative rather than the positive semidefinite tangent.
-
-        Returns:
-            force (n,) [N, N m] without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
-        """
+        """Internal and outer forces, and the tangent, see `Body`."""
         motion, beams, dof = self.motion(state), self.beams, self.pattern.dof
         x, Q = motion.x, motion.Q
         force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
@@ -176,9 +161,7 @@ class BeamBody(SparseBody[AttachedPoints]):
         tension of the cables adds as much: one without the other makes an arm of tendons many times as stiff
         as it is. Steps towards an equilibrium keep the curvature, which makes them shorter.
 
-        Args:
-            at: the state where the step starts.
-            scheme: of the step.
+        See `SparseBody`.
         """
         return self.forces(at.state, at.effort if scheme.static else None, exact=False)[1]
 
@@ -215,9 +198,7 @@ class BeamBody(SparseBody[AttachedPoints]):
     def damping_at_end(self, start: StepStart, K: Array) -> Array:
         """Second derivative (nnz,) of ½ vᵀ C v by v h at the end of a step; it turns with the beams.
 
-        Args:
-            start: of the step, with C.
-            K: (nnz,) tangent at the end.
+        See `Body`.
         """
         if self.tree is None:
             return start.damping
@@ -228,10 +209,7 @@ class BeamBody(SparseBody[AttachedPoints]):
     def at_end(self, start: State, end: State, force: Array) -> Array:
         """Forces (n,) at the end of a step that do the work of given ones at its start [N, N m].
 
-        Args:
-            start: of the step.
-            end: of the step.
-            force: (n,) forces and moments that do work on displacements and turns v h [N, N m].
+        See `Body`.
         """
         if self.tree is not None:
             load = np.zeros((self.n_nodes, 6))
@@ -244,23 +222,19 @@ class BeamBody(SparseBody[AttachedPoints]):
         found[:, 3:] = moments_at_end(theta, found[:, 3:])
         return found.ravel()
 
-    def advance(self, state: State, system: System, dv: Array) -> State:
-        """The state one step later: v + dv, nodes moved and turned by h (v + dv).
+    def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
+        """The state one step later, with the velocity v, nodes moved and turned by h v.
 
         Nodes of a tree move along arcs (`tauten.model.beams.arcs`). They move along straight lines where
-        beams form loops, and in steps of a straight system.
+        beams form loops, and in straight steps.
 
         Velocities are not turned with the nodes: inertia continues them along straight lines, and the forces
         of the next step curve the path.
 
-        Args:
-            state: before the step.
-            system: of the step.
-            dv: (n,) change of the velocity [m/s, rad/s].
+        See `Body`.
         """
-        v = system.v + dv
-        step, q = (system.h * v).reshape(-1, 6), state.q.reshape(-1, 7)
-        if self.tree is None or system.straight:
+        step, q = (h * v).reshape(-1, 6), state.q.reshape(-1, 7)
+        if self.tree is None or straight:
             turned_by = turned(q[:, 3:].copy(), step[:, 3:].copy())
             return State(np.hstack([q[:, :3] + step[:, :3], turned_by]).ravel(), v)
         free, every = self.dof >= 0, np.zeros((self.n_nodes, 6))

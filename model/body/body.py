@@ -132,13 +132,14 @@ class Body(ABC, Generic[P]):
         """Largest displacement of a node in a change dq (n,) of the configuration at a state [m]."""
 
     @abstractmethod
-    def advance(self, state: State, system: System, dv: Array) -> State:
-        """The state one step later: velocity v + dv, moved by h (v + dv).
+    def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
+        """The state one step later, with the velocity v and moved by h v.
 
         Args:
             state: before the step.
-            system: of the step.
-            dv: (n,) change of velocity [m/s].
+            v: (n,) velocity after it [m/s].
+            h: its length [s].
+            straight: whether nodes of beams move along straight lines where they could move along arcs.
         """
 
     @abstractmethod

@@ -102,13 +102,7 @@ class SparseBody(Body[P]):
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> SparseAssembled:
-        """Forces and tangents at a state.
-
-        Args:
-            state: where steps start.
-            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
-            integration: another scheme than the body's. The steps may have any length, but its damping.
-        """
+        """Forces and tangents at a state, see `Body`."""
         scheme = integration or self.integration
         D, mass, inertia = self.stiffness_of(state, scheme), np.zeros(0), None
         force, K = self.forces(state, effort, exact=True)
@@ -132,12 +126,7 @@ class SparseBody(Body[P]):
     def system(self, assembled: Assembled, integration: Integration) -> System:
         """The system of one step, `Robot.linearise` where forces and tangents are known.
 
-        Args:
-            assembled: by this body or a fork.
-            integration: scheme and length of the step.
-
-        Raises:
-            FactorisationError: A is not positive definite (a state that has blown up).
+        See `Body`.
         """
         assert isinstance(assembled, SparseAssembled)
         at, scheme, force = assembled, integration, assembled.force
@@ -221,9 +210,7 @@ class SparseBody(Body[P]):
     def damping_at(self, state: State, scheme: Integration) -> tuple[Array | None, Array]:
         """Forces (n,) of viscous materials' memory [N] or None, and C without a M as CSC values (nnz,).
 
-        Args:
-            state: where a step is linearised.
-            scheme: its length and damping.
+        See `Body`.
         """
         return self.damping_with(self.stiffness_of(state, scheme), state, scheme)
 

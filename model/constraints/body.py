@@ -18,7 +18,7 @@ from tauten.model.numerics import Array, Ints
 from tauten.model.points import NodeMotion
 from tauten.model.rows import Rows
 from tauten.model.state import State
-from tauten.model.system import Integration, System
+from tauten.model.system import Integration
 from tauten.model.tetra import TetBody
 
 
@@ -206,9 +206,7 @@ class ConstrainedBody(TetBody):
         Past the largest torque a drive holds the body against its own tangent: stiffness on the diagonal of a
         drive that is held changes no step towards equilibrium, the semidefinite tangent does.
 
-        Args:
-            at: the state where the step starts.
-            scheme: of the step.
+        See `SparseBody`.
         """
         yield Tangent(at.K, True, 0.0)
         semidefinite, K = self.forces(at.state, at.effort)[1], at.K.copy()
@@ -222,9 +220,7 @@ class ConstrainedBody(TetBody):
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
 
-        Args:
-            state: where a step starts.
-            h: its length [s].
+        See `SparseBody`.
         """
         held = self.tetrahedra
         if held.viscosity is None:
@@ -258,10 +254,7 @@ class ConstrainedBody(TetBody):
     def at_end(self, start: State, end: State, force: Array) -> Array:
         """Forces (n,) at the end of a step that do the work of given ones at its start [N, N m].
 
-        Args:
-            start: of the step.
-            end: of the step.
-            force: (n,) forces and moments that do work on displacements and turns v h [N, N m].
+        See `Body`.
         """
         first = 3 * len(self.coordinates.free)
         step = self.frames.between(start.q[first:], end.q[first:])
@@ -278,16 +271,9 @@ class ConstrainedBody(TetBody):
         rows = actuators.paths.rows(self.tetrahedra.motion(motion.x).placed(actuators.stations))
         return rows, self.drums.tensions(rows.delta, motion.travel[self.drums.regions])
 
-    def advance(self, state: State, system: System, dv: Array) -> State:
-        """The state one step later: v + dv, moved by h (v + dv).
-
-        Args:
-            state: before the step.
-            system: of the step.
-            dv: (n,) change of the velocity.
-        """
-        v = system.v + dv
-        step, first = system.h * v, 3 * len(self.coordinates.free)
+    def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
+        """The state one step later, see `Body`."""
+        step, first = h * v, 3 * len(self.coordinates.free)
         moved = self.frames.moved(state.q[first:], step[first:])
         after = State(np.concatenate([state.q[:first] + step[:first], moved]), v)
-        return self.remembering(state, after, system.h)
+        return self.remembering(state, after, h)

@@ -9,12 +9,11 @@ from tauten.model.numerics.factorisation import (
     BACKENDS,
     Factorisation,
     FactorisationError,
-    NoFactors,
     installed_backends,
     make_factorisation,
 )
 from tauten.model.numerics.jit import kernel
-from tauten.model.numerics.lcp import LcpResult, complementarity, solve_lcp
+from tauten.model.numerics.lcp import LcpResult, complementarity, lcp_forces, solve_lcp
 from tauten.model.numerics.linear import solve_linear
 from tauten.model.numerics.nnls import coordinates, distances, sparse_nnls
 from tauten.model.numerics.polar import (
@@ -68,7 +67,6 @@ __all__ = [
     "Ints",
     "LANES",
     "LcpResult",
-    "NoFactors",
     "Vector3",
     "active_set_forces",
     "add",
@@ -87,6 +85,7 @@ __all__ = [
     "from_rotation_vector",
     "installed_backends",
     "kernel",
+    "lcp_forces",
     "length",
     "make_factorisation",
     "matrix_quaternion",

@@ -55,8 +55,8 @@ def solve_rows(L: Array, rows: Array) -> Array:
 
 
 @kernel
-def solve_many_rows(L: Array, rows: Array) -> Array:
-    """`solve_rows` by products with L⁻¹, because the short loops of substitution depend on each other.
+def _solve_many_rows(L: Array, rows: Array, X: Array) -> None:
+    """`solve_rows` into X (m, r) by products with L⁻¹: the short loops of substitution depend on each other.
 
     Not for matrices that are nearly singular.
     """
@@ -68,8 +68,7 @@ def solve_many_rows(L: Array, rows: Array) -> Array:
             factor = scale * L[i, k]
             for j in range(k + 1):
                 inverse[i, j] -= factor * inverse[k, j]
-    X: Array = np.dot(np.dot(rows, inverse.T), inverse)
-    return X
+    X[:] = np.dot(np.dot(rows, inverse.T), inverse)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,5 +97,9 @@ class DenseFactors:
             x = B.copy()
             solve_in_place(self.L, x)
             return x
-        solve = solve_many_rows if B.shape[1] > FEW else solve_rows
-        return solve(self.L, np.ascontiguousarray(B.T)).T
+        rows = np.ascontiguousarray(B.T)
+        if B.shape[1] <= FEW:
+            return solve_rows(self.L, rows).T
+        X = np.empty_like(rows)
+        _solve_many_rows(self.L, rows, X)
+        return X.T

@@ -55,24 +55,6 @@ class Factorisation(Protocol):
         """A workspace of its own for the same pattern, without factors."""
 
 
-class NoFactors:
-    """In place of factors that nothing solves with; a `Factorisation`."""
-
-    name = "none"
-
-    def refactor(self, values: Array) -> None:
-        """There is no matrix: an error."""
-        raise FactorisationError("this system has no matrix")
-
-    def solve(self, B: Array) -> Array:
-        """There is no matrix: an error."""
-        raise FactorisationError("this system has no matrix")
-
-    def fork(self) -> Factorisation:
-        """Itself."""
-        return self
-
-
 def installed_backends() -> tuple[str, ...]:
     """Names of the usable back ends, fastest first."""
     return tuple(name for name, module in BACKENDS.items() if importlib.util.find_spec(module))

@@ -25,6 +25,7 @@ from tauten.model.numerics.jit import kernel
 TOLERANCE = 1e-9  # m, residual of a solution
 
 
+RHO = 1e-9  # regularisation relative to the diagonal of W
 SHARPEST = 1e-12  # regularisation that rounding of the factor still allows
 
 
@@ -69,7 +70,7 @@ def solve_lcp(
     W: Array,
     delta_free: Array,
     start: Array | None = None,
-    rho: float = 1e-9,
+    rho: float = RHO,
     max_iterations: int | None = None,
 ) -> LcpResult:
     """Solve 0 ≤ δ ⟂ λ ≥ 0 by an active-set method, to rounding apart from the effect of `rho`.
@@ -90,13 +91,13 @@ def solve_lcp(
     """
     W, delta_free = np.ascontiguousarray(W), np.ascontiguousarray(delta_free)
     first = np.zeros_like(delta_free) if start is None else np.ascontiguousarray(start, np.float64)
-    limit = 100 + 10 * len(delta_free) if max_iterations is None else max_iterations
-    return LcpResult(*_solved(W, delta_free, first, rho, limit))
+    limit = -1 if max_iterations is None else max_iterations
+    return LcpResult(*lcp_forces(W, delta_free, first, rho, limit))
 
 
 @kernel
-def _solved(
-    W: Array, delta_free: Array, start: Array, rho: float, limit: int
+def lcp_forces(
+    W: Array, delta_free: Array, start: Array, rho: float = RHO, limit: int = -1
 ) -> tuple[Array, Array, float, int, bool, float]:
     """The fields of the result, in their order, in one kernel, because each call takes time.
 
@@ -105,8 +106,10 @@ def _solved(
         delta_free: (m,) gaps without forces [m].
         start: (m,) forces to start from; entries that are negative or not finite are ignored.
         rho: regularisation.
-        limit: active sets at most.
+        limit: active sets at most; −1: the default of `solve_lcp`.
     """
+    if limit < 0:
+        limit = 100 + 10 * len(delta_free)
     if not (all_finite(W) and all_finite(delta_free)):
         return np.zeros_like(delta_free), delta_free, np.inf, 0, False, 0.0
     usable = np.where(np.abs(start) < np.inf, start, 0.0)

@@ -4,8 +4,7 @@ from tauten.model.parts.assembly import Assembly, Between
 from tauten.model.parts.body import PartsBody
 from tauten.model.parts.join import join_parts
 from tauten.model.parts.motion import PartsPoints
-from tauten.model.parts.part import Part
-from tauten.model.parts.placement import Placement
+from tauten.model.parts.part import Part, Placement
 from tauten.model.parts.spans import joined_state
 
 __all__ = [

@@ -10,7 +10,7 @@ import numpy as np
 from tauten.model.actuators import ActuatorRows, Coupling
 from tauten.model.numerics import Array, Ints
 from tauten.model.parts.motion import PartsMotion, slices, stacked
-from tauten.model.parts.placement import Placement
+from tauten.model.parts.part import Placement
 from tauten.model.points import Motion
 from tauten.model.rows import Rows
 
@@ -69,10 +69,8 @@ class PartsActuators:
         """Positions δ_a and H_a: Rows of (n_a, n)."""
         assert isinstance(motion, PartsMotion)
         rows = [part.rows(own) for part, own in zip(self.parts, motion.parts, strict=True)]
-        single = Rows(
-            stacked([part.H for part in rows], self.columns),
-            np.concatenate([part.delta for part in rows]),
-        )
+        H, delta = stacked([part.H for part in rows]), [part.delta for part in rows]
+        single = Rows(H, np.concatenate(delta))
         return single if self.coupling is None else self.coupling.rows(single)
 
     def split(self, effort: Array | None) -> list[Array | None]:

@@ -30,7 +30,6 @@ from tauten.model.parts.spans import (
     advanced,
     joined_forces,
     joined_state,
-    of_part,
     scheme_of_part,
     start_of_part,
 )
@@ -157,13 +156,7 @@ class PartsBody(Body[PartsPoints]):
     def loaded(
         self, gravity: Array, effector_force: Array, effectors: Effectors[PartsPoints]
     ) -> PartsBody:
-        """The body under other loads.
-
-        Args:
-            gravity: (3,) [m/s²].
-            effector_force: (3 p,) forces on effectors [N].
-            effectors: those of all parts.
-        """
+        """The body under other loads, see `Body`."""
         forces = effector_force.reshape(-1, 3)
         spans = slices([len(part.robot.effector_names) for part in self.parts])
         parts = tuple(
@@ -206,29 +199,17 @@ class PartsBody(Body[PartsPoints]):
         every = zip(self.bodies, self.states(state), self.spans.columns, strict=True)
         return max(body.displacement(own, dq[span]) for body, own, span in every)
 
-    def advance(self, state: State, system: System, dv: Array) -> State:
-        """The state one step later: of every part by its body.
-
-        Args:
-            state: before the step.
-            system: of the step.
-            dv: (n,) change of velocity [m/s].
-        """
+    def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
+        """The state one step later, of every part by its body, see `Body`."""
         every = zip(self.bodies, self.states(state), self.spans.columns, strict=True)
         return joined_state(
-            [advanced(body, own, of_part(system, span), dv[span]) for body, own, span in every]
+            [advanced(body, own, v[span], h, straight) for body, own, span in every]
         )
 
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without actuators and contacts (n,) [N], and K of every part.
-
-        Args:
-            state: where to evaluate.
-            effort: (n_a,) efforts of the actuators, whose curvature enters the tangents.
-            exact: exact derivatives rather than positive semidefinite tangents.
-        """
+        """Forces without actuators and contacts (n,) [N], and K of every part, see `Body`."""
         every = zip(self.bodies, self.states(state), self.actuator_set.split(effort), strict=True)
         found = [body.forces(own, part, exact) for body, own, part in every]
         force, K = zip(*found, strict=True)
@@ -242,13 +223,7 @@ class PartsBody(Body[PartsPoints]):
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> PartsAssembled:
-        """Forces and tangents of every part at a state.
-
-        Args:
-            state: where steps start.
-            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
-            integration: another scheme than the body's, see `scheme_of_part`.
-        """
+        """Forces and tangents of every part at a state, see `Body`."""
         every = zip(
             self.bodies,
             self.states(state),
@@ -274,7 +249,6 @@ class PartsBody(Body[PartsPoints]):
             factorisation=self.blocks([system.factorisation for system in found]),
             exact=all(system.exact for system in found),
             tangent=np.concatenate(tangents) if len(tangents) == len(found) else None,
-            straight=any(system.straight for system in found),
             semidefinite=max(system.semidefinite for system in found),
         )
 
@@ -355,10 +329,7 @@ class PartsBody(Body[PartsPoints]):
     def at_end(self, start: State, end: State, force: Array) -> Array:
         """Forces (n,) at the end of a step that do the work of given ones at its start [N].
 
-        Args:
-            start: of the step.
-            end: of the step.
-            force: (n,) forces that do work on displacements v h [N].
+        See `Body`.
         """
         every = zip(
             self.bodies, self.states(start), self.states(end), self.spans.columns, strict=True

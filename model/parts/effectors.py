@@ -10,8 +10,7 @@ import numpy as np
 from tauten.model.effectors import Effectors, Measure, Measurement, make_effector_set
 from tauten.model.numerics import Array
 from tauten.model.parts.motion import PartsPoints, PointsOfPart
-from tauten.model.parts.part import Part
-from tauten.model.parts.placement import Placement
+from tauten.model.parts.part import Part, Placement
 from tauten.model.signals import EffectorLayout, joined_layout
 
 

@@ -8,7 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from tauten.model.actuators import Coupling
-from tauten.model.contact import ContactPair, ContactSet, LargestSum, ObstaclePose, pose_at
+from tauten.model.contact import (
+    ContactPair,
+    ContactSet,
+    LargestSum,
+    ObstaclePose,
+    obstacle_sums,
+    pose_at,
+)
 from tauten.model.numerics import matrix_quaternion
 from tauten.model.parts.actuators import PartsActuators
 from tauten.model.parts.assembly import Assembly, Between
@@ -16,8 +23,7 @@ from tauten.model.parts.body import PartsBody
 from tauten.model.parts.effectors import parts_effectors
 from tauten.model.parts.motion import PartsPoints, PointsOfPart, slices
 from tauten.model.parts.motors import parts_motors
-from tauten.model.parts.part import Part
-from tauten.model.parts.placement import Placement
+from tauten.model.parts.part import Part, Placement
 from tauten.model.parts.spans import spans_of
 from tauten.model.robot import Robot, RobotNames
 from tauten.model.schema import check_unique
@@ -59,10 +65,8 @@ def parts_body(assembly: Assembly, parts: Sequence[Part], coupling: Coupling | N
         coupling: of the actuators of all parts.
     """
     robots = [part.robot for part in parts]
-    spans, placements = (
-        spans_of([robot.body for robot in robots]),
-        tuple(part.placement for part in parts),
-    )
+    spans = spans_of([robot.body for robot in robots])
+    placements = tuple(part.placement for part in parts)
     at_rest = [part.placement.points(part.robot.points(part.robot.rest())) for part in parts]
     return PartsBody(
         gravity=assembly.gravity,
@@ -118,6 +122,7 @@ def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
             within = moved(pair, name, span.start)
             pairs.append(replace(within, obstacle=one, owner=part.name, other=other))
     first = sum(one.n_vertices for one in sets)
+    sums += obstacle_sums(assembly.between.pairs, len(pairs))
     pairs += [moved(pair, pair.name, first) for pair in assembly.between.pairs]
     count = first + sum(len(ids) for ids in assembly.between.vertices)
     distances = assembly.alarm_distance, assembly.distance

@@ -8,12 +8,15 @@ from itertools import accumulate
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 import scipy.sparse as sp
 
 from tauten.model.numerics import Array, Ints
-from tauten.model.parts.placement import Placement
+from tauten.model.parts.part import Placement
 from tauten.model.points import Entries, Motion, Placed, sparse_units
-from tauten.model.rows import Jacobian
+from tauten.model.rows import Jacobian, dense
+
+_NONE = np.zeros(0, np.int64)
 
 
 def slices(sizes: Sequence[int]) -> tuple[slice, ...]:
@@ -128,31 +131,38 @@ def in_columns(
         m: number of rows.
     """
     n = int(columns[-1].stop)
-    if any(isinstance(block, np.ndarray) for _, block in blocks):
+    sparse = [
+        (columns[part].start, block) for part, block in blocks if isinstance(block, sp.csr_array)
+    ]
+    if len(sparse) < len(blocks):
         H = np.zeros((m, n))
         for part, block in blocks:
-            H[:, columns[part]] += block if isinstance(block, np.ndarray) else block.toarray()
+            H[:, columns[part]] += dense(block)
         return H
-    total = sp.csr_array((m, n))
-    for part, block in blocks:
-        first = columns[part].start
-        assert isinstance(block, sp.csr_array)
-        total += sp.csr_array((block.data, block.indices + first, block.indptr), shape=(m, n))
-    return sp.csr_array(total)
+    # side by side without scipy's sums, which check and compress every one
+    found = [(first, block) for first, block in sparse if block.nnz > 0]
+    row = np.concatenate(
+        [_NONE, *(np.repeat(np.arange(m), np.diff(one.indptr)) for _, one in found)]
+    )
+    order = np.argsort(row, kind="stable")
+    column = np.concatenate([_NONE, *(one.indices + first for first, one in found)])[order]
+    data = np.concatenate([np.zeros(0), *(one.data for _, one in found)])[order]
+    starts = np.sum([np.zeros(m + 1, np.int64), *(one.indptr for _, one in found)], axis=0)
+    return sp.csr_array((data, column, starts), shape=(m, n))
 
 
-def stacked(blocks: Sequence[Jacobian], columns: tuple[slice, ...]) -> Jacobian:
-    """Rows of every part below those of the part before: H (Σ m, n), dense where those of a part are.
-
-    Args:
-        blocks: (m, n of the part) of each part.
-        columns: unknowns of each part.
-    """
-    if not any(isinstance(block, np.ndarray) for block in blocks):
-        return sp.csr_array(sp.block_diag(blocks, format="csr"))
-    H = np.zeros((sum(block.shape[0] for block in blocks), int(columns[-1].stop)))
-    for block, row, column in zip(
-        blocks, slices([block.shape[0] for block in blocks]), columns, strict=True
-    ):
-        H[row, column] = block if isinstance(block, np.ndarray) else block.toarray()
+def stacked(blocks: Sequence[Jacobian]) -> Jacobian:
+    """Rows (m, n of the part) of every part below those before: (Σ m, n), dense where those of a part are."""
+    sparse = [block for block in blocks if isinstance(block, sp.csr_array)]
+    if len(sparse) == len(blocks):
+        heights, widths = zip(*(block.shape for block in sparse), strict=True)
+        entries, left = (slices(sizes) for sizes in ([one.nnz for one in sparse], widths))
+        starts = [one.indptr[:-1] + at.start for one, at in zip(sparse, entries, strict=True)]
+        column = [one.indices + at.start for one, at in zip(sparse, left, strict=True)]
+        starts.append(np.array([entries[-1].stop]))
+        arrays = [one.data for one in sparse], column, starts
+        return sp.csr_array(
+            tuple(np.concatenate(part) for part in arrays), shape=(sum(heights), sum(widths))
+        )
+    H: Array = scipy.linalg.block_diag(*map(dense, blocks))
     return H

@@ -10,8 +10,8 @@ import scipy.sparse as sp
 
 from tauten.model.actuators import Coupling
 from tauten.model.parts.part import Part
-from tauten.model.schema import CouplingSettings, Range
-from tauten.model.signals import Actuators, Laws, Limits, Springs, allowed_efforts, joined_limits
+from tauten.model.schema import CouplingSettings, check_couplings
+from tauten.model.signals import Actuators, Laws, Limits, Springs, coupled_range, joined_limits
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +74,11 @@ def parts_motors(parts: Sequence[Part], couplings: Sequence[CouplingSettings]) -
         laws=laws,
     )
     ranges = [
-        limits.range_of(k) if item is None else motor_range(single, limits, item)
+        limits.range_of(k)
+        if item is None
+        else coupled_range(
+            item, [limits.range_of(single.names.index(name)) for name in item.members]
+        )
         for k, item in items.items()
     ]
     coupling = Coupling(sp.csr_array(gains), np.zeros(len(single)))
@@ -93,46 +97,12 @@ def motors_by_place(
     Raises:
         ValueError: see `parts_motors`.
     """
-    found: dict[int, CouplingSettings | None] = dict.fromkeys(range(len(single)))
-    taken: set[str] = set()
-    for index, item in enumerate(couplings):
-        for name in item.members:
-            if name not in single.names:
-                raise ValueError(
-                    f"couplings.{index}: member {name!r} is not defined, known are {', '.join(single.names)}"
-                )
-            if name in taken:
-                raise ValueError(f"couplings.{index}: member {name!r} has another motor already")
-            taken.add(name)
-        members = [single.names.index(name) for name in item.members]
-        kinds = {single.kinds[k].value for k in members}
-        if len(kinds) > 1:
-            raise ValueError(
-                f"couplings.{index}: members must be of one kind, found {', '.join(sorted(kinds))}"
-            )
-        found[min(members)] = item
-        for k in members:
-            if k != min(members):
-                del found[k]
+    kinds = {name: kind.value for name, kind in zip(single.names, single.kinds, strict=True)}
+    check_couplings(couplings, kinds, sprung=set())
+    driven = {name: item for item in couplings for name in item.members}
+    found: dict[int, CouplingSettings | None] = {}
+    for place, name in enumerate(single.names):
+        item = driven.get(name)
+        if item is None or not any(item is one for one in found.values()):
+            found[place] = item
     return found
-
-
-def motor_range(single: Actuators, limits: Limits, item: CouplingSettings) -> Range:
-    """Limits of a motor of several actuators: its own, and the efforts that every member allows.
-
-    Args:
-        single: the actuators of all parts.
-        limits: of these.
-        item: the motor.
-
-    Raises:
-        ValueError: they leave no effort.
-    """
-    members = [limits.range_of(single.names.index(name)) for name in item.members]
-    own, (least, most) = item.limits, allowed_efforts(item, members)
-    if not least <= 0.0 <= most or least == most:
-        raise ValueError(
-            f"couplings.{item.name}: the limits of its members allow efforts of the motor from {least:g} to "
-            f"{most:g}; zero, the value at rest, must be between them"
-        )
-    return Range(least, most, own.least_position, own.most_position, own.rate)

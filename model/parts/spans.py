@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from tauten.model.body import Body
-from tauten.model.numerics import Array, NoFactors
+from tauten.model.numerics import Array
 from tauten.model.parts.motion import slices
 from tauten.model.state import State, StepStart
-from tauten.model.system import Integration, System
+from tauten.model.system import Integration
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,16 +86,17 @@ def start_of_part(body: Body[Any], state: State) -> StepStart:
     return StepStart(state, body.integration, mass, np.zeros_like(mass), np.zeros(body.n))
 
 
-def advanced(body: Body[Any], state: State, system: System, dv: Array) -> State:
+def advanced(body: Body[Any], state: State, v: Array, h: float, straight: bool) -> State:
     """The state of a part one step later: at standstill where steps are static and nothing floats.
 
     Args:
         body: of the part.
         state: before the step.
-        system: of the step.
-        dv: (n,) change of velocity [m/s].
+        v: (n,) velocity after it [m/s].
+        h: its length [s].
+        straight: see `Body.advance`.
     """
-    after = body.advance(state, system, dv)
+    after = body.advance(state, v, h, straight)
     if body.integration.static and body.floating_mass(state) is None:
         return dataclasses.replace(after, v=np.zeros_like(after.v))
     return after
@@ -119,14 +120,3 @@ def joined_forces(spans: Spans, forces: Sequence[Array | None]) -> Array | None:
         if force is not None:
             total[span] = force
     return total
-
-
-def of_part(system: System, span: slice) -> System:
-    """The velocities of one part in a system of all, for its `Body.advance`."""
-    return dataclasses.replace(
-        system,
-        v=system.v[span],
-        v_free=system.v_free[span],
-        factorisation=NoFactors(),
-        tangent=None,
-    )

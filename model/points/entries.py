@@ -113,8 +113,9 @@ class PlacedByMap(Placed):
         """Rows (m, n) over the unknowns, of rows over these points."""
         starts, points, vectors = entries.starts, entries.points, entries.vectors
         if isinstance(self.map, np.ndarray):
-            found: Array = mapped_rows(starts, points, vectors, self.map)
-            return found
+            H = np.zeros((len(starts) - 1, self.map.shape[1]))
+            mapped_rows(starts, points, vectors, self.map, H)
+            return H
         columns = (3 * points[:, None] + np.arange(3)).ravel()
         shape = (len(starts) - 1, self.map.shape[0])
         return sp.csr_array((vectors.ravel(), columns, 3 * starts), shape=shape) @ self.map
@@ -125,7 +126,7 @@ class PlacedByMap(Placed):
 
 
 @kernel
-def mapped_rows(starts: Ints, points: Ints, vectors: Array, map: Array) -> Array:
+def mapped_rows(starts: Ints, points: Ints, vectors: Array, map: Array, H: Array) -> None:
     """`PlacedByMap.rows` of a dense map.
 
     Args:
@@ -133,10 +134,10 @@ def mapped_rows(starts: Ints, points: Ints, vectors: Array, map: Array) -> Array
         points: (e,) as in `Entries`.
         vectors: (e, 3) as in `Entries`.
         map: (3 p, n) derivative of the points.
+        H: (m, n) zeros, to which the rows are added.
     """
-    m, n = starts.shape[0] - 1, map.shape[1]
-    H = np.zeros((m, n))
-    for r in range(m):
+    n = map.shape[1]
+    for r in range(H.shape[0]):
         h = H[r]
         for e in range(starts[r], starts[r + 1]):
             f = 3 * points[e]
@@ -144,4 +145,3 @@ def mapped_rows(starts: Ints, points: Ints, vectors: Array, map: Array) -> Array
             x, y, z = map[f], map[f + 1], map[f + 2]
             for j in range(n):
                 h[j] += v0 * x[j] + v1 * y[j] + v2 * z[j]
-    return H

@@ -1,7 +1,6 @@
 """The robot that a step uses, and what of it is drawn."""
 
-from tauten.model.robot.names import RobotNames, names_of
-from tauten.model.robot.robot import Robot
+from tauten.model.robot.robot import Robot, RobotNames, names_of
 from tauten.model.robot.skin import (
     NO_CONTACTS,
     Floats,

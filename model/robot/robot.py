@@ -23,8 +23,8 @@ from tauten.model.effectors import Effectors
 from tauten.model.layout import Layout, row_layout
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Motion
-from tauten.model.robot.names import RobotNames
 from tauten.model.rows import NO_EFFECTOR_ROWS, ContactRows, PairSlots
+from tauten.model.schema import RobotSettings
 from tauten.model.signals import Actuators, EffectorLayout, Limits
 from tauten.model.state import Assembled, RobotRows, State
 from tauten.model.system import Integration, System
@@ -32,6 +32,30 @@ from tauten.model.system import Integration, System
 B_co = TypeVar("B_co", bound=Body, covariant=True, default=Body)
 Other = TypeVar("Other", bound=Body)
 P = TypeVar("P")
+
+
+@dataclass(frozen=True, slots=True)
+class RobotNames:
+    """Names in keys, messages and tables.
+
+    Attributes:
+        robot: of the robot.
+        frame: frame id of its positions.
+        effectors: in row order.
+    """
+
+    robot: str
+    frame: str
+    effectors: tuple[str, ...]
+
+
+def names_of(config: RobotSettings) -> RobotNames:
+    """The names in a robot file."""
+    return RobotNames(
+        robot=config.name,
+        frame=config.frame,
+        effectors=tuple(effector.name for effector in config.effectors),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,15 +334,16 @@ class Robot(Generic[B_co]):
         """
         return self.body.system(assembled, integration)
 
-    def advance(self, state: State, system: System, dv: Array) -> State:
-        """The state one step later: velocity v + dv, moved by h (v + dv).
+    def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
+        """The state one step later, with the velocity v and moved by h v.
 
         Args:
             state: before the step.
-            system: of the step.
-            dv: (n,) change of velocity [m/s].
+            v: (n,) velocity after it [m/s].
+            h: its length [s].
+            straight: whether nodes of beams move along straight lines where they could move along arcs.
         """
-        return self.body.advance(state, system, dv)
+        return self.body.advance(state, v, h, straight)
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""

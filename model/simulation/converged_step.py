@@ -24,12 +24,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.numerics import FactorisationError
+from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.simulation.equilibrium import Ending, Merit
 from tauten.model.state import State
 from tauten.model.step import ContactSpace, Enrichment, Forces, ForwardStep, condensed, forward_step
+from tauten.model.system import System
 
 ITERATIONS = 40  # linearisations of a step at most
 TOLERANCE = 1e-5  # of the robot's size, displacement of a node in the last iteration; its error is far below
@@ -85,7 +86,11 @@ def converged_step(
         return robot.body.step_energy(start, robot.body.velocity(state, at)) + robot.potential(at)
 
     system = robot.body.linearise_iterate(state, start, forces.effort)
-    merit = Merit(robot, space, command, potential, robot.advance)
+
+    def moved(at: State, system: System, dv: Array) -> State:
+        return robot.advance(at, system.v + dv, system.h)
+
+    merit = Merit(robot, space, command, potential, moved)
     contacts = space.k > 0 or enrichment.rounds > 0
     iterate, lam, taken, movement = state, forces, 0, np.inf
     last: ForwardStep | None = None
@@ -110,14 +115,13 @@ def converged_step(
         if not np.isfinite(length) or share == 0.0:
             ending = Ending.NOT_FINITE
             break
-        iterate = robot.advance(iterate, system, share * solved.dv)
+        iterate = moved(iterate, system, share * solved.dv)
         lam, last, movement = solved.step.split(solved.lam, space.k), found, length
         if movement < TOLERANCE * robot.size:
             ending = Ending.SETTLED
     if last is None:
         raise FactorisationError("the step leads to no finite state")
-    still = replace(system, v=np.zeros_like(state.v))
-    end = robot.advance(state, still, robot.body.velocity(state, iterate))
+    end = robot.advance(state, robot.body.velocity(state, iterate), system.h)
     end = without_gain(robot, state, end, lam, _pushed(last, lam, space))
     return ConvergedStep(end, lam, last, movement, taken, ending)
 

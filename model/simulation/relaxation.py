@@ -61,7 +61,7 @@ def relaxed(
                 break
             h *= SHRINKAGE
             continue
-        state = robot.advance(state, step.system, solved.dv)
+        state = robot.advance(state, step.system.v + solved.dv, h)
         forces = solved.step.split(solved.lam, space.k)
         if movement < STILL * robot.size:
             break

@@ -175,7 +175,7 @@ class EquilibriumSearch:
         """The state after a step that turns elements where it is long."""
         if self._turning is not None and self.robot.displacement(state, system.h * dv) > self._near:
             dv = self._turning(state, system.h * dv) / system.h
-        return self.robot.advance(state, system, dv)
+        return self.robot.advance(state, system.v + dv, system.h, system.straight)
 
     def _shares(self, command: Command) -> StepShares:
         merit = Merit(self.robot, self._space, command, self.robot.potential, self._moved)

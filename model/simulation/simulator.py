@@ -367,8 +367,9 @@ class Simulator(RobotModel):
         step = condense_step(self.robot, self._space, self._state, self._forces, contacts, False)
         result = forward_step(step, self._enrichment, self._forces, command)
         system, solved = step.system, result.prediction
-        movement = self.robot.displacement(self._state, system.h * (system.v + solved.dv))
-        self._state = self.robot.advance(self._state, system, solved.dv)
+        v = system.v + solved.dv
+        movement = self.robot.displacement(self._state, system.h * v)
+        self._state = self.robot.advance(self._state, v, system.h)
         self._forces = solved.step.split(solved.lam, self._space.k)
         self._stepped = self._state, solved
         return result, movement

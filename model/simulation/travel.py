@@ -40,7 +40,7 @@ from tauten.model.step import (
     condense_step,
     forward_step,
 )
-from tauten.model.system import Integration, coasting
+from tauten.model.system import Integration
 
 STAGE = 1.0 - 1.0 / np.sqrt(2.0)  # γ
 FARTHEST_CORRECTION = (
@@ -216,12 +216,12 @@ class _Stages:
         step = condense_step(robot, space, at, forces, contacts, False, scheme, slid)
         last = forward_step(step, self.enrichment, forces, command)
         solved = last.prediction
-        system = step.system if scheme.static else replace(step.system, v=start.v)
-        way = system.h * (system.v + solved.dv)  # (n,)
-        correction = robot.displacement(start, system.h * solved.dv)
-        state = robot.advance(start, system, solved.dv)
+        h = step.system.h
+        v = (step.system.v if scheme.static else start.v) + solved.dv
+        correction = robot.displacement(start, h * solved.dv)
+        state = robot.advance(start, v, h)
         after = solved.step.split(solved.lam, space.k)
-        return Travel(state, after, last, start, way, correction, last.converged)
+        return Travel(state, after, last, start, h * v, correction, last.converged)
 
     def at(self, share: float) -> _Stages:
         """The same with the obstacles where they are at the end of a share of the period."""
@@ -251,7 +251,7 @@ def _ahead(robot: Robot, state: State, h: float) -> State:
         state: where a stage starts.
         h: its length [s].
     """
-    there = robot.advance(state, coasting(h, state.v), np.zeros(robot.n))
+    there = robot.advance(state, state.v, h)
     return State(there.q, there.v, state.memory)
 
 
@@ -265,5 +265,5 @@ def _beyond(robot: Robot, start: State, middle: State, h: float) -> State:
         h: length of a stage [s].
     """
     farther = 1.0 / STAGE - 1.0
-    there = robot.advance(start, coasting(farther * h, middle.v), np.zeros(robot.n))
+    there = robot.advance(start, middle.v, farther * h)
     return State(there.q, start.v + farther * (middle.v - start.v), there.memory)

@@ -17,7 +17,7 @@ from tauten.model.step.enrichment import (
     default_enrichment,
     worst_rows,
 )
-from tauten.model.step.force_limits import ForceLimits, force_limits
+from tauten.model.step.force_limits import ForceLimits, Grasp, force_limits
 from tauten.model.step.forces import Forces, TangentialForces, no_forces
 from tauten.model.step.forward_step import ForwardStep, eliminate_rows, forward_step
 from tauten.model.step.friction_blocks import (
@@ -36,6 +36,7 @@ __all__ = [
     "Enrichment",
     "EnrichmentLoop",
     "ForceLimits",
+    "Grasp",
     "Forces",
     "ForwardStep",
     "FrictionBlocks",

@@ -46,18 +46,23 @@ def row_compliance(system: System, H: Array, delta: Array) -> Compliance:
         H: (m, n) rows.
         delta: (m,) row values [m].
     """
-    X = np.ascontiguousarray(system.solve(H.T).T)  # (m, n)
-    return Compliance(H, X, *_condensed(H, X, delta, system.v_free, system.h))
+    X = np.ascontiguousarray(system.factorisation.solve(H.T).T)  # (m, n)
+    W, delta_free = np.empty((len(H), len(H))), np.empty(len(H))
+    _condense(H, X, delta, (system.h, system.v_free), W, delta_free)
+    return Compliance(H, X, W, delta_free)
 
 
 @kernel
-def _condensed(H: Array, X: Array, delta: Array, v_free: Array, h: float) -> tuple[Array, Array]:
-    """W (m, m), symmetric to the last bit, and δ_free (m,)."""
-    W = np.dot(H, X.T)
+def _condense(
+    H: Array, X: Array, delta: Array, free: tuple[float, Array], W: Array, delta_free: Array
+) -> None:
+    """Write W (m, m), symmetric to the last bit, and δ_free (m,); free: the time step and v_free (n,)."""
+    h, v_free = free
+    W[:] = np.dot(H, X.T)
     for i in range(W.shape[0]):
         for j in range(i + 1):
             W[i, j] = W[j, i] = 0.5 * h * h * (W[i, j] + W[j, i])
-    return W, delta + h * np.dot(H, v_free)
+    delta_free[:] = delta + h * np.dot(H, v_free)
 
 
 def extended(system: System, known: Compliance, H: Array, delta: Array) -> Compliance:

@@ -103,17 +103,15 @@ class CondensedStep:
             lam: (m,) forces on all rows.
             r: (r, 3) those of the unit columns: normal, and along both tangents.
         """
-        first, found = (
-            self.layout.n_e + self.layout.n_a + len(self.reduced),
-            self.rows.contacts.found,
-        )
+        first = self.layout.n_e + self.layout.n_a + len(self.reduced)
+        found = self.rows.contacts.found
         W, q = self.compliance.W[first:], self.compliance.delta_free[first:]
         slip = np.linalg.norm((q + W @ lam).reshape(-1, 3)[:, 1:], axis=1)  # (r,) m
         reserve = found.friction[self.extra] * r[:, 0] - np.linalg.norm(r[:, 1:], axis=1)
         compliance = np.diag(W[:, first:]).reshape(-1, 3).max(axis=1)
         moves = slip > STILL * np.abs(q).max(initial=0.0)
         pushes, slides = r[:, 0] > 0.0, moves & (slip > compliance * reserve)
-        force = np.einsum("rt,rti->ri", r[:, 1:], found.tangents()[self.extra])
+        force = np.einsum("rt,rti->ri", r[:, 1:], found.tangents(self.extra))
         return TangentialForces(force, pushes & slides, np.where(pushes & ~slides, reserve, 0.0))
 
 
@@ -169,8 +167,9 @@ def condensed(
         slid: (n,) see `CondensedStep`.
     """
     rows = robot.rows(state, contacts, effectors)
-    reduced = space.reduce(rows.contacts.without_friction())
-    extra = rows.contacts.rows_of(forces.pushing)
+    reduced, extra = space.reduce(rows.contacts.without_friction()), forces.extra
+    if len(extra) > 0:
+        extra = rows.contacts.rows_of(forces.pushing)
     H, delta = [rows.actuators.dense(), reduced.H], [rows.actuators.delta, reduced.delta]
     if effectors:
         H.insert(0, rows.effectors.dense())
@@ -212,9 +211,10 @@ def recondensed(
         delta.append(unit_rows(rows.contacts, step.extra, system.h, slid)[1])
     H = step.compliance.H
     compliance = _through(robot, system, H, np.concatenate(delta), step.layout)
-    return replace(
-        step, system=system, rows=rows, reduced=reduced, compliance=compliance, slid=slid
-    )
+    return CondensedStep(
+        step.state, system, rows, reduced, step.extra, compliance, step.layout, step.laws,
+        step.frictional, slid,
+    )  # fmt: skip
 
 
 def _through(robot: Robot, system: System, H: Array, delta: Array, layout: Layout) -> Compliance:
@@ -263,5 +263,5 @@ def unit_values(contacts: ContactRows, chosen: Ints, h: float) -> Array:
         return gaps
     slip = np.zeros((len(chosen), 2))
     if found.surface is not None:
-        slip -= h * np.einsum("rti,ri->rt", found.tangents()[chosen], found.surface[chosen])
+        slip -= h * np.einsum("rti,ri->rt", found.tangents(chosen), found.surface[chosen])
     return np.concatenate([gaps[:, None], slip], axis=1).ravel()

@@ -9,7 +9,6 @@ columns of candidates that do not push.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -80,13 +79,14 @@ def contact_model(
     return contact, WITH_FRICTION if candidates.frictional else reduced
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class PredictedStep:
     """A step with its forces, and their predicted effect.
 
     Attributes:
         step: with the unit columns that joined.
         lam: (m,) forces on all rows of `step.compliance`, zero on the effectors [N].
+        delta: (m,) predicted row values δ_free + W λ [m].
         dv: (n,) velocity change [m/s].
         deepest_gap: smallest predicted gap of the candidates in range [m], +inf without any.
         within_tolerance: whether no candidate without a unit column is deeper than the tolerance.
@@ -94,15 +94,10 @@ class PredictedStep:
 
     step: CondensedStep
     lam: Array
+    delta: Array
     dv: Array
     deepest_gap: float
     within_tolerance: bool
-
-    @cached_property
-    def delta(self) -> Array:
-        """Predicted row values δ_free + W λ: (m,) [m]."""
-        values: Array = self.step.compliance.delta_free + self.step.compliance.W @ self.lam
-        return values
 
     def touching(self, space: ContactSpace) -> ContactForces:
         """The contacts in range with their forces, of a basis of contact forces."""
@@ -146,11 +141,12 @@ class EnrichmentLoop:
         dv = step.compliance.velocity_change(step.system, lam)
         contacts = step.rows.contacts
         gaps = contacts.rows.after(step.system.h, step.system.v + dv)
-        deepest, worst = float(gaps.min(initial=np.inf)), step.extra[:0]
+        deepest, worst = float(np.minimum.reduce(gaps, initial=np.inf)), step.extra[:0]
         if deepest < -self._enrichment.tolerance:  # hardly ever
             worst = worst_rows(contacts, gaps, self._enrichment, step.extra)
         if len(worst) == 0 or self._rounds_left == 0 or not usable:
-            self.prediction = PredictedStep(step, lam, dv, deepest, len(worst) == 0)
+            delta = step.compliance.delta_free + step.compliance.W @ lam
+            self.prediction = PredictedStep(step, lam, delta, dv, deepest, len(worst) == 0)
             return
         self._rounds_left -= 1
         self.step = step.with_unit_columns(worst)

@@ -96,34 +96,64 @@ class ForceLimits:
     Attributes:
         limited: pairs that have limits.
         Psi: (n_c, k) columns of the basis of its contact forces.
-        kept: which of them have a grasp, whose least forces and distances to slip count.
-        let_go: which of them are let go, until they push no more.
     """
 
     limited: tuple[LimitedPairs, ...]
     Psi: Array
-    kept: tuple[bool, ...] = ()
-    let_go: tuple[bool, ...] = ()
 
-    def letting_go(self) -> ForceLimits:
-        """The same limits where all that is grasped is let go."""
-        return replace(self, kept=(False,) * len(self.limited), let_go=(True,) * len(self.limited))
+    def normal_sum(self, step: CondensedStep, limited: LimitedPairs) -> Array:
+        """Sum of the normal forces of pairs, as a row over the contact forces of a step: (n,).
 
-    def at_start(self) -> ForceLimits:
-        """The same limits where nothing has been grasped."""
-        return replace(self, kept=(False,) * len(self.limited), let_go=(False,) * len(self.limited))
+        Args:
+            step: the step.
+            limited: the pairs.
+        """
+        contacts, modes = step.rows.contacts.found, step.reduced.modes
+        chosen = np.isin(contacts.pair, limited.pairs)
+        by_basis = contacts.slots[chosen & (contacts.friction == 0.0)]
+        row = np.zeros(len(step.compliance) - step.layout.contacts.start)
+        row[: len(modes)] = self.Psi[by_basis][:, modes].sum(axis=0)
+        row[step.gap_rows[len(modes) :] - step.layout.contacts.start] = chosen[step.extra]
+        return row
 
-    def after(self, found: ContactForces) -> ForceLimits:
-        """The same limits after a step with these forces: what has been grasped, and what is let go still."""
-        pushing = [one.sums(found)[0] for one in self.limited]
+
+@dataclass(frozen=True, slots=True)
+class Grasp:
+    """What a robot grasps: which least forces and distances to slip count beside its limits.
+
+    Attributes:
+        limits: of its contact forces.
+        kept: which pairs have a grasp, whose least forces and distances to slip count.
+        let_go: which are let go, until they push no more.
+        released: names of the pairs that had a grasp when they were let go last.
+    """
+
+    limits: ForceLimits
+    kept: tuple[bool, ...]
+    let_go: tuple[bool, ...]
+    released: tuple[str, ...] = ()
+
+    @classmethod
+    def at_start(cls, limits: ForceLimits) -> Grasp:
+        """Where nothing has been grasped."""
+        none = (False,) * len(limits.limited)
+        return cls(limits, none, none)
+
+    def letting_go(self, found: ContactForces) -> Grasp:
+        """Where all is let go that pushes in a step with these forces."""
+        pushing = tuple(one.sums(found)[0] > 0.0 for one in self.limits.limited)
+        return Grasp(self.limits, (False,) * len(pushing), pushing, self.kept_names)
+
+    def after(self, found: ContactForces) -> Grasp:
+        """After a step with these forces: what has been grasped, and what is let go still."""
+        limited = self.limits.limited
+        pushing = [one.sums(found)[0] for one in limited]
         let_go = tuple(
             gone and force > 0.0 for gone, force in zip(self.let_go, pushing, strict=True)
         )
         kept = tuple(
             force > 0.0 and not gone and (before or force >= GRASPED * one.least)
-            for one, force, gone, before in zip(
-                self.limited, pushing, let_go, self.kept, strict=True
-            )
+            for one, force, gone, before in zip(limited, pushing, let_go, self.kept, strict=True)
         )
         if (kept, let_go) == (self.kept, self.let_go):
             return self
@@ -132,13 +162,13 @@ class ForceLimits:
     @property
     def kept_names(self) -> tuple[str, ...]:
         """The names of the pairs that have a grasp, whose least forces and distances to slip count."""
-        pairs = zip(self.limited, self.kept, strict=True)
+        pairs = zip(self.limits.limited, self.kept, strict=True)
         return tuple(one.name for one, kept in pairs if kept and one.least > 0.0)
 
     def exceeded(self, found: ContactForces) -> tuple[str, ...]:
         """The names of the limits that the forces of a step are beyond."""
         names = list[str]()
-        for one, kept in zip(self.limited, self.kept, strict=True):
+        for one, kept in zip(self.limits.limited, self.kept, strict=True):
             (normal, friction), bounds = one.sums(found), one.bounds
             smallest, largest, margin = one.names
             if kept and normal < (1.0 - TOLERATED) * bounds.least:
@@ -165,11 +195,11 @@ class ForceLimits:
         if not scale > 0.0:
             return None
         before = held.lam[held.step.layout.contacts]
-        for one, kept in zip(self.limited, self.kept, strict=True):
-            normal = self.normal_sum(step, one)
+        for one, kept in zip(self.limits.limited, self.kept, strict=True):
+            normal = self.limits.normal_sum(step, one)
             if not normal.any():
                 continue
-            keeps = kept and self.normal_sum(held.step, one) @ before > 0.0
+            keeps = kept and self.limits.normal_sum(held.step, one) @ before > 0.0
             bounds, (smallest, largest, name) = one.bounds, one.names
             least = bounds.least if keeps and bounds.least > 0.0 else -np.inf
             if np.isfinite([least, bounds.largest]).any():
@@ -185,21 +215,6 @@ class ForceLimits:
         return ForceRows(
             scale * np.array(rows), scale * np.array(lower), scale * np.array(upper), named
         )
-
-    def normal_sum(self, step: CondensedStep, limited: LimitedPairs) -> Array:
-        """Sum of the normal forces of pairs, as a row over the contact forces of a step: (n,).
-
-        Args:
-            step: the step.
-            limited: the pairs.
-        """
-        contacts, modes = step.rows.contacts.found, step.reduced.modes
-        chosen = np.isin(contacts.pair, limited.pairs)
-        by_basis = contacts.slots[chosen & (contacts.friction == 0.0)]
-        row = np.zeros(len(step.compliance) - step.layout.contacts.start)
-        row[: len(modes)] = self.Psi[by_basis][:, modes].sum(axis=0)
-        row[step.gap_rows[len(modes) :] - step.layout.contacts.start] = chosen[step.extra]
-        return row
 
 
 def friction_sums(step: CondensedStep, limited: LimitedPairs) -> Array:
@@ -246,4 +261,4 @@ def force_limits(contacts: ContactSet, space: ContactSpace) -> ForceLimits | Non
         return None
     columns = [space.lift(one) for one in np.eye(space.k)]
     Psi = np.array(columns).T if columns else np.zeros((contacts.n_slots, 0))
-    return ForceLimits(tuple(limited), Psi).at_start()
+    return ForceLimits(tuple(limited), Psi)

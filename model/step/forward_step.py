@@ -13,13 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.numerics import Array, Ints, LcpResult, solve_lcp
+from tauten.model.numerics import Array, Bools, Ints, LcpResult, kernel, lcp_forces, solve_lcp
 from tauten.model.signals import Command
 from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.enrichment import Enrichment, EnrichmentLoop, PredictedStep
 from tauten.model.step.forces import Forces
 from tauten.model.step.friction_law import FrictionForces, friction_forces, unit_start
-from tauten.model.step.sorted_rows import sorted_rows
+from tauten.model.step.sorted_rows import sort_rows, sorted_rows
 
 SINGULAR = (
     1e-12  # eigenvalue of the scaled W_EE, relative to the largest, below which it is rounding
@@ -91,15 +91,13 @@ def forward_step(
         previous: forces of the last step, where the LCP starts.
         command: position or effort of each actuator.
     """
-    loop = EnrichmentLoop(step, enrichment)
-    lam = np.concatenate(
-        [
-            np.zeros(step.layout.n_e),
-            previous.effort,
-            previous.beta[step.reduced.modes],
-            unit_start(step, previous),
-        ]
-    )
+    loop, layout = EnrichmentLoop(step, enrichment), step.layout
+    lam = np.zeros(len(step.compliance.delta_free))
+    lam[layout.actuators] = previous.effort
+    first = layout.n_e + layout.n_a + len(step.reduced.modes)
+    lam[layout.n_e + layout.n_a : first] = previous.beta[step.reduced.modes]
+    if len(step.extra) > 0:
+        lam[first:] = unit_start(step, previous)
     while loop.prediction is None:
         start = np.zeros(len(loop.step.compliance.delta_free))
         start[: len(lam)] = lam
@@ -116,8 +114,15 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
         start: (m,) forces to start from [N].
         command: position or effort of each actuator.
     """
-    W, lam = step.compliance.W, np.zeros(len(start))
-    rows = sorted_rows(step, command)
+    W, free = step.compliance.W, step.compliance.delta_free
+    if not (step.frictional and len(step.extra) > 0):
+        known, bilateral = (command.position, command.effort), step.laws.bilateral
+        done, lam, residual, converged = _unilateral_forces(
+            W, free, known, bilateral, step.layout.n_e, start
+        )
+        if done:
+            return lam, residual, converged
+    rows, lam = sorted_rows(step, command), np.zeros(len(start))
     kept, zero, delta = rows.unilateral, rows.equal, rows.under_effort(W)
     lam[rows.forced] = rows.effort
     if len(zero) == 0:
@@ -132,6 +137,36 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
     left = np.abs(delta[zero] + moved.sum(axis=1))
     equal = bool((left <= EQUAL * (np.abs(delta[zero]) + np.abs(moved).sum(axis=1))).all())
     return lam, result.residual, result.converged and equal
+
+
+@kernel
+def _unilateral_forces(
+    W: Array, free: Array, given: tuple[Array, Array], bilateral: Bools, n_e: int, start: Array
+) -> tuple[bool, Array, float, bool]:
+    """`solve_forces` in one kernel where no row is to be zero; whether that is so comes first.
+
+    Args:
+        W: (m, m) compliance [m/N].
+        free: (m,) row values without forces [m].
+        given: (n_a,) positions and efforts, NaN where not.
+        bilateral: (n_a,) actuators that pull and push.
+        n_e: effector rows, which come first.
+        start: (m,) forces to start from [N].
+    """
+    forced, effort, equal, kept, _, delta = sort_rows(free, given[0], given[1], bilateral, n_e)
+    lam, k = np.zeros(len(free)), len(kept)
+    if len(equal) > 0:
+        return False, lam, 0.0, False
+    lam[forced] = effort
+    if len(forced) > 0:
+        delta = delta + np.dot(W[:, forced], effort)
+    W_kept = np.empty((k, k))
+    for i in range(k):
+        for j in range(k):
+            W_kept[i, j] = W[kept[i], kept[j]]
+    found, _, residual, _, converged, _ = lcp_forces(W_kept, delta[kept], start[kept])
+    lam[kept] = found
+    return True, lam, residual, converged
 
 
 def _solved(

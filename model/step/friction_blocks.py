@@ -92,7 +92,7 @@ def friction_blocks(step: CondensedStep, previous: Forces) -> FrictionBlocks:
     return FrictionBlocks(
         W[c, c], W[c, a], W[a, a], W[e, c], W[e, a], free[c], free[a], free[e],
         found.friction[step.extra], found.slots[step.extra], found.normal[step.extra],
-        found.tangents()[step.extra], unit_start(step, previous),
+        found.tangents(step.extra), unit_start(step, previous),
     )  # fmt: skip
 
 

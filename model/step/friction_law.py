@@ -142,6 +142,6 @@ def unit_start(step: CondensedStep, previous: Forces) -> Array:
     same = previous.extra[at] == slots
     r[:, 0] = np.where(same, previous.extra_beta[at], 0.0)
     if friction is not None:
-        across = np.einsum("rti,ri->rt", found.tangents()[step.extra], friction.force[at])
+        across = np.einsum("rti,ri->rt", found.tangents(step.extra), friction.force[at])
         r[:, 1:] = np.where(same[:, None], across, 0.0)
     return r.ravel()

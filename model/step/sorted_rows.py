@@ -69,11 +69,11 @@ def sorted_rows(step: CondensedStep, command: Command) -> SortedRows:
     """
     position, effort, n_e = command.position, command.effort, step.layout.n_e
     free, bilateral = step.compliance.delta_free, step.laws.bilateral
-    return SortedRows(*_sorted(free, position, effort, bilateral, n_e))
+    return SortedRows(*sort_rows(free, position, effort, bilateral, n_e))
 
 
 @kernel
-def _sorted(
+def sort_rows(
     delta_free: Array, position: Array, effort: Array, bilateral: Bools, n_e: int
 ) -> tuple[Ints, Array, Ints, Ints, int, Array]:
     """The arrays of `SortedRows`, in their order.

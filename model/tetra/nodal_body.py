@@ -12,7 +12,6 @@ from tauten.model.mesh import boundary_triangles
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import NodeMotion
 from tauten.model.state import State
-from tauten.model.system import System
 from tauten.model.tetra.tetra_body import TetBody
 from tauten.model.tetra.turning import TurningSteps
 
@@ -41,17 +40,7 @@ class NodalBody(TetBody):
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Internal forces plus gravity, and the tangent.
-
-        Args:
-            state: where to evaluate.
-            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
-            exact: tangent with the change of the rotations: the exact derivative, but not always
-                positive definite.
-
-        Returns:
-            force (n,) [N] without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
-        """
+        """Internal forces plus gravity, and the tangent, see `Body`."""
         return self.forces_with(
             EXACT if exact else self.tetrahedra.elements.semidefinite, state, effort
         )
@@ -85,9 +74,7 @@ class NodalBody(TetBody):
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
 
-        Args:
-            state: where a step starts.
-            h: its length [s].
+        See `SparseBody`.
         """
         held = self.tetrahedra
         if held.viscosity is None:
@@ -103,13 +90,6 @@ class NodalBody(TetBody):
         steps = TurningSteps(self.mesh, self.pattern.dof)
         return lambda state, u: steps.turned(self.nodes(state), u)
 
-    def advance(self, state: State, system: System, dv: Array) -> State:
-        """The state one step later: v + dv and q + h (v + dv), at standstill when quasi-static.
-
-        Args:
-            state: before the step.
-            system: of the step.
-            dv: (n,) change of the velocity [m/s].
-        """
-        v = system.v + dv
-        return self.remembering(state, State(state.q + system.h * v, v), system.h)
+    def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
+        """The state one step later, v and q + h v, see `Body`."""
+        return self.remembering(state, State(state.q + h * v, v), h)

@@ -70,13 +70,7 @@ class TetBody(SparseBody[Points]):
         return self.nodes(state)
 
     def loaded(self, gravity: Array, effector_force: Array, effectors: Effectors[Points]) -> Self:
-        """The body under other loads.
-
-        Args:
-            gravity: (3,) [m/s²].
-            effector_force: (3 p,) forces on effectors [N].
-            effectors: the effectors, over its points.
-        """
+        """The body under other loads, see `Body`."""
         held = self.tetrahedra
         mass = held.mass.reshape(-1, 3)
         pushed = effectors.pushed(effector_force).on(held.motion(held.mesh.nodes))

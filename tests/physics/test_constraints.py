@@ -40,7 +40,7 @@ def stepped(robot: Robot[ConstrainedBody], state: State, steps: int) -> list[Sta
     states = [state]
     for _ in range(steps):
         system = robot.linearise(states[-1])
-        states.append(robot.advance(states[-1], system, system.v_free - states[-1].v))
+        states.append(robot.advance(states[-1], system.v_free, system.h))
     return states
 
 

@@ -39,7 +39,9 @@ def test_trunk_follows_sofas_curve(data: Path) -> None:
         assert abs(1e3 * simulator.effort[0] - row["tension_L0"]) < 0.3
 
 
-@pytest.mark.parametrize("gravity", [(0.0, 0.0, 0.0), HANGING])
+@pytest.mark.parametrize(
+    "gravity", [pytest.param((0.0, 0.0, 0.0), marks=pytest.mark.slow), HANGING]
+)
 @pytest.mark.parametrize("cables", [("L0",), TRUNK_CABLES])
 @pytest.mark.parametrize(
     "position",

@@ -55,9 +55,16 @@ def creep(robot: Robot[NodalBody], steps: int, converged: bool) -> tuple[Array, 
     return np.arange(1, steps + 1) * robot.h, np.array(strains)
 
 
-@pytest.mark.parametrize("converged", [False, True])
 @pytest.mark.parametrize(
-    "element", ["linear", pytest.param("quadratic", marks=pytest.mark.slow), "smoothed"]
+    ("element", "converged"),
+    [
+        ("linear", False),
+        ("linear", True),
+        ("smoothed", False),
+        pytest.param("smoothed", True, marks=pytest.mark.slow),
+        pytest.param("quadratic", False, marks=pytest.mark.slow),
+        pytest.param("quadratic", True, marks=pytest.mark.slow),
+    ],
 )
 def test_kelvin_voigt_block_creeps_as_the_exact_solution(element: str, converged: bool) -> None:
     """ε = σ / E (1 − exp(−E t / η)), with η = 2 μ_v; the error of implicit Euler is of first order in h."""
@@ -79,7 +86,7 @@ def test_standard_linear_solid_creeps_as_the_exact_solution(element: str) -> Non
     """E ∥ (E₁ in series with E₁ τ): ε = σ / E (1 − E₁ / (E + E₁) exp(−t E / (τ (E + E₁))))."""
     share, tau = 1.5, 0.1
     robot = block({"shares": [share], "times": [tau]}, 2000.0, element)
-    times, strains = creep(robot, 600, False)
+    times, strains = creep(robot, 300, False)
     exact = STRESS / E * (1.0 - share / (1.0 + share) * np.exp(-times / (tau * (1.0 + share))))
     np.testing.assert_allclose(strains[5:], exact[5:], rtol=5e-3)
 
@@ -91,8 +98,7 @@ def test_prony_series_relaxes_as_the_exact_solution() -> None:
     rest = robot.rest()
     strain = 1e-5
     moved = stretched(robot, strain).q
-    system = replace(robot.linearise(rest), h=robot.h, v=np.zeros(robot.n))
-    state = robot.advance(rest, system, (moved - rest.q) / robot.h)
+    state = robot.advance(rest, (moved - rest.q) / robot.h, robot.h)
     top = np.abs(rest.q.reshape(-1, 3)[:, 0] - SIDE) < 1e-9
     for step in range(1, 3001):
         remembered, _ = robot.body.viscosity_at(state, robot.h)
@@ -104,15 +110,14 @@ def test_prony_series_relaxes_as_the_exact_solution() -> None:
             ]
             exact = E * strain * (1.0 + sum(decay)) * SIDE**2
             assert force == pytest.approx(exact, rel=5e-3)
-        state = robot.advance(state, system, np.zeros(robot.n))
+        state = robot.advance(state, np.zeros(robot.n), robot.h)
 
 
 def wild(robot: Robot[NodalBody]) -> State:
     """A state far from rest in fast motion, with stresses in the branches."""
     generator, rest = np.random.default_rng(3), robot.rest()
-    system = replace(robot.linearise(rest), v=np.zeros(robot.n))
-    dv = 2e-3 * generator.standard_normal(robot.n) / robot.h
-    return replace(robot.advance(rest, system, dv), v=generator.standard_normal(robot.n))
+    v = 2e-3 * generator.standard_normal(robot.n) / robot.h
+    return replace(robot.advance(rest, v, robot.h), v=generator.standard_normal(robot.n))
 
 
 MIXED = {"shear_viscosity": 20.0, "volume_viscosity": 10.0, "shares": [0.5], "times": [0.05]}

@@ -66,7 +66,7 @@ START = 300.0  # s; kernels may have to be compiled, on a machine that is busy w
 
 def write_robot(folder: Path, text: str = ROBOT) -> Path:
     """The robot's file and mesh in a folder; returns the file."""
-    mesh = box_mesh((0.1, 0.02, 0.02), (8, 2, 2))
+    mesh = box_mesh((0.1, 0.02, 0.02), (8, 1, 1))
     meshio.Mesh(mesh.nodes, {"tetra": np.asarray(mesh.tets)}).write(folder / "beam.vtu")
     file = folder / "beam.toml"
     file.write_text(text)

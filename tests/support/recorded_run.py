@@ -29,7 +29,7 @@ from tauten.service.wire.messages import POINT
 
 TICKS = 60
 LAG = 0.001  # m, the pretended plant is that much too low
-HEAVY = ROBOT.replace("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -1.0]")
+HEAVY = ROBOT.replace("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -2.0]")
 
 
 def write_run(setup: Setup, path: Path) -> None:

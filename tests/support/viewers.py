@@ -40,15 +40,22 @@ class Shown:
 
 
 @contextmanager
-def showing(source: FrameSource, robot_file: Path | None = None) -> Iterator[Shown]:
+def showing(
+    source: FrameSource, robot_file: Path | None = None, lit: bool = False
+) -> Iterator[Shown]:
     """Show a robot until the block ends.
 
     Args:
         source: of the frames.
         robot_file: that cables are drawn into.
+        lit: whether surroundings light the robot, as they do for a user. They take a browser without a
+            graphics card eight seconds.
     """
     stop = StopFlag()
     with open_server(0, "test") as (server, guard):
+        if not lit:
+            server.scene.configure_environment_map(None)
+            server.scene.configure_default_lights(cast_shadow=False)
         session = ViewSession(source, server, guard, robot_file)
         thread = threading.Thread(target=session.run, args=(stop,))
         thread.start()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -153,6 +154,16 @@ def test_values_of_cell_arrays_are_groups(tmp_path: Path) -> None:
 def test_empty_selections_are_one_sentence(table: dict[str, object], sentence: str) -> None:
     with pytest.raises(RobotFileError, match=sentence):
         selector(end=region(**END)).select_nodes(region(**table), "f")
+
+
+def test_the_span_of_the_mesh_is_that_of_nodes_that_may_be_selected() -> None:
+    """Rings beside a beam follow it and are not selected."""
+    chosen = selector()
+    followers = chosen.nodes[:, 0] > 0.05
+    chosen = replace(chosen, followers=followers)
+    highest = chosen.nodes[~followers, 0].max()
+    with pytest.raises(RobotFileError, match=rf"the mesh spans .* to \[{highest:g}, "):
+        chosen.select_nodes(region(kind="sphere", centre=[1.0, 0.0, 0.0], radius=0.1), "f")
 
 
 def robot_file(**changes: object) -> RobotConfig:

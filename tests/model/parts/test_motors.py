@@ -73,7 +73,7 @@ def test_limits_of_members_hold_for_the_motor(beam_file: Path, tmp_path: Path) -
             coupling('["a_lower", "b_lower"]', "[1.0, 1.0]", "pretensions = [1.0, 1.0]"),
             "drums and pretensions stand in the file of a part",
         ),
-        (coupling('["a_lower", "b_lower"]', "[1.0, 1.0]") * 2, "has another motor already"),
+        (coupling('["a_lower", "b_lower"]', "[1.0, 1.0]") * 2, "is driven by another coupling"),
     ],
 )
 def test_what_is_wrong_is_named(beam_file: Path, tmp_path: Path, table: str, message: str) -> None:

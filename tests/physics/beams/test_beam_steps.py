@@ -34,8 +34,7 @@ def cantilever(
 
 def moved(robot: Robot[BeamBody], start: State, step: Array) -> State:
     """The state after displacements and turns (n,) of the nodes."""
-    still = replace(robot.linearise(start), v=np.zeros(robot.n))
-    return robot.advance(start, still, step / robot.h)
+    return robot.advance(start, step / robot.h, robot.h)
 
 
 def test_a_beam_that_turns_at_its_clamp_keeps_its_length(tmp_path: Path) -> None:

@@ -48,8 +48,15 @@ def pulled_block(viscosity: dict[str, object], rate: float, element: str) -> Rob
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("converged", [False, True])
-@pytest.mark.parametrize("element", ["linear", "smoothed"])
+@pytest.mark.parametrize(
+    ("element", "converged"),
+    [
+        ("linear", False),
+        ("linear", True),
+        ("smoothed", False),
+        pytest.param("smoothed", True, marks=pytest.mark.slow),
+    ],
+)
 def test_a_block_under_the_force_of_a_slider_creeps_as_the_exact_solution(
     element: str, converged: bool
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.robots.make_finger import split_cells
+from tauten.controller import Controller, Status
 from tauten.model import Robot
 from tauten.model.load import build_robot
 from tauten.model.mesh import TetMesh, oriented
@@ -12,6 +13,7 @@ from tauten.model.numerics import Array, Ints
 from tauten.model.schema import RobotConfig
 from tauten.model.tetra import NodalBody
 
+PRESSED = (0.1, 0.01, 0.01)  # m, of a finger that presses on a table
 HOLLOW_SIZE = (0.1, 0.02, 0.02)
 HOLLOW_CELLS = (10, 4, 4)
 CHAMBER: dict[str, object] = {
@@ -158,3 +160,45 @@ def hollow_sphere(inner: float, outer: float, subdivisions: int, layers: int) ->
         d, e, f = (corners + (layer + 1) * p).T
         tets += [np.stack(tet, axis=1) for tet in ((a, b, c, f), (a, b, e, f), (a, d, e, f))]
     return TetMesh(nodes, oriented(nodes, np.concatenate(tets)))
+
+
+def pressing_finger(
+    friction: float, total: float | None = None, table: float | None = None, **limits: float
+) -> Robot:
+    """A beam 1 mm above a table, which a cable on its lower side bends down.
+
+    Args:
+        friction: coefficient.
+        total: largest force of all contacts [N].
+        table: largest force on the table [N].
+        limits: of its contact.
+    """
+    settings = beam_config(
+        PRESSED, fixed=[{"lower": [-1.0, -1.0, -1.0], "upper": [1e-4, 1.0, 1.0]}], gravity=[0.0, 0.0, 0.0],
+        integration={"scheme": "quasi-static"},
+        regions=[{"name": "below", "kind": "normal", "direction": [0, 0, -1]}],
+        obstacles=[
+            {"name": "table", "shape": "plane",
+             "parameters": {"point": [0.0, 0.0, -0.001], "normal": [0.0, 0.0, 1.0]},
+             **({} if table is None else {"max_force": table})}
+        ],
+        contacts=[
+            {"candidates": "below", "against": "table", "points": 8, "friction": friction, **limits}
+        ],
+        contact={} if total is None else {"max_force": total},
+    )  # fmt: skip
+    return build_robot(
+        RobotConfig.model_validate(settings), box_mesh(PRESSED, (10, 1, 1)), "finger"
+    )
+
+
+def pressed(
+    controller: Controller, down: float, steps: int = 25
+) -> tuple[float, list[Status], tuple[str, ...]]:
+    """Force on the table [N] after steps towards a target below it, their statuses, and the last conflict."""
+    goal, statuses = controller.effector_values - [0.0, 0.0, down], []
+    for _ in range(steps):
+        actuation = controller.step(goal)
+        statuses.append(actuation.status)
+        assert actuation.status.usable
+    return float(controller.contacts.normal_force.sum()), statuses, actuation.conflict

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-
-import numpy as np
 
 from support.robots.bodies import beam_config, box_mesh
 from tauten.model import Robot, State
@@ -115,14 +112,6 @@ def rigid_box(**changes: object) -> Robot[ConstrainedBody]:
     return constrained([MESH], mesh=None, bodies=[body], fixed=[], **changes)
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
-    """What `advance` reads of a system: a step of one second from standstill."""
-
-    v: Array
-    h: float = 1.0
-
-
 def moved(robot: Robot[ConstrainedBody], state: State, dq: Array) -> State:
     """The state after a change dq (n,) of the coordinates."""
-    return robot.advance(state, Step(np.zeros(robot.n)), dq)  # type: ignore[arg-type]
+    return robot.advance(state, dq, 1.0)
