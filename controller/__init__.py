@@ -1,7 +1,7 @@
 """Inverse control: from a target to cable tensions, one decision a time step."""
 
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation
-from tauten.controller.bases import load_contact
+from tauten.controller.bases import load_contact, part_files
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.controller import Controller
 from tauten.controller.inverse import closed_compliance, energy_scale, inverse_problem
@@ -45,6 +45,7 @@ __all__ = [
     "load_contact",
     "load_controller_settings",
     "load_model_settings",
+    "part_files",
     "prepare",
     "start_at_rest",
     "target_beside",

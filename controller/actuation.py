@@ -81,7 +81,7 @@ def decided_actuation(
     predicted, effectors = decision.predicted, decision.predicted.step.rows.effectors
     values = layout.values_at(effectors.values, predicted.delta[rows.effectors])
     needed = predicted.lam[rows.actuators]
-    effort = needed.clip(limits.effort_min, limits.effort_max)
+    effort = np.minimum(np.maximum(needed, limits.effort_min), limits.effort_max)
     clamped = (np.abs(effort - needed) > ROUNDING * limits.largest_effort).any()
     return Actuation(
         position=decision.position,

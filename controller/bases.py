@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from tauten.controller.settings import ModelSettings, load_controller_settings, load_model_settings
 from tauten.model import Robot
+from tauten.model.constraints import ConstrainedBody
 from tauten.model.load import part_path
 from tauten.model.schema import read_toml
 from tauten.reduction import ContactBasis
@@ -105,13 +106,23 @@ def parts_contact(robot: Robot, path: Path) -> Literal["none", "full"] | Contact
     return joined_basis(robot, bases) or "full"
 
 
+def is_rigid(robot: Robot) -> bool:
+    """Whether all nodes of a robot are of rigid regions, so that there is nothing to reduce."""
+    body = robot.body
+    return (
+        isinstance(body, ConstrainedBody)
+        and body.joints is None
+        and len(body.coordinates.free) == 0
+    )
+
+
 def part_states(
     robot: Robot,
     files: Sequence[Path],
     order: Literal["full", "reduced"] | None,
     accept_error: bool,
 ) -> list[StateBasis | None]:
-    """The state basis of each part of a robot; None where its model is the full one.
+    """The state basis of each part of a robot; None where its model is the full one, and of rigid objects.
 
     Args:
         robot: of full parts.
@@ -125,7 +136,7 @@ def part_states(
     found: list[StateBasis | None] = []
     for part, file in zip(robot.body.part_robots, files, strict=True):
         settings = load_model_settings(file)
-        if (order or settings.order) == "full":
+        if (order or settings.order) == "full" or is_rigid(part):
             found.append(None)
         else:
             found.append(load_states(part, file, settings, accept_error))

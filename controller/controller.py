@@ -9,17 +9,10 @@ from typing import Literal
 import numpy as np
 
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation, decided_actuation
+from tauten.controller.carried import nothing_carried
 from tauten.controller.course import with_goal
-from tauten.controller.damping import undamped
 from tauten.controller.loading import Order
-from tauten.controller.locks import (
-    locked,
-    locks_of_step,
-    no_locks,
-    resting,
-    unlocked,
-    with_locks,
-)
+from tauten.controller.locks import locked, locks_of_step, no_locks, resting, unlocked, with_locks
 from tauten.controller.plan import Prepared
 from tauten.controller.qpcc import Backend, Status, TimeLimit
 from tauten.controller.settings import ControllerSettings, decide_settings
@@ -29,8 +22,8 @@ from tauten.model import (
     ContactForces,
     ContactSpace,
     Enrichment,
-    ForceLimits,
     Forces,
+    Grasp,
     ObstaclePoses,
     Report,
     Robot,
@@ -143,9 +136,8 @@ class Controller(RobotModel):
         self._decision = self._stepped = None
         self._last_decision: Decision | None = None
         self._pending: Actuation | None = None  # decided in this step
-        self._damping, self._course = undamped(), np.zeros((0, 0))
+        self._carried, self._course = nothing_carried(self.settings.forces), np.zeros((0, 0))
         self._stalled = np.zeros(self.robot.n_a, np.bool_)
-        self.settings = self.settings.with_grasp(ForceLimits.at_start)
         seen = forces.effort, self.robot.effector(state), self.robot.effector_values(state)
         self._left = Actuation(position, forces.effort, *seen, Status.OK, NO_CERTIFICATE).copy()
 
@@ -159,7 +151,7 @@ class Controller(RobotModel):
         self.set_obstacles(other.obstacles)
         self.start_from(state, other._forces, other.position)
         self._left, self.status, self._locks = other.actuation, other.status, other.locks
-        self.settings = replace(self.settings, forces=other.settings.forces)
+        self._carried = replace(self._carried, grasp=other.grasp)
 
     @property
     def period(self) -> float:
@@ -263,7 +255,7 @@ class Controller(RobotModel):
             return self._keep(locks, None)
         settings = self.settings if time is None else replace(self.settings, time=time)
         given = self._robot, self._prepared, goal, self._left.position
-        decision = decide(*given, settings, locks, self._damping)
+        decision = decide(*given, settings, locks, self._carried)
         self._last_decision = decision
         if not decision.status.usable or not np.isfinite(decision.predicted.dv).all():
             status = Status.NOT_FINITE if decision.status.usable else decision.status
@@ -276,14 +268,20 @@ class Controller(RobotModel):
         free = not (self._locks.by_position | self._locks.by_force).all()
         if goal is not None and self._prepared is not None and self._decision is None and free:
             locks, left = self._step_locks(), self._left.position
-            decide(self.robot, self._prepared, goal, left, self.settings, locks, self._damping)
+            decide(self.robot, self._prepared, goal, left, self.settings, locks, self._carried)
 
-    def let_go(self) -> None:
+    def let_go(self) -> tuple[str, ...]:
         """Set smallest forces and distances to slip aside, until what pushes now has come off.
 
-        A grasp is kept again when contacts push after that.
+        A grasp is kept again when contacts push after that. Returns the names of what was kept.
         """
-        self.settings = self.settings.with_grasp(ForceLimits.letting_go)
+        self._carried = self._carried.letting_go(self.contacts)
+        return () if self.grasp is None else self.grasp.released
+
+    @property
+    def grasp(self) -> Grasp | None:
+        """Limits of contact forces, and which of them count; None where there are none."""
+        return self._carried.grasp
 
     def hold(self) -> Actuation:
         """Keep position or effort of each actuator, as the robot file says; the model moves so.
@@ -355,9 +353,10 @@ class Controller(RobotModel):
         else:
             self._state, self._forces, self._stalled = moved.state, moved.forces, made.stalled
             self._contacts = moved.solved.step.rows.contacts.found
-            self.settings = self.settings.with_grasp(lambda one: one.after(self.contacts))
             self._stepped = self._state, moved.solved
-            self._damping = made.damping or self._damping
+            grasp, self._carried = self._carried.grasp, made.carried or self._carried
+            if grasp is not None:
+                self._carried = replace(self._carried, grasp=grasp.after(self.contacts))
             self._course = with_goal(self._course, made.goal, self.horizon.ticks)
         self._left, self._pending = now, None
         self._prepared = self._decision = None
@@ -379,7 +378,7 @@ class Controller(RobotModel):
             return self._repeat()
         if status is None:
             status, conflict = decision.status, decision.conflict
-            if status.ok and (names := self.settings.exceeded(decision.predicted, self.space)):
+            if status.ok and (names := self._carried.exceeded(decision.predicted, self.space)):
                 status, conflict = Status.RELAXED, names  # nothing is decided that could keep them
         return self._take(decision, status, conflict)
 

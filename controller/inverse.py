@@ -12,7 +12,7 @@ from tauten.model import (
     Actuators,
     CondensedStep,
     EffectorLayout,
-    ForceLimits,
+    Grasp,
     Layout,
     Limits,
     PredictedStep,
@@ -114,17 +114,17 @@ def including_hold(problem: Qpcc, held: Array) -> Qpcc:
 
 
 def with_force_limits(
-    problem: Qpcc, limits: ForceLimits | None, step: CondensedStep, held: PredictedStep
+    problem: Qpcc, grasp: Grasp | None, step: CondensedStep, held: PredictedStep
 ) -> Qpcc:
     """The inverse problem with limits of contact forces.
 
     Args:
         problem: from `inverse_problem`, without or with locked actuators.
-        limits: of contact forces; None: there are none.
+        grasp: limits of contact forces, and which of them count; None: there are none.
         step: whose contacts are the last rows of the problem.
         held: where it leads when the actuators hold.
     """
-    rows = None if limits is None else limits.rows(step, held)
+    rows = None if grasp is None else grasp.rows(step, held)
     if rows is None:
         return problem
     coefficients = np.zeros((len(rows.least), len(problem.c)))

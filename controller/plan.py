@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.friction import PlanContacts
+from tauten.controller.friction import ALL_TRIED, CutPlan, PlanContacts, PlanSearch
 from tauten.controller.inverse import (
     energy_cap,
     energy_scale,
@@ -43,6 +43,7 @@ from tauten.model import (
     Enrichment,
     EnrichmentLoop,
     Forces,
+    Grasp,
     PredictedStep,
     Robot,
     forward_step,
@@ -88,12 +89,16 @@ class Aim:
         scale: (n_e,) weights times units; 0: the row is left free.
         equations: (n_e,) whether a row is to meet its target exactly.
         gamma: γ, weight on the change of the rows.
+        grasp: limits of contact forces, and which of them count; None: there are none.
+        cut: where the search of the last plan with friction was cut; None: it was not.
     """
 
     target: Array
     scale: Array
     equations: Bools
     gamma: float
+    grasp: Grasp | None
+    cut: CutPlan | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +112,7 @@ class Plan:
         conflict: names of the limits that conflict.
         problem: the QPCC that was solved last.
         start: where its solver started.
+        cut: where its search was cut; None: it was not.
     """
 
     predicted: PredictedStep
@@ -115,6 +121,7 @@ class Plan:
     conflict: tuple[str, ...]
     problem: Qpcc
     start: Start
+    cut: CutPlan | None = None
 
 
 def prepared_plans(
@@ -184,7 +191,8 @@ def make_plan(
     Where contacts in range have friction, plans count on a share of it. Where such a plan brings the
     effectors no nearer, another one with the nearest candidates in range and without rates looks for
     contact; where that finds none and a limit of contact forces is reached, the status is OK. Where forces
-    within the cones are not found, the friction of the last step is a load.
+    within the cones are not found, the friction of the last step is a load. A search that was cut goes on
+    where it was.
 
     Args:
         robot: limits, time step, weights of the effectors.
@@ -194,7 +202,9 @@ def make_plan(
         settings: weights and tolerances.
         locks: what locked actuators keep; None: all are decided.
     """
-    given = robot, prepared, aim, position, settings, locks
+    resumed = aim.cut is not None and aim.cut.seeking
+    first = replace(aim, cut=CutPlan(ALL_TRIED)) if resumed else aim
+    given = robot, prepared, first, position, settings, locks
     if not prepared.farther.frictional:
         return _plan_from(prepared.held.step, robot.h, *given)
     step = _with_held_columns(prepared)
@@ -207,20 +217,24 @@ def make_plan(
     untouched = len(plan.predicted.step.extra) == 0 and not _brings_nearer(
         robot, prepared, aim, plan
     )
-    seeks = untouched or plan.status is Status.SEEKING_CONTACT
-    if seeks and (settings.time is None or settings.time.allows()):
-        near = np.argsort(step.rows.contacts.rows.delta, kind="stable")[:NEAREST]
-        near = np.setdiff1d(near, step.extra)
-        if len(near) > 0:
-            step = step.with_unit_columns(near)
-        seeking = _plan_from(step, ENDLESSLY, *given)
-        if seeking.status.usable and _brings_nearer(robot, prepared, aim, seeking):
-            if seeking.status is Status.RELAXED:  # of the two, what a user must know
-                return seeking
-            return replace(seeking, status=Status.SEEKING_CONTACT)
-        if plan.status is Status.SEEKING_CONTACT and _presses_as_it_may(prepared, plan, settings):
-            return replace(plan, status=Status.OK)
-    return plan
+    if not untouched and plan.status is not Status.SEEKING_CONTACT:
+        return plan
+    if not (resumed or settings.time is None or settings.time.allows()):
+        return replace(plan, cut=CutPlan(None, seeking=True))
+    near = np.argsort(step.rows.contacts.rows.delta, kind="stable")[:NEAREST]
+    near = np.setdiff1d(near, step.extra)
+    if len(near) > 0:
+        step = step.with_unit_columns(near)
+    aim = aim if resumed else replace(aim, cut=None)
+    seeking = _plan_from(step, ENDLESSLY, robot, prepared, aim, position, settings, locks)
+    cut = None if seeking.cut is None else replace(seeking.cut, seeking=True)
+    if seeking.status.usable and _brings_nearer(robot, prepared, aim, seeking):
+        if seeking.status is Status.RELAXED:  # of the two, what a user must know
+            return replace(seeking, cut=cut)
+        return replace(seeking, status=Status.SEEKING_CONTACT, cut=cut)
+    if plan.status is Status.SEEKING_CONTACT and _presses_as_it_may(prepared, plan, aim.grasp):
+        return replace(plan, status=Status.OK, cut=cut)
+    return replace(plan, cut=cut)
 
 
 def _plan_from(
@@ -242,13 +256,14 @@ def _plan_from(
     away = held.delta[layout.effectors] - aim.target  # (n_e,)
     target = aim.scale * (aim.target + share * away)  # (n_e,)
     kept = held.delta[layout.actuators]
-    loop, guess = EnrichmentLoop(step, settings.enrichment), None
+    loop, guess, cut = EnrichmentLoop(step, settings.enrichment), None, aim.cut
     while loop.prediction is None:
         reduced = None if locks is None else LockedStep(loop.step, locks)
         effort, pushing = _start(held, loop.step)
         rows: LockedStep | Compliance = loop.step.compliance
         places = layout
         limits, actuators, travelled, stay = robot.limits, robot.actuators, position, kept
+        free = np.arange(robot.n_a)
         start = Start(effort, pushing)
         if reduced is not None:
             rows, free, places = reduced, reduced.free, reduced.layout
@@ -266,15 +281,20 @@ def _plan_from(
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
         others, elastic = len(problem.G), not aim.equations.any()
-        problem = with_force_limits(problem, settings.forces, loop.step, held)
+        problem = with_force_limits(problem, aim.grasp, loop.step, held)
         if loop.step.frictional and len(loop.step.extra) > 0:
             contacts = PlanContacts.of(
                 friction_blocks(loop.step, prepared.forces), len(problem.m), settings.friction_share,
                 robot.size, weight * np.diag(W)[places.actuators], settings.search,
             )  # fmt: skip
-            solve = _with_friction(contacts, start.lam_a, guess)
-            problem, solution = solve_relaxed(problem, others, solve, EMPTY[:1] if elastic else ())
-            guess = solution if solution.status.usable else None
+            before = None if cut is None else cut.on(loop.step, free, len(problem.m))
+            search = PlanSearch(contacts, start.lam_a, guess, before)
+            problem, solution = solve_relaxed(problem, others, search, EMPTY[:1] if elastic else ())
+            guess, columns = solution if solution.status.usable else None, len(prepared.forces.beta)
+            if (cut_search := search.cut) is None:
+                cut = None
+            else:
+                cut = CutPlan.of(cut_search, loop.step, free, columns)
         else:
             solve = _without_friction(start, settings.qpcc)
             problem, solution = solve_relaxed(problem, others, solve, EMPTY if elastic else ())
@@ -284,7 +304,7 @@ def _plan_from(
             lam = np.concatenate([np.zeros(layout.n_e), solution.lam_a, solution.beta])
         loop.check(lam, solution.status.usable)
     ended = solution.status, solution.certificate, solution.conflict
-    return Plan(loop.prediction, *ended, problem, start)
+    return Plan(loop.prediction, *ended, problem, start, cut)
 
 
 def _with_held_columns(prepared: Prepared) -> CondensedStep:
@@ -306,11 +326,11 @@ def _brings_nearer(robot: Robot, prepared: Prepared, aim: Aim, plan: Plan) -> bo
     return before <= MET * robot.size or after < (1.0 - NEARER) * before
 
 
-def _presses_as_it_may(prepared: Prepared, plan: Plan, settings: DecideSettings) -> bool:
+def _presses_as_it_may(prepared: Prepared, plan: Plan, grasp: Grasp | None) -> bool:
     """Whether the contact forces of a plan are at a limit of them."""
-    if settings.forces is None:
+    if grasp is None:
         return False
-    rows = settings.forces.rows(plan.predicted.step, prepared.held)
+    rows = grasp.rows(plan.predicted.step, prepared.held)
     return rows is not None and rows.reached(
         plan.predicted.lam[plan.predicted.step.layout.contacts]
     )
@@ -332,22 +352,5 @@ def _without_friction(start: Start, settings: QpccSettings) -> Solve:
     def solve(problem: Qpcc, near: Solution | None) -> Solution:
         begin = start if near is None else Start(near.lam_a, near.piece)
         return solve_qpcc(problem, begin, settings)
-
-    return solve
-
-
-def _with_friction(contacts: PlanContacts, lam: Array, guess: Solution | None) -> Solve:
-    """The solver of a problem whose contacts have friction.
-
-    Args:
-        contacts: what it has besides the QPCC.
-        lam: (n_a,) efforts of holding.
-        guess: answer before the last contacts joined.
-    """
-
-    def solve(problem: Qpcc, near: Solution | None) -> Solution:
-        if near is None:
-            return contacts.solve(problem, lam, guess=guess)
-        return contacts.solve(problem, near.lam_a, near.beta)
 
     return solve

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,7 +14,6 @@ from tauten.model import (
     ContactSpace,
     Enrichment,
     ForceLimits,
-    PredictedStep,
     Robot,
     force_limits,
 )
@@ -171,15 +169,6 @@ class DecideSettings:
         """How far a search with friction may go that begins now."""
         solves = 2 * self.qpcc.max_pivots
         return FrictionSettings(self.qpcc.solver, solves, self.time, PATH_STEPS, DESCENT, True)
-
-    def with_grasp(self, change: Callable[[ForceLimits], ForceLimits]) -> DecideSettings:
-        """The settings with another state of what is grasped."""
-        forces = None if self.forces is None else change(self.forces)
-        return self if forces is self.forces else replace(self, forces=forces)
-
-    def exceeded(self, step: PredictedStep, space: ContactSpace) -> tuple[str, ...]:
-        """The names of the limits that the contact forces of a step are beyond."""
-        return () if self.forces is None else self.forces.exceeded(step.touching(space))
 
 
 def decide_settings(

@@ -19,9 +19,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.controller.actuation import Actuation
+from tauten.controller.carried import Carried, adapted, nothing_carried
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.course import largest_share, share_that_goes_on
-from tauten.controller.damping import Damping, adapted, undamped
 from tauten.controller.locks import ahead_of_locks
 from tauten.controller.plan import Aim, Plan, Prepared, make_plan, prepared_plans
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
@@ -100,7 +100,7 @@ class Decision:
         conflict: names of the limits that conflict.
         stalled: (n_a,) which locks have stopped because more would exceed a limit.
         plan: over the horizon; None for a hold.
-        damping: of the next decision; None for a hold.
+        carried: what the next decision takes over; None for a hold.
         goal: (n_v,) that was decided for; None for a hold, and where the decision is not usable.
         command: position or effort that each actuator has at the end of the tick; None where the decision is
             not usable.
@@ -113,7 +113,7 @@ class Decision:
     conflict: tuple[str, ...]
     stalled: Bools
     plan: Plan | None = None
-    damping: Damping | None = None
+    carried: Carried | None = None
     goal: Array | None = None
     command: Command | None = None
 
@@ -181,7 +181,9 @@ def prepare(
             layout = robot.effector_layout
             share = share_that_goes_on(course, layout, rows.values, moved, most)
         goes_on = share * (1.0 - robot.h / scheme.h)
-        there = ahead.system(assembled, replace(scheme, ahead=goes_on))
+        if goes_on > 0.0:
+            scheme = replace(scheme, ahead=goes_on)
+        there = ahead.system(assembled, scheme)
         farther = recondensed(robot, space, step, there, goes_on)
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
     keep = Command.of(here, None)
@@ -196,7 +198,7 @@ def decide(
     position: Array,
     settings: DecideSettings,
     locks: Command | None = None,
-    damping: Damping | None = None,
+    carried: Carried | None = None,
 ) -> Decision:
     """Find the tensions that bring the effectors to a goal.
 
@@ -212,11 +214,12 @@ def decide(
         position: (n_a,) positions of the actuators commanded last [m].
         settings: weights and tolerances.
         locks: what locked actuators keep in this step; None: all are decided.
-        damping: from the decision before; None: none.
+        carried: from the decisions before; None: nothing.
     """
-    layout, damping = robot.effector_layout, (damping or undamped()).towards(goal)
+    layout, carried = robot.effector_layout, carried or nothing_carried(settings.forces)
+    damping = carried.damping.towards(goal)
     target = layout.row_targets(prepared.step.rows.effectors.values, goal)  # (n_e,)
-    aim = Aim(target, layout.scale, layout.exact, damping.gamma)
+    aim = Aim(target, layout.scale, layout.exact, damping.gamma, carried.grasp, carried.cut)
     kept = None if locks is None else ahead_of_locks(locks, position)
     plan = make_plan(robot, prepared, aim, position, settings, kept)
     if layout.any_exact and not plan.status.usable:
@@ -224,7 +227,7 @@ def decide(
     if not plan.status.usable:
         none = np.zeros(robot.n_a, np.bool_)
         found = plan.predicted, position, plan.status, plan.certificate, plan.conflict
-        return Decision(*found, none, plan, damping)
+        return Decision(*found, none, plan, Carried(damping, carried.grasp, plan.cut))
     actuators = robot.layout.actuators
     lam_a, delta_a = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
     wanted, reach = first_tick(
@@ -247,7 +250,7 @@ def decide(
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.position, status, certificate, conflict, stalled, plan,
-        adapted(damping, change, robot.size, way), goal,
+        Carried(adapted(damping, change, robot.size, way), carried.grasp, plan.cut), goal,
         given_in(tick, supplied, robot.limits),
     )  # fmt: skip
 
@@ -291,14 +294,14 @@ def _nearest(
     """
     exact, layout = aim.equations, robot.effector_layout
     none = np.zeros_like(exact)
-    alone = replace(aim, scale=np.where(exact, aim.scale, 0.0), equations=none)
+    alone = replace(aim, scale=np.where(exact, aim.scale, 0.0), equations=none, cut=None)
     nearest = make_plan(robot, prepared, alone, position, settings, locks)
     if not nearest.status.usable:
         return nearest
     reached = nearest.predicted.delta[robot.layout.effectors]
     plan = nearest
     if (aim.scale[~exact] != 0.0).any():
-        among = replace(aim, target=np.where(exact, reached, aim.target))
+        among = replace(aim, target=np.where(exact, reached, aim.target), cut=None)
         both = make_plan(robot, prepared, among, position, settings, locks)
         plan = both if both.status.usable else nearest
     missed = layout.missed_rows(aim.target - reached)
@@ -335,7 +338,7 @@ def advance(
     given, predicted = decision.command, decision.predicted
     step, forces = predicted.step, predicted.step.split(predicted.lam, space.k)
     if settings.substeps == 0:
-        return Advanced(robot.advance(step.state, step.system, predicted.dv), forces, predicted)
+        return Advanced(_predicted_state(robot, predicted), forces, predicted)
     command = Command.of(now.position, None)
     if given is not None:
         command = Command(np.where(given.by_position, now.position, np.nan), given.effort)
@@ -345,8 +348,14 @@ def advance(
     )
     way = robot.displacement(moved.state, step.system.h * moved.state.v)  # of the next tick [m]
     if not way < FARTHEST * robot.size:  # also NaN
-        return Advanced(robot.advance(step.state, step.system, predicted.dv), forces, predicted)
+        return Advanced(_predicted_state(robot, predicted), forces, predicted)
     return Advanced(moved.state, moved.forces, moved.last.prediction)
+
+
+def _predicted_state(robot: Robot, predicted: PredictedStep) -> State:
+    """Where a predicted step ends."""
+    system = predicted.step.system
+    return robot.advance(predicted.step.state, system.v + predicted.dv, system.h)
 
 
 @one_blas_thread()

@@ -135,7 +135,8 @@ def take_tick(
             break
         command = Command(position, effort)
     delta = solved.prediction.delta[actuators]
-    position = np.where(command.by_force, delta.clip(reach.lower, reach.upper), command.position)
+    within = np.minimum(np.maximum(delta, reach.lower), reach.upper)
+    position = np.where(command.by_force, within, command.position)
     return FirstTick(solved, command, position)
 
 
@@ -149,7 +150,7 @@ def given_in(tick: FirstTick, supplied: Bools, limits: Limits) -> Command:
     """
     step, command = tick.solved.prediction.step, tick.command
     lam = tick.solved.prediction.lam[step.layout.actuators]
-    effort = lam.clip(limits.effort_min, limits.effort_max)
+    effort = np.minimum(np.maximum(lam, limits.effort_min), limits.effort_max)
     return Command(
         np.where(supplied, np.nan, command.position), np.where(supplied, effort, command.effort)
     )
@@ -179,14 +180,12 @@ def first_tick(
     """
     limits, lam_a = robot.limits, planned.effort
     reach = reach_of(position, limits, robot.h)
-    there = planned.position.clip(reach.lower, reach.upper)
+    there = np.minimum(np.maximum(planned.position, reach.lower), reach.upper)
     if share < 1.0:
         there = position + share * (there - position)
     slack = robot.actuators.laws.slack(lam_a, limits, ROUNDING)
-    wanted = Command(
-        np.where(slack, np.nan, there),
-        np.where(slack, lam_a.clip(limits.effort_min, limits.effort_max), np.nan),
-    )
+    effort = np.minimum(np.maximum(lam_a, limits.effort_min), limits.effort_max)
+    wanted = Command(np.where(slack, np.nan, there), np.where(slack, effort, np.nan))
     if locks is None:
         return wanted, reach
     locked = locks.by_position | locks.by_force

@@ -50,6 +50,7 @@ from tauten.model.step import (
     Forces,
     ForwardStep,
     FrictionBlocks,
+    Grasp,
     PredictedStep,
     ReducedContacts,
     TangentialForces,
@@ -68,7 +69,7 @@ from tauten.model.step import (
     under_friction,
     worst_rows,
 )
-from tauten.model.system import Integration, System, make_pattern
+from tauten.model.system import Integration, Scheme, System, make_pattern
 from tauten.model.threads import one_blas_thread
 
 __all__ = [
@@ -95,6 +96,7 @@ __all__ = [
     "Floats",
     "FrictionBlocks",
     "ForceLimits",
+    "Grasp",
     "Forces",
     "ForwardStep",
     "Geometry",
@@ -116,6 +118,7 @@ __all__ = [
     "RobotFileError",
     "RobotRows",
     "Rows",
+    "Scheme",
     "Simulator",
     "SkinMesh",
     "State",

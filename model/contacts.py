@@ -43,13 +43,13 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.gap)
 
-    def tangents(self) -> Array:
+    def tangents(self, chosen: Ints | None = None) -> Array:
         """Two unit directions across each normal and each other, right-handed with it: (m, 2, 3).
 
         Continuous where the normal is but for the direction −z (Duff et al., Building an orthonormal basis,
-        revisited, 2017).
+        revisited, 2017). Of some of the contacts (r,), by their places, they are (r, 2, 3).
         """
-        x, y, z = self.normal.T
+        x, y, z = (self.normal if chosen is None else self.normal[chosen]).T
         sign = np.copysign(1.0, z)
         a = -1.0 / (sign + z)
         b = x * y * a

@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 import hashlib
+import logging
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from tauten.controller import ControllerSetup, Order, controller_setup
+from tauten.controller import (
+    ControllerSetup,
+    Order,
+    controller_setup,
+    load_controller_settings,
+    part_files,
+)
 from tauten.model.load import robot_path
 from tauten.model.schema import read_toml, validated
 from tauten.service.check import mesh_error_text
 from tauten.service.settings import ServiceSettings
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,10 +99,44 @@ def load_setup(
     contents = read_toml(path)
     service = validated(ServiceSettings, contents.get("service", {}), path, "service")
     made = controller_setup(contents, path, rate, basis, model, accept_error, young_scale)
+    for note in unused_tables(contents, path):
+        log.warning("%s: %s", path, note)
     return Setup(
         made.robot, made.path, made.contact, made.basis_name, made.controller, made.model, made.states,
         made.reduced, made.start, service,
     )  # fmt: skip
+
+
+def unused_tables(contents: dict[str, Any], path: Path) -> Iterator[str]:
+    """What tables of parts' files say otherwise than the file of all parts, which does not say it but counts.
+
+    Of `controller` a part has its own contact basis; its rate is compared where the robot is made.
+
+    Args:
+        contents: of the file of all parts, of a robot that has been made of it.
+        path: the file.
+
+    Raises:
+        RobotFileError: a table of a part's file cannot be used.
+    """
+    for file in dict.fromkeys(part_files(contents, path)):
+        own = validated(ServiceSettings, read_toml(file).get("service", {}), file, "service")
+        for table, settings, apart in (
+            ("controller", load_controller_settings(file), {"basis"}),
+            ("service", own, set[str]()),
+        ):
+            used = type(settings)()
+            fields = sorted(
+                field
+                for field in settings.model_fields_set - apart - contents.get(table, {}).keys()
+                if getattr(settings, field) != getattr(used, field)
+            )
+            if fields:
+                what = f"{', '.join(fields)} in the table {table} of {file}"
+                yield (
+                    f"{what} {'is' if len(fields) == 1 else 'are'} not used; write what is to count into "
+                    "this file, which has the default"
+                )
 
 
 def interpolated(setup: Setup, delay: float) -> Setup:

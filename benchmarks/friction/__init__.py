@@ -14,6 +14,7 @@ from benchmarks.friction.modes import (
     bench_shared_modes,
     shared_modes_case,
 )
+from benchmarks.friction.pressed import PressedRun
 from benchmarks.friction.published import FrictionBench, bench_friction, read_problem
 from benchmarks.friction.stored import read_inverse, solve_stored, violation
 
@@ -23,6 +24,7 @@ __all__ = [
     "FrictionBench",
     "InverseFrictionBench",
     "InverseRun",
+    "PressedRun",
     "SharedModesBench",
     "bench_friction",
     "bench_friction_inverse",

@@ -10,6 +10,7 @@ from time import perf_counter, thread_time
 import numpy as np
 
 from benchmarks.friction.drift import DriftRun, drift
+from benchmarks.friction.pressed import PressedRun, pressed_run
 from benchmarks.friction.stored import (
     WARM,
     StoredInverse,
@@ -84,12 +85,14 @@ class InverseFrictionBench:
         frictionless: objectives with next to no friction less those of the QPCC without friction, relative
             to hold, one of each step.
         drifts: 600 warm steps each.
+        pressed: whole inverse steps of a finger that presses on a plate.
     """
 
     machine: HostInfo
     runs: tuple[InverseRun, ...]
     frictionless: tuple[float, ...]
     drifts: tuple[DriftRun, ...]
+    pressed: tuple[PressedRun, ...]
 
 
 def bench_friction_inverse(
@@ -112,7 +115,8 @@ def bench_friction_inverse(
         followed = [one for one in stored if one.name in DRIFTS]
         followed.append(read_reduced(folder, *FEW_UNKNOWNS))
         drifts = tuple(drift(one) for one in followed)
-    return InverseFrictionBench(host_info(), tuple(runs), tuple(differences), drifts)
+        pressed = (pressed_run("reduced"), pressed_run("full", 100))
+    return InverseFrictionBench(host_info(), tuple(runs), tuple(differences), drifts, pressed)
 
 
 def inverse_run(stored: StoredInverse) -> InverseRun:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.friction import CUTS, DriftRun, InverseFrictionBench, InverseRun
+from benchmarks.friction import CUTS, DriftRun, InverseFrictionBench, InverseRun, PressedRun
 from tauten.service.tables import Numbers, Page, measured_on
 
 ENOUGH = 0.01  # excess
@@ -64,7 +64,14 @@ def friction_inverse_page(result: InverseFrictionBench) -> Page:
     return Page(
         "python -m benchmarks friction-inverse",
         about,
-        (shares, solves, _drifts(result.drifts), physical, _checks(result)),
+        (
+            shares,
+            solves,
+            _drifts(result.drifts),
+            _pressed(result.pressed),
+            physical,
+            _checks(result),
+        ),
     )
 
 
@@ -105,6 +112,29 @@ def _drifts(runs: Sequence[DriftRun]) -> Numbers:
     )  # fmt: skip
     return Numbers(
         "600 warm steps, median / 99 % of a step; error of the target's RMS way", columns, rows
+    )
+
+
+def _pressed(runs: Sequence[PressedRun]) -> Numbers:
+    """Whole control steps."""
+    rows = tuple(
+        (
+            f"{run.model} ({run.n})",
+            f"{run.in_range:.0f}",
+            f"{100.0 * run.touching:.0f} %",
+            *(f"{middle:.2f} / {end:.2f}" for middle, end in (*run.thread_ms, run.clock_ms)),
+            f"{run.cut}",
+        )
+        for run in runs
+    )
+    columns = (
+        "model (unknowns)", "candidates in range", "touches", "prepare [ms]", "decide [ms]",
+        "advance [ms]", "all [ms]", "all, clock [ms]", "not OK",
+    )  # fmt: skip
+    return Numbers(
+        "whole inverse steps of the finger on a plate, median / 99 % of the thread's time",
+        columns,
+        rows,
     )
 
 

@@ -1,19 +1,23 @@
 """Inverse control with exact Coulomb friction: problem and solver."""
 
-from tauten.controller.friction.planned import PlanContacts
+from tauten.controller.friction.planned import CutPlan, PlanContacts, PlanSearch
 from tauten.controller.friction.problem import FrictionInverse, normals_alone
 from tauten.controller.friction.solve import (
     FrictionSettings,
     InverseSolution,
     solve_friction_inverse,
 )
+from tauten.controller.friction.trials import ALL_TRIED
 from tauten.controller.friction.warming import warm_search
 
 __all__ = [
+    "ALL_TRIED",
+    "CutPlan",
     "FrictionInverse",
     "FrictionSettings",
     "InverseSolution",
     "PlanContacts",
+    "PlanSearch",
     "normals_alone",
     "solve_friction_inverse",
     "warm_search",

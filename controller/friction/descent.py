@@ -15,7 +15,11 @@ GONE = 1e-12  # of the objective of holding, below which there is nothing left t
 
 
 def descend(
-    search: EffortSearch, start: EffortPoint, held: EffortPoint, forwards: int
+    search: EffortSearch,
+    start: EffortPoint,
+    held: EffortPoint,
+    forwards: int,
+    at_least: int = 0,
 ) -> EffortPoint:
     """The lowest exact point within the limits that some steps find.
 
@@ -24,10 +28,12 @@ def descend(
         start: exact and within the limits.
         held: that of holding.
         forwards: exact solutions, at most.
+        at_least: of these, whatever the budget.
     """
     best, slope, trust = start, search.slope(start), TRUST * search.span
-    for _ in range(forwards):
-        if search.budget.exhausted or best.objective <= GONE * held.objective:
+    for number in range(forwards):
+        spent = number >= at_least and search.budget.exhausted
+        if spent or best.objective <= GONE * held.objective:
             break
         step = search.step(best.lam, best.r, slope, trust)
         if step is None or step.gain <= LEAST * best.objective:

@@ -26,7 +26,7 @@ from tauten.model.friction import Cones, natural_error, newton_forces
 from tauten.model.numerics import Array, kernel, solve_linear
 
 PRECISELY = 1e-9  # of the largest |q|, error that exact forces are asked for
-NEWTON = 30  # steps on the exact law, at most
+NEWTON = 45  # steps on the exact law, at most
 SMOOTHED = 60  # steps on the smoothed law, at most
 NARROWEST = 1e-7  # of the largest |q|, width κ l of the slip at the end of the smoothed law
 FASTER, SLOWER = 0.25, 0.5  # factors of κ after a full step, and after a shortened one
@@ -89,7 +89,7 @@ def forces_at(contacts: InverseContacts, lam: Array, start: Array) -> tuple[bool
     q = contacts.q + np.dot(contacts.W_ca, lam)
     cones = Cones(contacts.W, q, contacts.mu, contacts.w)
     error = min(PRECISELY * np.abs(q).max(), 0.3 * contacts.exact)
-    found = newton_forces(cones, start, error, NEWTON)
+    found = newton_forces(cones, start, error, NEWTON, bool(np.any(start)))
     return found.error <= contacts.exact, found.r, found.newton
 
 

@@ -32,9 +32,9 @@ def nearest_to_limits(search: EffortSearch, held: EffortPoint) -> EffortPoint:
         held: exact, where the steps start.
     """
     best, trust, refused = held, TRUST * search.span, 0
-    for _ in range(PULLS):
+    for number in range(PULLS):
         before = search.excess(best)
-        if before <= search.allowed or search.budget.exhausted:
+        if before <= search.allowed or (number > 0 and search.budget.exhausted):
             break
         share, longer = TURNS[refused % len(TURNS)]
         slope = _slope(search, best, share)

@@ -3,10 +3,14 @@
 `one_shot_path` shrinks the widths each step, and a step is one linearisation and one QP in the efforts.
 `nested_path` solves the smoothed law at each width before it moves the efforts, and moves them only downhill:
 it takes three times as many linear systems and also arrives where hold has no gradient.
+
+Both go on where a path was cut, and take a few steps whatever the budget, so that one that is cut again and
+again comes to its end.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +44,7 @@ GROW, CUT = 1.5, 0.5  # of the trust region
 ENOUGH = 0.7  # share of a step above which the trust region grows
 MET = 1e-2  # error of the law, of its widths, that counts as none in the nested form
 LAW_STEPS = 12  # of Newton at a width
-NESTED = 200  # linear systems of the nested form, at most
+NESTED = 200  # linear systems of the nested form, at most, unless it goes on from a cut
 
 
 def displacement_scale(search: EffortSearch, start: EffortPoint) -> float:
@@ -67,33 +71,68 @@ class PathState(NamedTuple):
     narrow: int
 
 
+@dataclass(frozen=True, slots=True)
+class PathEnd:
+    """Where a path has arrived.
+
+    Attributes:
+        state: there.
+        steps: that it has taken, those before a cut too.
+        wide: how wide the law is there.
+        cut: whether the budget has ended it.
+    """
+
+    state: PathState
+    steps: int
+    wide: Width
+    cut: bool
+
+
 def one_shot_path(
-    search: EffortSearch, start: EffortPoint, share: float, steps: int
-) -> tuple[Array, Array, Width]:
-    """Efforts (n_a,) and smoothed forces (3 m,) at the end of a path, and how wide the law is there.
+    search: EffortSearch, start: EffortPoint, share: float, steps: int, before: PathEnd | None
+) -> PathEnd:
+    """The end of a path.
 
     Args:
         search: the problem.
         start: an exact point.
         share: κ at first; 1 is wide.
-        steps: linear systems, at most.
+        steps: linear systems, at most; some of them are solved whatever the budget.
+        before: where the path was cut; None: it begins.
     """
     contacts, length, budget = search.contacts, displacement_scale(search, start), search.budget
-    r = lifted(contacts, start.r, widths(contacts, start.r, share, length))
-    widest = TRUST * search.span
-    state, end = PathState(start.lam, r, widest, share, 0), budget.spent + steps
-    while state.narrow < ENOUGH_NARROW and budget.spent < end and not budget.exhausted:
-        number, begin = (
-            min(AT_ONCE, end - budget.spent, budget.pivots - budget.spent),
-            budget.time.clock(),
-        )
-        if not budget.allows(number):
-            break
-        state, taken = path_steps(
-            contacts, search.program.arrays, state, length, WIDEST * widest, number
-        )
-        budget.count(taken, begin)
-    return state.lam, state.r, Width(state.share, length)
+    state, taken = _begin(search, start, share, before)
+    widest, end = WIDEST * TRUST * search.span, budget.spent + steps - taken
+    cut = False
+    while state.narrow < ENOUGH_NARROW and budget.spent < end and not cut:
+        number = min(AT_ONCE, end - budget.spent)
+        begin = budget.time.clock()
+        state, spent = path_steps(contacts, search.program.arrays, state, length, widest, number)
+        budget.count(spent, begin)
+        taken += spent
+        cut = budget.exhausted or not budget.allows(AT_ONCE)
+    cut &= state.narrow < ENOUGH_NARROW and budget.spent < end
+    return PathEnd(state, taken, Width(state.share, length), cut)
+
+
+def _begin(
+    search: EffortSearch, start: EffortPoint, share: float, before: PathEnd | None
+) -> tuple[PathState, int]:
+    """Where a path begins, or goes on, and the steps that it has taken.
+
+    Args:
+        search: the problem.
+        start: an exact point.
+        share: κ at first.
+        before: where the path was cut; None: it begins.
+    """
+    contacts, length = search.contacts, displacement_scale(search, start)
+    if before is None:
+        r = lifted(contacts, start.r, widths(contacts, start.r, share, length))
+        return PathState(start.lam, r, TRUST * search.span, share, 0), 0
+    state = before.state
+    r = lifted(contacts, state.r, widths(contacts, state.r, state.share, length))
+    return state._replace(lam=search.bounded(state.lam), r=r), before.steps
 
 
 @kernel
@@ -162,31 +201,32 @@ def line_search(
         taken *= 0.5
 
 
-def nested_path(search: EffortSearch, start: EffortPoint, share: float) -> tuple[Array, Array]:
+def nested_path(
+    search: EffortSearch, start: EffortPoint, share: float, before: PathEnd | None
+) -> PathEnd:
     """The same where the smoothed law is solved at each width, and the efforts move only downhill.
 
     Args:
         search: the problem.
         start: an exact point.
         share: κ at first.
+        before: where the path was cut; None: it begins.
     """
-    contacts, length = search.contacts, displacement_scale(search, start)
-    width = widths(contacts, start.r, share, length)
-    lam, r = start.lam, lifted(contacts, start.r, width)
-    widest, end = TRUST * search.span, search.budget.spent + NESTED
-    trust = widest
+    contacts, length, budget = search.contacts, displacement_scale(search, start), search.budget
+    (lam, r, trust, share, _), taken = _begin(search, start, share, before)
+    widest, first, end = TRUST * search.span, budget.spent, budget.spent + NESTED - taken
     while True:
-        width = widths(contacts, r, width.share, length)
+        width = widths(contacts, r, share, length)
         r, slope, _ = _meet(search, lam, r, width)
-        objective = search.objective(lam, r)
+        objective, cut = search.objective(lam, r), False
         for _ in range(4):
             step = search.step(lam, r, slope, trust)
-            if step is None or step.gain < 1e-3 * objective or search.budget.exhausted:
+            if step is None or step.gain < 1e-3 * objective:
                 break
-            first = r + slope @ step.change
-            first[::3] = np.maximum(first[::3], 0.05 * r[::3])
+            ahead = r + slope @ step.change
+            ahead[::3] = np.maximum(ahead[::3], 0.05 * r[::3])
             there = lam + step.change
-            found, turned, met = _meet(search, there, first, width)
+            found, turned, met = _meet(search, there, ahead, width)
             value = search.objective(there, found)
             if met and value < objective - 0.1 * step.gain:
                 if value < objective - 0.5 * step.gain:
@@ -194,10 +234,16 @@ def nested_path(search: EffortSearch, start: EffortPoint, share: float) -> tuple
                 lam, r, slope = there, found, turned
                 break
             trust = 0.25 * np.minimum(trust, np.abs(step.change).max())
-        spent = search.budget.exhausted or search.budget.spent > end
-        if width.share <= NARROWEST or spent:
-            return lam, r
-        width = widths(contacts, r, max(SHRINK * width.share, NARROWEST), length)
+            cut = budget.spent - first >= AT_ONCE and budget.exhausted
+            if cut:
+                break
+        arrived = not cut and (share <= NARROWEST or budget.spent > end)
+        if not (cut or arrived):
+            share = max(SHRINK * share, NARROWEST)
+            cut = budget.spent - first >= AT_ONCE and budget.exhausted
+        if cut or arrived:
+            state = PathState(lam, r, trust, share, ENOUGH_NARROW if arrived else 0)
+            return PathEnd(state, taken + budget.spent - first, Width(share, length), cut)
 
 
 def _meet(search: EffortSearch, lam: Array, r: Array, width: Widths) -> tuple[Array, Array, bool]:
@@ -209,9 +255,8 @@ def _meet(search: EffortSearch, lam: Array, r: Array, width: Widths) -> tuple[Ar
         r: (3 m,) forces to start from.
         width: of the law.
     """
-    left = 1 if search.budget.exhausted else search.budget.pivots - search.budget.spent
     begin = search.budget.time.clock()
-    found, slope, error, spent = meet_law(search.contacts, lam, r, width, min(LAW_STEPS, left))
+    found, slope, error, spent = meet_law(search.contacts, lam, r, width, LAW_STEPS)
     search.budget.count(spent, begin)
     return found, slope, error <= 10.0 * MET
 

@@ -1,8 +1,11 @@
-"""Plans whose contacts have friction: the inverse problem of a QPCC, and its answer as a QPCC's solution."""
+"""Plans whose contacts have friction: the inverse problem of a QPCC, and its answer as a QPCC's solution.
+
+Where its search was cut is kept in a way that a plan of another tick can go on from.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,9 +15,10 @@ from tauten.controller.friction.solve import (
     InverseSolution,
     solve_friction_inverse,
 )
+from tauten.controller.friction.trials import CutSearch
 from tauten.controller.qpcc import Certificate, Qpcc, Solution, Status
-from tauten.model import FrictionBlocks
-from tauten.model.numerics import Array
+from tauten.model import CondensedStep, Forces, FrictionBlocks, friction_blocks
+from tauten.model.numerics import Array, Ints
 
 EXACTLY = 1e-7  # of the robot's size, error of contact forces
 ARRIVED = 1e-5  # of the robot's size, distance from a target below which nothing is looked for
@@ -70,14 +74,16 @@ class PlanContacts:
         lam: Array,
         forces: Array | None = None,
         guess: Solution | None = None,
-    ) -> Solution:
-        """The best efforts found.
+        before: CutSearch | None = None,
+    ) -> tuple[Solution, CutSearch | None]:
+        """The best efforts found, and where the search was cut; None where it was not.
 
         Args:
             program: limits and objective; its rows are the contacts.
             lam: (n_a,) efforts of holding.
             forces: (s + 3 k,) contact forces to start from; None: those of the last step.
             guess: answer to nearly the same problem, whose rows are the first ones of this.
+            before: where the search of nearly the same problem was cut.
         """
         problem = FrictionInverse(program, self.friction, self.exact, self.enough, self.energy)
         near = None
@@ -85,8 +91,89 @@ class PlanContacts:
             near = guess.lam_a, np.zeros(len(self.forces))
             near[1][: len(guess.beta)] = guess.beta
         start = self.forces if forces is None else forces
-        found = solve_friction_inverse(problem, lam, start, self.settings, near)
-        return as_solution(program, found)
+        found = solve_friction_inverse(problem, lam, start, self.settings, near, before)
+        return as_solution(program, found), found.cut
+
+
+@dataclass(frozen=True, slots=True)
+class CutPlan:
+    """Where the search of a plan was cut; another plan can go on from there, with other contacts in range.
+
+    Attributes:
+        search: where; None: it has not begun.
+        forces: efforts of all actuators and contact forces there; None: its path has not begun.
+        seeking: whether the plan seeks contact.
+    """
+
+    search: CutSearch | None
+    forces: Forces | None = None
+    seeking: bool = False
+
+    @classmethod
+    def of(cls, search: CutSearch, step: CondensedStep, decided: Ints, columns: int) -> CutPlan:
+        """That of a plan.
+
+        Args:
+            search: where it was cut.
+            step: with the contacts of the plan.
+            decided: (f,) numbers of the actuators that it decides.
+            columns: of the basis of contact forces.
+        """
+        if search.path is None:
+            return cls(search)
+        lam, units = np.zeros(len(step.compliance)), 3 * len(step.extra)
+        lam[step.layout.actuators.start + decided] = search.path.state.lam
+        lam[len(lam) - units :] = search.path.state.r[len(search.path.state.r) - units :]
+        return cls(search, step.split(lam, columns))
+
+    def on(self, step: CondensedStep, decided: Ints, rows: int) -> CutSearch | None:
+        """Where a plan goes on; None where it begins anew, as it does where others are locked.
+
+        Args:
+            step: with the contacts of the plan.
+            decided: (f,) numbers of the actuators that it decides.
+            rows: of its contacts.
+        """
+        if self.search is None or self.search.path is None or self.forces is None:
+            return self.search
+        path = self.search.path
+        if len(path.state.lam) != len(decided):
+            return None
+        r, unit = np.zeros(rows), friction_blocks(step, self.forces).r
+        r[rows - len(unit) :] = unit
+        state = path.state._replace(lam=self.forces.effort[decided], r=r)
+        return replace(self.search, path=replace(path, state=state))
+
+
+@dataclass(slots=True)
+class PlanSearch:
+    """The solver of a plan's problems; each goes on where the one before was cut.
+
+    Attributes:
+        contacts: what the problems have besides their QPCC.
+        lam: (n_a,) efforts of holding.
+        guess: answer before the last contacts joined; None: there is none.
+        cut: where the last search was cut; None: it was not.
+    """
+
+    contacts: PlanContacts
+    lam: Array
+    guess: Solution | None
+    cut: CutSearch | None
+
+    def __call__(self, problem: Qpcc, near: Solution | None) -> Solution:
+        """Solve a problem.
+
+        Args:
+            problem: limits and objective.
+            near: the point that violates the limits least, where that is known.
+        """
+        if near is None:
+            found = self.contacts.solve(problem, self.lam, guess=self.guess, before=self.cut)
+        else:
+            found = self.contacts.solve(problem, near.lam_a, near.beta, before=self.cut)
+        solution, self.cut = found
+        return solution
 
 
 def as_solution(program: Qpcc, found: InverseSolution) -> Solution:

@@ -68,21 +68,28 @@ class EffortSearch:
         """dr/dλ (3 m, n_a) on the piece of an exact point."""
         return exact_slope(self.contacts, point.lam, point.r, self.budget)
 
-    def reach(self, point: EffortPoint) -> float:
-        """By how much one effort within the limits moves the effectors at most, on the piece of a point."""
+    def reach(self, point: EffortPoint) -> tuple[float, float]:
+        """How far one effort within the limits moves the effectors, on a piece, and open contacts, at most.
+
+        Args:
+            point: exact, of the piece.
+        """
         arrays, slope, energy = self.program.arrays, self.slope(point), self.problem.energy
         curvature = ((arrays.root_a + arrays.root_c @ slope) ** 2).sum(axis=0)  # (n_a,)
         if energy is not None:
             curvature = np.maximum(curvature - energy, 0.0)
-        rows = np.abs(arrays.G_a + arrays.G_c @ slope)  # (p, n_a)
-        free = np.divide(
-            (arrays.g_hi - arrays.g_lo)[:, None],
-            rows,
-            out=np.full_like(rows, np.inf),
-            where=rows > 0.0,
-        )
-        span = np.minimum(self.span, free.min(axis=0, initial=np.inf))
-        return float((np.sqrt(curvature) * span).max(initial=0.0))
+        moved, pushed = np.sqrt(curvature), np.abs(self.contacts.W_ca).max(axis=0, initial=0.0)
+        span = self._allowed_span(arrays.G_a + arrays.G_c @ slope)
+        free = self._allowed_span(arrays.G_a)
+        return float((moved * span).max(initial=0.0)), float((pushed * free).max(initial=0.0))
+
+    def _allowed_span(self, rows: Array) -> Array:
+        """Range of each effort (n_a,) that the limits leave, where their rows follow efforts: (p, n_a)."""
+        arrays, size = self.program.arrays, np.abs(rows)
+        width = (arrays.g_hi - arrays.g_lo)[:, None]
+        free = np.divide(width, size, out=np.full_like(size, np.inf), where=size > 0.0)
+        span: Array = np.minimum(self.span, free.min(axis=0, initial=np.inf))
+        return span
 
     def bounded(self, lam: Array) -> Array:
         """Efforts (n_a,) within their bounds."""
@@ -100,7 +107,7 @@ class EffortSearch:
     def exact(
         self, lam: Array, start: Array, wide: Width = WIDE, needed: bool = False
     ) -> EffortPoint | None:
-        """The exact point at efforts; None where none is found.
+        """The exact point at efforts, brought within their bounds; None where none is found.
 
         With the budget used up only a few steps on the exact law are taken, unless the point is needed.
 
@@ -110,21 +117,24 @@ class EffortSearch:
             wide: of the smoothed law, where the exact one fails.
             needed: whether it is looked for whatever the budget.
         """
+        lam = self.bounded(lam)
         r = exact_forces(self.contacts, lam, start, self.budget, wide, needed)
         return None if r is None else EffortPoint(lam, r, self.objective(lam, r))
 
     def within(self, point: EffortPoint, held: EffortPoint) -> EffortPoint | None:
         """A point within the limits near one that may exceed them; None where none is found.
 
+        With the budget used up one QP is tried, and one point on the way.
+
         Args:
             point: exact.
             held: exact and within the limits: the last resort is the way there.
         """
-        for _ in range(3):
+        for number in range(3):
             if self.feasible(point):
                 return point
-            if self.budget.exhausted:
-                return None
+            if number > 0 and self.budget.exhausted:
+                break
             slope = self.slope(point)
             step = self.step(point.lam, point.r, slope, self.span)
             if step is None:
@@ -133,10 +143,10 @@ class EffortSearch:
             if found is None:
                 break
             point = found
-        for share in BACK:
+        for number, share in enumerate(BACK):
             if self.feasible(point):
                 return point
-            if self.budget.exhausted:
+            if number > 0 and self.budget.exhausted:
                 return None
             lam = held.lam + share * (point.lam - held.lam)
             found = self.exact(lam, held.r + share * (point.r - held.r))

@@ -2,22 +2,24 @@
 
 The exact point of holding is the first answer. Trials follow, each a path through smoothed laws, an exact
 solution at its end, restoration of the limits and descent on exact pieces; the best exact point within the
-limits is the answer, whenever the search is cut.
+limits is the answer, whenever the search is cut. One that is cut tells where, and the next one goes on from
+there: so searches that are all cut come to an end together.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tauten.controller.friction.descent import GONE, descend, predicted_gain
 from tauten.controller.friction.exact import NEWTON, WIDE, forces_error
 from tauten.controller.friction.nearest import nearest_to_limits
-from tauten.controller.friction.path import nested_path, one_shot_path
+from tauten.controller.friction.path import AT_ONCE, PathEnd, nested_path, one_shot_path
 from tauten.controller.friction.problem import EffortPoint, FrictionInverse, normals_alone
 from tauten.controller.friction.search import EffortSearch, effort_search
+from tauten.controller.friction.trials import CONTINUED, FLAT, SLOPED, WARM, CutSearch, PathTrial
 from tauten.controller.qpcc import (
     Backend,
     Budget,
@@ -30,38 +32,11 @@ from tauten.controller.qpcc import (
 from tauten.model.numerics import Array
 
 LOWER = 1e-6  # of the objective of holding, by which a trial must be lower to replace what is known
-MOVED = 0.1  # of the way to the target, that efforts move effectors where nothing hides it
-RESERVED = NEWTON + 4  # linear systems: an exact solution, a slope and two QPs
+MOVED = 0.1  # of the way to the target, or of open contacts, that efforts move effectors unless hindered
+UNMOVED = 1e-6  # of the way to the target, that counts as no motion
+RESERVED = AT_ONCE + NEWTON + 4  # linear systems: of a path, an exact solution, a slope and two QPs
 SLIPPERY = 1e-3  # friction, below which the efforts without it are tried, too
 SLOPING = 1e-3  # predicted gain, of the objective, from which a point counts as having a gradient
-
-
-@dataclass(frozen=True, slots=True)
-class PathTrial:
-    """One way to look for a lower point.
-
-    Attributes:
-        share: κ at the start of the path.
-        nested: whether the smoothed law is solved at each width.
-        from_hold: whether the path starts from holding; else from the best point.
-    """
-
-    share: float
-    nested: bool = False
-    from_hold: bool = False
-
-
-# the second continues from where the first has arrived
-SLOPED = (PathTrial(1.0, from_hold=True), PathTrial(0.3))
-# where nothing that the efforts do at first changes the objective; others only while nothing is gained
-FLAT = (
-    PathTrial(1.0, nested=True, from_hold=True),
-    PathTrial(0.3),
-    PathTrial(3.0, nested=True, from_hold=True),
-    PathTrial(0.3, nested=True, from_hold=True),
-)
-WARM = (PathTrial(0.3, from_hold=True),)
-CONTINUED = 2  # trials that run although something has been gained
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +47,7 @@ class FrictionSettings:
         solver: QP library for what `solve_dual` leaves, see `qpcc.qp_backend`.
         solves: linear systems, after which only the forward solution at hand is completed.
         time: after which the same; the point of holding is found in any case. None: no limit.
-        path_steps: of a path, at most.
+        path_steps: of a path, at most; 0: no paths.
         forwards: exact solutions of a descent, at most.
         warm: whether one narrow path is enough, as from step to step of a control loop.
     """
@@ -100,6 +75,7 @@ class InverseSolution:
         error: of the natural map over all contacts [unit of u].
         gain: share of the objective by which its piece promises to fall: stationary where it is zero.
         solves: linear systems that were solved.
+        cut: where the search was cut; None: it was not.
     """
 
     lam_a: Array
@@ -110,6 +86,7 @@ class InverseSolution:
     error: float
     gain: float
     solves: int
+    cut: CutSearch | None = None
 
 
 DEFAULT = FrictionSettings()
@@ -121,10 +98,12 @@ def solve_friction_inverse(
     forces: Array | None = None,
     settings: FrictionSettings = DEFAULT,
     guess: tuple[Array, Array] | None = None,
+    before: CutSearch | None = None,
 ) -> InverseSolution:
     """The best efforts found; never worse than those that are held, and exact, also when the search is cut.
 
-    Where holding exceeds the limits, the search starts from the nearest point to them instead.
+    Where holding exceeds the limits, the search starts from the nearest point to them instead. Some steps of
+    a path and one exact solution are taken whatever the budget.
 
     Args:
         problem: the inverse problem.
@@ -133,6 +112,7 @@ def solve_friction_inverse(
         settings: how far the search goes.
         guess: efforts (n_a,) and contact forces (s + 3 k,) of an answer to nearly the same problem. Where
             descent from there is lower than holding, nothing else is tried.
+        before: where a search of nearly the same problem was cut.
     """
     program = problem.program
     numbers = (*program.arrays[:2], program.G, program.M, program.m, lam)
@@ -143,7 +123,7 @@ def solve_friction_inverse(
     start = np.zeros(len(search.contacts.q))
     if forces is not None:
         start[search.place] = forces
-    held = search.exact(search.bounded(lam), start, needed=True)
+    held = search.exact(lam, start, needed=True)
     if held is None:
         return _unsolved(problem, lam, Status.NOT_FOUND, budget.spent)
     held = nearest_to_limits(search, held)
@@ -151,56 +131,83 @@ def solve_friction_inverse(
     if guess is not None:
         r = np.zeros_like(start)
         r[search.place] = guess[1]
-        near = search.exact(search.bounded(guess[0]), r)
-    best, flat = _searched(search, held, near, settings)
+        near = search.exact(guess[0], r)
+    best, flat, cut = _searched(search, held, near, settings, before)
     if problem.friction.max(initial=0.0) <= SLIPPERY and not budget.exhausted:
         near = _without_friction(search, lam, start, settings)
         best = _lower(search, near, best, settings) or best
-    status = Status.OK
-    if not search.feasible(best):
-        status = Status.INFEASIBLE
-    elif budget.exhausted:
-        status = Status.MAX_PIVOTS
-    elif flat and best is held:
-        status = Status.SEEKING_CONTACT
+    if best is held and budget.exhausted and search.feasible(held):
+        best = descend(search, held, held, 1, at_least=1)
     return InverseSolution(
         best.lam,
         search.rows(best.r),
-        status,
+        _status(search, best, flat and best is held, cut),
         best.objective,
         held.objective,
         forces_error(search.contacts, best.lam, best.r),
         predicted_gain(search, best),
         budget.spent,
+        cut,
     )
 
 
+def _status(search: EffortSearch, best: EffortPoint, hidden: bool, cut: CutSearch | None) -> Status:
+    """The status of an answer.
+
+    Args:
+        search: the problem.
+        best: the answer.
+        hidden: whether it is holding, from where descent is out of sight.
+        cut: where the search was cut; None: it was not.
+    """
+    if not search.feasible(best):
+        return Status.INFEASIBLE
+    if hidden and cut is None:
+        return Status.SEEKING_CONTACT
+    return Status.MAX_PIVOTS if search.budget.exhausted else Status.OK
+
+
 def _searched(
-    search: EffortSearch, held: EffortPoint, near: EffortPoint | None, settings: FrictionSettings
-) -> tuple[EffortPoint, bool]:
-    """The best point of a search, and whether descent from holding was out of sight.
+    search: EffortSearch,
+    held: EffortPoint,
+    near: EffortPoint | None,
+    settings: FrictionSettings,
+    before: CutSearch | None,
+) -> tuple[EffortPoint, bool, CutSearch | None]:
+    """The best point of a search, whether descent from holding was out of sight, and where it was cut.
 
     Args:
         search: the problem.
         held: the point of holding.
         near: exact, of a guess; None: there is none.
         settings: how far the search goes.
+        before: where the one before was cut.
     """
     best = _lower(search, near, held, settings)
     if best is not None:
-        return best, False
+        return best, False, None
     flat = _flat(search, held, settings.warm)
-    best = _best(search, held, FLAT if flat else WARM if settings.warm else SLOPED, settings)
+    trials: tuple[PathTrial, ...] = FLAT if flat else WARM if settings.warm else SLOPED
+    if flat and not search.contacts.W_ca.any():  # efforts move nothing that contacts could move
+        trials = ()
+    if before is not None:
+        before = before.on_all_rows(search) if before.flat is flat else None
+    best, cut = _best(search, held, trials, settings, before)
     if flat and best.objective > (1.0 - SLOPING) * held.objective and search.feasible(held):
         best = held  # crumbs would only make the efforts drift
-    return best, flat
+    if cut is None:
+        return best, flat, None
+    number, path = cut
+    found = CutSearch(flat, number, path)
+    return best, flat, found if path is None else found.with_forces(search.rows(path.state.r))
 
 
 def _flat(search: EffortSearch, held: EffortPoint, warm: bool) -> bool:
     """Whether descent from holding is out of sight.
 
     In a control loop most points without gain are minima; there the efforts must also be unable to move the
-    effectors.
+    effectors, while they move contacts that nothing touches. How far that is depends on the limits of a
+    tick, so that a target far away alone does not count.
 
     Args:
         search: the problem.
@@ -208,8 +215,10 @@ def _flat(search: EffortSearch, held: EffortPoint, warm: bool) -> bool:
         warm: whether it is a step of a control loop.
     """
     if warm:
-        way = math.sqrt(2.0 * max(held.objective, 0.0))
-        return held.objective > search.problem.enough and search.reach(held) <= MOVED * way
+        if held.objective <= search.problem.enough:
+            return False
+        way, (reach, free) = math.sqrt(2.0 * max(held.objective, 0.0)), search.reach(held)
+        return reach <= max(MOVED * min(way, free), UNMOVED * way)
     return predicted_gain(search, held) <= SLOPING
 
 
@@ -218,27 +227,40 @@ def _best(
     held: EffortPoint,
     trials: tuple[PathTrial, ...],
     settings: FrictionSettings,
-) -> EffortPoint:
-    """The best point of some trials; holding, where it is within the limits and none is lower.
+    before: CutSearch | None,
+) -> tuple[EffortPoint, tuple[int, PathEnd | None] | None]:
+    """The best point of some trials, and which one was cut where.
+
+    It is holding, where that is within the limits and none is lower.
 
     Args:
         search: the problem.
         held: the point of holding.
         trials: in their order.
         settings: lengths of path and descent.
+        before: the trial at which they begin, and where it was cut; None: with the first one.
     """
     best, allowed = held, search.feasible(held)
     enough = max(GONE * held.objective, search.problem.enough)
-    for number, trial in enumerate(trials):
+    first = 0 if before is None else before.trial
+    for number in range(first, len(trials) if settings.path_steps > 0 else 0):
         continued = number < CONTINUED or best is held
-        if search.budget.exhausted or not continued or (allowed and best.objective <= enough):
+        spent = number > first and search.budget.exhausted
+        if spent or not continued or (allowed and best.objective <= enough):
             break
-        found = _tried(search, trial, held if trial.from_hold else best, held, settings)
-        if found is None:
-            continue
-        if not allowed or found.objective < best.objective - LOWER * held.objective:
+        trial, path = trials[number], before.path if before and number == first else None
+        found, end = _tried(search, trial, held if trial.from_hold else best, held, settings, path)
+        lower = found is not None and found.objective < best.objective - LOWER * held.objective
+        if found is not None and (lower or not allowed):
             best, allowed = found, True
-    return best
+        if end.cut:
+            return best, (number, end)
+        if best is held and search.budget.exhausted:
+            if path is not end:
+                return best, (number, end)
+            if number + 1 < len(trials):
+                return best, (number + 1, None)
+    return best, None
 
 
 def _tried(
@@ -247,8 +269,9 @@ def _tried(
     start: EffortPoint,
     held: EffortPoint,
     settings: FrictionSettings,
-) -> EffortPoint | None:
-    """The exact point within the limits that a trial leads to; None where it leads to none.
+    before: PathEnd | None,
+) -> tuple[EffortPoint | None, PathEnd]:
+    """The exact point within the limits that a trial leads to, None where it leads to none, and its path.
 
     Args:
         search: the problem.
@@ -256,16 +279,20 @@ def _tried(
         start: exact, where its path starts.
         held: the point of holding.
         settings: lengths of path and descent.
+        before: where its path was cut, or has ended; None: it begins.
     """
-    wide = WIDE
-    if trial.nested:
-        lam, r = nested_path(search, start, trial.share)
+    if before is not None and not before.cut:
+        path = before
+    elif trial.nested:
+        path = replace(nested_path(search, start, trial.share, before), wide=WIDE)
     else:
-        lam, r, wide = one_shot_path(search, start, trial.share, settings.path_steps)
-    found = search.exact(lam, r, wide)
+        path = one_shot_path(search, start, trial.share, settings.path_steps, before)
+    # nothing else moves the robot where descent is out of sight: then time must not prevent it for ever
+    needed = trial.nested and path is before
+    found = search.exact(path.state.lam, path.state.r, path.wide, needed)
     if found is not None:
         found = search.within(found, held)
-    return None if found is None else descend(search, found, held, settings.forwards)
+    return None if found is None else descend(search, found, held, settings.forwards), path
 
 
 def _without_friction(
@@ -290,7 +317,7 @@ def _without_friction(
     start[rows] = found.beta
     near = np.zeros_like(forces)
     near[search.place] = start
-    return search.exact(search.bounded(found.lam_a), near)
+    return search.exact(found.lam_a, near)
 
 
 def _lower(

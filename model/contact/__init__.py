@@ -13,7 +13,7 @@ from tauten.model.contact.obstacle import (
     velocity_between,
 )
 from tauten.model.contact.outlines import RodOutline
-from tauten.model.contact.pair import ContactPair, ForceBounds, LargestSum
+from tauten.model.contact.pair import ContactPair, ForceBounds, LargestSum, obstacle_sums
 from tauten.model.contact.self_contact import (
     ALARM_EDGES,
     EDGES_AWAY,
@@ -50,4 +50,5 @@ __all__ = [
     "neighbours_at_rest",
     "pose_at",
     "velocity_between",
+    "obstacle_sums",
 ]

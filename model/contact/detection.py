@@ -172,17 +172,16 @@ class ContactSet:
         Never fails: a candidate or a triangle at a position that is not finite is out of range.
         """
         x = np.ascontiguousarray(x, dtype=float)
-        found = Detection(
-            self.n_slots,
-            *detect_all(
-                x,
-                self._nodes,
-                self._weights,
-                self._blocks,
-                self._surfaces,
-                (self.alarm_distance, self.distance),
-            ),
+        distances = self.alarm_distance, self.distance
+        numbers, values = detect_all(
+            x, self._nodes, self._weights, self._blocks, self._surfaces, distances
         )
+        m = len(numbers) // 8
+        found = Detection(
+            self.n_slots, numbers[:m], numbers[m : 2 * m], values[:m],
+            values[m : 4 * m].reshape(m, 3), values[4 * m : 7 * m].reshape(m, 3), values[7 * m : 8 * m],
+            numbers[2 * m :].reshape(m, 6), values[8 * m :].reshape(m, 6),
+        )  # fmt: skip
         if self.frictional:
             found = replace(found, friction=self._friction[found.pair])
         if not self._shaped:
@@ -271,8 +270,8 @@ def detect_all(
     blocks: Ints,
     surfaces: SurfaceTopology,
     distances: tuple[float, float],
-) -> tuple[Ints, Ints, Array, Array, Array, Array, Ints, Array]:
-    """The arrays of a `Detection`, in their order.
+) -> tuple[Ints, Array]:
+    """The arrays of a `Detection` one after the other: its integers (8 m,), and its other numbers (14 m,).
 
     Args:
         x: (n_vertices, 3) positions [m].
@@ -296,8 +295,11 @@ def detect_all(
         pairs[begin:end] = pair
     slots = np.flatnonzero(found.triangle >= 0)
     m = slots.shape[0]
-    gap, point, normal = np.empty(m), np.empty((m, 3)), np.empty((m, 3))
-    vertices, coefficients = np.empty((m, 6), np.int64), np.empty((m, 6))
+    numbers, values = np.empty(8 * m, np.int64), np.zeros(14 * m)
+    numbers[:m], numbers[m : 2 * m] = slots, pairs[slots]
+    vertices, gap = numbers[2 * m :].reshape((m, 6)), values[:m]
+    point, normal = values[m : 4 * m].reshape((m, 3)), values[4 * m : 7 * m].reshape((m, 3))
+    coefficients = values[8 * m :].reshape((m, 6))
     triangle, inside, triangles = found.triangle, found.weights, surfaces.triangles
     for k in range(m):
         s = slots[k]
@@ -306,7 +308,7 @@ def detect_all(
             point[k, j], normal[k, j] = points[j, s], found.normal[s, j]
             vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[triangle[s], j]
             coefficients[k, j], coefficients[k, 3 + j] = weights[s, j], -inside[s, j]
-    return slots, pairs[slots], gap, point, normal, np.zeros(m), vertices, coefficients
+    return numbers, values
 
 
 def contact_rows(detection: Detection, placed: Placed, frictional: bool = False) -> ContactRows:
@@ -317,7 +319,10 @@ def contact_rows(detection: Detection, placed: Placed, frictional: bool = False)
         placed: the vertices at this state.
         frictional: whether any pair has friction.
     """
-    rows = placed.many_rows(gap_entries(detection), detection.gap)
+    vectors = np.empty((6 * len(detection.gap), 3))
+    gap_vectors(detection.coefficients, detection.normal, vectors)
+    starts = np.arange(0, len(vectors) + 1, 6)
+    rows = placed.many_rows(Entries(starts, detection.vertices.ravel(), vectors), detection.gap)
     if not (frictional and detection.friction.any()):
         return ContactRows(rows, detection)
     return ContactRows(rows, detection, PlacedTangents(detection, placed))
@@ -342,29 +347,22 @@ class PlacedTangents:
         instead of the normal.
         """
         both, found = np.repeat(rows, 2), self.detection
-        vectors = gap_vectors(found.coefficients[both], found.tangents()[rows].reshape(-1, 3))
+        vectors = np.empty((6 * len(both), 3))
+        gap_vectors(found.coefficients[both], found.tangents(rows).reshape(-1, 3), vectors)
         points = found.vertices[both].ravel()
         return dense(self.placed.rows(Entries(np.arange(0, len(points) + 1, 6), points, vectors)))
 
 
-def gap_entries(detection: Detection) -> Entries:
-    """The gaps of candidates in range as rows over the vertices (T2)."""
-    vectors = gap_vectors(detection.coefficients, detection.normal)
-    return Entries(np.arange(0, len(vectors) + 1, 6), detection.vertices.ravel(), vectors)
-
-
 @kernel
-def gap_vectors(coefficients: Array, normal: Array) -> Array:
-    """Derivatives (6 m, 3) of the gaps by their vertices (T2).
+def gap_vectors(coefficients: Array, normal: Array, vectors: Array) -> None:
+    """Derivatives of the gaps by their vertices (T2).
 
     Args:
         coefficients: (m, 6) of the vertices.
         normal: (m, 3) unit normals.
+        vectors: (6 m, 3) output.
     """
-    m = normal.shape[0]
-    vectors = np.empty((6 * m, 3))
-    for k in range(m):
+    for k in range(normal.shape[0]):
         for j in range(6):
             for i in range(3):
                 vectors[6 * k + j, i] = coefficients[k, j] * normal[k, i]
-    return vectors

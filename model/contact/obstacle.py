@@ -8,6 +8,7 @@ gives the contacts with obstacles in other poses.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -191,6 +192,7 @@ class Obstacle:
         pose: of that frame at the start.
         path: along which it moves; None: it moves only where its pose has a velocity.
         stream: of poses that may arrive; None: none may.
+        max_force: sum of the normal forces on it that decisions keep at most [N].
     """
 
     name: str
@@ -198,6 +200,7 @@ class Obstacle:
     pose: ObstaclePose
     path: ObstaclePath | None = None
     stream: PoseStream | None = None
+    max_force: float = math.inf
 
     @property
     def start(self) -> ObstaclePose:

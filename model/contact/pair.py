@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -104,3 +105,22 @@ def check_pair(pair: ContactPair, n_vertices: int) -> None:
             f"{pair.name}: candidate {worst} has weights {weights[worst].tolist()}, "
             "they must not be negative and sum to 1"
         )
+
+
+def obstacle_sums(pairs: Sequence[ContactPair], first: int = 0) -> tuple[LargestSum, ...]:
+    """The largest sums of the normal forces on obstacles that have one.
+
+    Args:
+        pairs: some of which are against obstacles.
+        first: number of the first one.
+    """
+    numbers = dict[str, list[int]]()
+    forces = dict[str, float]()
+    for number, pair in enumerate(pairs, first):
+        if pair.obstacle is not None and pair.obstacle.max_force < np.inf:
+            numbers.setdefault(pair.obstacle.name, []).append(number)
+            forces[pair.obstacle.name] = pair.obstacle.max_force
+    return tuple(
+        LargestSum(f"all contacts on {name}", tuple(own), forces[name])
+        for name, own in numbers.items()
+    )

@@ -9,6 +9,11 @@ is a solution for every α > 0 (Rockafellar, SIAM Journal on Control and Optimiz
 and Huber, *On Solving Contact Problems with Coulomb Friction*, 2018). α becomes smaller where a round
 succeeds and larger where it fails; then the weight of the residual changes too, because Newton's steps that
 cycle between pieces of one residual mostly do not with another weight.
+
+The weight says whether forces or velocities tell which contacts push and slip. Forces that are zero at first
+tell nothing, and a weight of one is best. From nearly a solution a large weight takes half the
+steps where contacts are redundant: their forces are far from unique, their velocities are not. Steps of a
+simulation do not start so: contacts that open and close decide there.
 """
 
 from __future__ import annotations
@@ -25,10 +30,12 @@ from tauten.model.numerics import Array, kernel
 TOLERANCE = 1e-9  # of the natural map, relative to the largest |q|
 BUDGET = 100  # Newton steps
 WIDEST, LEAST = 1e-1, 1e-14  # α at a start from zero, and the smallest
+WARM = 3e-2  # α from forces that are nearly a solution
 EASIER, HARDER = 0.1, 5.0  # factors of α after a round that succeeds, and one that fails
 ROUND_STEPS = 15  # Newton steps of a round, at most
 ROUND_ERROR = 1e-2  # of the error before a round; its residual at the end
 WEIGHTS = (1.0, 3.0, 0.3)  # c of (F1)
+WARM_WEIGHTS = (30.0, 3.0, 0.3)  # the same from forces that are nearly a solution
 HALVINGS = 10  # of a Newton step
 ARMIJO = 1e-4
 MEMORY = 4  # squares of residuals that a step may not exceed
@@ -74,7 +81,7 @@ def solve_friction(
     given = (problem.W, problem.q, problem.mu, problem.diagonal)
     cones = Cones(*(np.ascontiguousarray(values, dtype=float) for values in given))
     error = tolerance * float(np.abs(cones.q).max())
-    found = newton_forces(cones, first, error, budget)
+    found = newton_forces(cones, first, error, budget, False)
     u = cones.W @ found.r + cones.q
     return FrictionSolution(
         found.r, u, found.error, found.newton, found.rounds, found.error <= error
@@ -114,7 +121,9 @@ class NewtonForces(NamedTuple):
 
 
 @kernel
-def newton_forces(cones: Cones, start: Array, error: float, budget: int) -> NewtonForces:
+def newton_forces(
+    cones: Cones, start: Array, error: float, budget: int, warm: bool
+) -> NewtonForces:
     """Solve contact with friction, as `solve_friction` does.
 
     Args:
@@ -122,14 +131,16 @@ def newton_forces(cones: Cones, start: Array, error: float, budget: int) -> Newt
         start: (m d,) forces to start from.
         error: of the natural map that is enough [unit of q].
         budget: Newton steps, at most.
+        warm: whether the start is nearly a solution.
     """
     largest = np.abs(cones.q).max()
     r, now = start, error_of(cones, start)
     newton, rounds, failures = 0, 0, 0
-    alpha = WIDEST * min(now / largest, 1.0) if largest > 0.0 else WIDEST
+    widest, weights = (WARM, WARM_WEIGHTS) if warm else (WIDEST, WEIGHTS)
+    alpha = widest * min(now / largest, 1.0) if largest > 0.0 else widest
     best, least = r, now
     while not now <= error and newton < budget:
-        weight = WEIGHTS[failures % len(WEIGHTS)]
+        weight = weights[failures % len(weights)]
         limit = min(ROUND_STEPS, budget - newton)
         tried, steps, solved = newton_round(cones, r, alpha, weight, now, limit)
         found = error_of(cones, tried)

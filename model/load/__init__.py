@@ -7,6 +7,7 @@ from tauten.model.load.extensions import extension, extension_names
 from tauten.model.load.robot import (
     build_robot,
     command_name,
+    load_part,
     load_robot,
     make_robot,
     part_path,
@@ -22,6 +23,7 @@ __all__ = [
     "extension",
     "extension_names",
     "groups",
+    "load_part",
     "load_robot",
     "make_robot",
     "part_path",

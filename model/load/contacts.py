@@ -28,6 +28,7 @@ from tauten.model.contact import (
     mean_edge,
     mesh_of_file,
     neighbours_at_rest,
+    obstacle_sums,
     pose_at,
 )
 from tauten.model.load.extensions import extension, extension_names, made
@@ -103,7 +104,7 @@ def contact_set(
     ]
     for one in obstacles:
         check_outside(one, vertices, surfaces[None], f"{source}: obstacles.{one.name}")
-    sums = largest_sums(config.contact, len(pairs))
+    sums = (*obstacle_sums(pairs), *largest_sums(config.contact, len(pairs)))
     try:
         return ContactSet(pairs, len(vertices), alarm, config.contact.distance, sums)
     except ValueError as error:
@@ -142,7 +143,8 @@ def build_obstacle(item: ObstacleSettings, source: str) -> Obstacle:
         spin = float(np.radians(item.stream.largest_spin_deg))
         stream = PoseStream(item.stream.largest_speed, spin, item.stream.timeout)
     pose = frame_pose(item.position, item.rotation)
-    return Obstacle(item.name, build_shape(item, source), pose, path, stream)
+    largest = np.inf if item.max_force is None else item.max_force
+    return Obstacle(item.name, build_shape(item, source), pose, path, stream, largest)
 
 
 def build_shape(item: ObstacleSettings, source: str) -> Shape:

@@ -170,6 +170,19 @@ def part_path(name: str, beside: Path) -> Path:
     return beside.parent / path if name.endswith(".toml") else path
 
 
+def load_part(contents: dict[str, Any], path: Path) -> LoadedPart:
+    """A robot that has no parts of its own, with its surfaces; it may be without actuators and effectors.
+
+    Args:
+        contents: of its file, not validated.
+        path: the file, for errors and for files beside it.
+
+    Raises:
+        RobotFileError, MeshError: see `load_robot`.
+    """
+    return make_part(contents, path, Changes(), PartRobotConfig)
+
+
 def make_part(
     contents: dict[str, Any], path: Path, changes: Changes, kind: type[RobotConfig] = RobotConfig
 ) -> LoadedPart:

@@ -110,7 +110,8 @@ class Selector:
         if part == "node" and self.followers is not None:
             chosen = chosen & ~self.followers
         if not chosen.any():
-            low, high = self.nodes.min(axis=0).round(4), self.nodes.max(axis=0).round(4)
+            free = self.nodes if self.followers is None else self.nodes[~self.followers]
+            low, high = free.min(axis=0).round(4), free.max(axis=0).round(4)
             raise RobotFileError(
                 f"{self.source}: {what}: no {part} {described(selection, part)}, "
                 f"the mesh spans {low.tolist()} to {high.tolist()} m"

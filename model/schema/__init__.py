@@ -8,7 +8,7 @@ from tauten.model.schema.actuators import (
 )
 from tauten.model.schema.beam_file import BeamConfig, Structure, Vertebra
 from tauten.model.schema.body import BodySettings, ElementName, RotationSettings
-from tauten.model.schema.cable import CableSettings, CouplingSettings
+from tauten.model.schema.cable import CableSettings, CouplingSettings, check_couplings
 from tauten.model.schema.changes import Changes
 from tauten.model.schema.constraints import AttachmentSettings
 from tauten.model.schema.contact import (
@@ -145,6 +145,7 @@ __all__ = [
     "digests_of_fewer",
     "same_but_contacts",
     "check_surfaces",
+    "check_couplings",
     "check_unique",
     "differences",
     "in_range",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -169,7 +169,7 @@ class CouplingSettings(Section):
 
 
 def check_couplings(
-    couplings: Sequence[CouplingSettings], kinds: dict[str, Kind], sprung: set[str]
+    couplings: Sequence[CouplingSettings], kinds: Mapping[str, str], sprung: set[str]
 ) -> None:
     """Raise a ValueError where a coupling names what is no actuator, is another's, or of another kind.
 

@@ -137,6 +137,11 @@ class ObstacleSettings(Section):
         default=None,
         description="What poses may arrive at run time on `tauten/<robot>/obstacle/<name>`; by default none.",
     )
+    max_force: Annotated[float, in_range(0.0, LARGEST_FORCE, "N")] | None = Field(
+        default=None,
+        description="Sum of the normal forces of all contacts on the obstacle [N] that decisions keep at "
+        "most, by default any.",
+    )
 
     @model_validator(mode="after")
     def _one_motion(self) -> ObstacleSettings:
@@ -296,17 +301,30 @@ def check_surfaces(
                 )
 
 
-def check_forces(contacts: Sequence[TouchSettings], contact: ContactRange) -> None:
-    """Make sure that all contacts together may push as much as each of them is to.
+def check_forces(
+    contacts: Sequence[tuple[TouchSettings, object]],
+    obstacles: Sequence[ObstacleSettings],
+    contact: ContactRange,
+) -> None:
+    """Make sure that contacts together may push as much as each of them is to.
 
     Args:
-        contacts: the tables of contacts.
+        contacts: their tables, and what each is against.
+        obstacles: those against which they may be.
         contact: settings of all of them.
 
     Raises:
         ValueError: they may not.
     """
-    least, largest = sum(one.least_force for one in contacts), contact.max_force
+    for number, obstacle in enumerate(obstacles):
+        own = [one.least_force for one, against in contacts if against == obstacle.name]
+        if obstacle.max_force is not None and sum(own) > obstacle.max_force:
+            raise ValueError(
+                f"obstacles.{number}.max_force is {obstacle.max_force:g} N, and min_force and "
+                f"min_slip_margin of the contacts against {obstacle.name} need {sum(own):g} N when all of "
+                "them push; expected at least that"
+            )
+    least, largest = sum(one.least_force for one, _ in contacts), contact.max_force
     if largest is not None and least > largest:
         raise ValueError(
             f"contact.max_force is {largest:g} N, and min_force and min_slip_margin of the contacts need "

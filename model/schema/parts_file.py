@@ -93,7 +93,8 @@ class PartsConfig(NamedRobot):
 
     @model_validator(mode="after")
     def _forces_of_contacts(self) -> Self:
-        check_forces(self.contacts, self.contact)
+        touching = [(one, one.against) for one in self.contacts]
+        check_forces(touching, self.obstacles, self.contact)
         return self
 
     @model_validator(mode="after")

@@ -21,7 +21,7 @@ from tauten.model.signals.effector_layout import (
     point_layout,
 )
 from tauten.model.signals.laws import Laws, Springs
-from tauten.model.signals.limits import Limits, allowed_efforts, joined_limits, limits_of
+from tauten.model.signals.limits import Limits, coupled_range, joined_limits, limits_of
 
 __all__ = [
     "ActuatorKind",
@@ -39,7 +39,7 @@ __all__ = [
     "UNIT_LENGTH",
     "VALUES",
     "actuators_of",
-    "allowed_efforts",
+    "coupled_range",
     "cable_actuators",
     "effector_layout",
     "joined_layout",

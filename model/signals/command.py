@@ -26,8 +26,8 @@ class Command:
         """Positions (n_a,), efforts (n_a,), or both with NaN where the other one is given."""
         if position is None:
             assert effort is not None
-            return cls(np.full(len(effort), np.nan), effort)
-        return cls(position, np.full(len(position), np.nan) if effort is None else effort)
+            return cls(np.nan * effort, effort)
+        return cls(position, np.nan * position if effort is None else effort)
 
     @property
     def by_force(self) -> Bools:

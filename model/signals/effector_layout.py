@@ -274,37 +274,33 @@ class EffectorLayout:
     def _moved(self, values: Array, change: Array, base: Array) -> Array:
         """`base` (n_v,) plus the change of rows; quaternions are those of `values` turned by it."""
         result = np.empty(self.n_values)
-        for i, kind in enumerate(self.kinds):
-            row, value, size = (
-                int(self.row_starts[i]),
-                int(self.value_starts[i]),
-                min(ROWS[kind], 3),
-            )
-            result[value : value + size] = base[value : value + size] + change[row : row + size]
-            if kind == "frame":
-                turn = np.ascontiguousarray(change[row + 3 : row + 6])
-                result[value + 3 : value + 7] = rotated_by(values[value + 3 : value + 7], turn)
+        for rows, at in self._translations():
+            result[at] = base[at] + change[rows]
+        for rows, at in self._rotations():
+            result[at] = rotated_by(values[at], np.ascontiguousarray(change[rows]))
         return result
 
     def _rows(self, values: Array) -> Array:
         """Values (n_v,) without their quaternions, zero in the rows of rotations: (n_e,)."""
         found = np.zeros(self.n_rows)
-        for i, kind in enumerate(self.kinds):
-            row, value, size = (
-                int(self.row_starts[i]),
-                int(self.value_starts[i]),
-                min(ROWS[kind], 3),
-            )
-            found[row : row + size] = values[value : value + size]
+        for rows, at in self._translations():
+            found[rows] = values[at]
         return found
+
+    def _translations(self) -> list[tuple[slice, slice]]:
+        """Rows and values of every effector but those of its rotation."""
+        starts = zip(self.kinds, self.row_starts.tolist(), self.value_starts.tolist(), strict=False)
+        return [
+            (slice(row, row + min(ROWS[kind], 3)), slice(value, value + min(ROWS[kind], 3)))
+            for kind, row, value in starts
+        ]
 
     def _rotations(self) -> list[tuple[slice, slice]]:
         """Rows and values of every rotation."""
+        starts = zip(self.kinds, self.row_starts.tolist(), self.value_starts.tolist(), strict=False)
         return [
-            (slice(int(row) + 3, int(row) + 6), slice(int(value) + 3, int(value) + 7))
-            for kind, row, value in zip(
-                self.kinds, self.row_starts, self.value_starts, strict=False
-            )
+            (slice(row + 3, row + 6), slice(value + 3, value + 7))
+            for kind, row, value in starts
             if kind == "frame"
         ]
 

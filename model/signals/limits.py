@@ -87,33 +87,33 @@ def limits_of(config: RobotSettings, source: str = "robot file") -> Limits:
     ranges = []
     for item in config.actuators:
         if isinstance(item, CouplingSettings) and item.kind == "differential":
-            ranges.append(_coupled(item, [single[name] for name in item.members], source))
+            try:
+                ranges.append(coupled_range(item, [single[name] for name in item.members]))
+            except ValueError as error:
+                raise RobotFileError(f"{source}: {error}") from error
         else:
             ranges.append(item.limits)
     return Limits.of(ranges)
 
 
-def allowed_efforts(item: CouplingSettings, members: Sequence[Range]) -> tuple[float, float]:
-    """The least and the largest effort of a motor that it and every member allow.
+def coupled_range(item: CouplingSettings, members: Sequence[Range]) -> Range:
+    """Limits of a motor of several actuators: its own, and the efforts that every member allows.
 
     Args:
         item: the motor.
         members: limits of what it drives.
+
+    Raises:
+        ValueError: they leave no effort.
     """
-    least, most = item.limits.least_effort, item.limits.most_effort
+    own, least, most = item.limits, item.limits.least_effort, item.limits.most_effort
     for gain, offset, member in zip(item.gains, item.offsets, members, strict=True):
         ends = sorted([(member.least_effort - offset) / gain, (member.most_effort - offset) / gain])
         least, most = max(least, ends[0]), min(most, ends[1])
-    return least, most
-
-
-def _coupled(item: CouplingSettings, members: list[Range], source: str) -> Range:
-    """Limits of a motor: its own, and the efforts that every member allows."""
-    own, (least, most) = item.limits, allowed_efforts(item, members)
     if not least <= 0.0 <= most or least == most:
-        raise RobotFileError(
-            f"{source}: couplings.{item.name}: the limits of its members allow efforts of the motor from "
-            f"{least:g} to {most:g}; zero, the value at rest, must be between them: change pretensions, "
-            "gains or the members' limits"
+        raise ValueError(
+            f"couplings.{item.name}: the limits of its members allow efforts of the motor from {least:g} to "
+            f"{most:g}; zero, the value at rest, must be between them: change pretensions, gains or the "
+            "members' limits"
         )
     return Range(least, most, own.least_position, own.most_position, own.rate)

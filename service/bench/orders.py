@@ -9,6 +9,7 @@ import numpy as np
 from tauten.controller import Controller
 from tauten.model import Robot
 from tauten.model.numerics import Array
+from tauten.service.process import StopFlag
 from tauten.service.setup import Setup
 
 AFTER = 1.0  # s, from the last unlock and the time that slack takes until decisions go on
@@ -35,13 +36,17 @@ class OrderRun:
     needed: float
 
 
-def order_run(setup: Setup, orders: int, seed: int) -> OrderRun:
+def order_run(setup: Setup, orders: int, seed: int, stop: StopFlag) -> OrderRun:
     """Random orders, then targets at the start until decisions go on.
 
     Args:
         setup: of the robot.
         orders: how many.
         seed: of them.
+        stop: ends the run.
+
+    Raises:
+        Interrupted: it did.
     """
     rng, robot = np.random.default_rng(seed), setup.robot
     controller = Controller(robot, setup.contact, settings=setup.controller)
@@ -50,6 +55,7 @@ def order_run(setup: Setup, orders: int, seed: int) -> OrderRun:
     unusable, stuck, beyond = 0, 0, 0.0
     names, goal = robot.actuators.names, start
     for _ in range(orders):
+        stop.heed()
         i, choice = int(rng.integers(len(names))), int(rng.integers(5))
         if choice == 0:
             controller.lock(

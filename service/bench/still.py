@@ -11,6 +11,7 @@ another one, in which the actuators go to the same place as fast as they may and
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import tee
 from time import monotonic
@@ -25,7 +26,14 @@ from tauten.model.numerics import Array, FactorisationError
 from tauten.service.bench.orders import OrderRun, order_run
 from tauten.service.node import LARGEST, Feedback
 from tauten.service.plant import DrivenRobot
-from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
+from tauten.service.process import (
+    HostInfo,
+    Interrupted,
+    Progress,
+    StopFlag,
+    host_info,
+    one_blas_thread,
+)
 from tauten.service.setup import Setup, load_setup
 
 Loop = Literal["open", "closed"]
@@ -142,7 +150,7 @@ class StillBench:
 
 
 def bench_still(settings: StillSettings, stop: StopFlag, progress: Progress) -> StillBench:
-    """Measure all, or as much as is done when `stop` is raised.
+    """Measure all, or the runs that are done when `stop` is raised, which ends the one that is not.
 
     Args:
         settings: what.
@@ -154,17 +162,15 @@ def bench_still(settings: StillSettings, stop: StopFlag, progress: Progress) -> 
     """
     runs, orders = list[StillRun](), list[OrderRun]()
     share = 1.0 / (len(settings.robots) * len(settings.models))
-    with one_blas_thread():
+    with one_blas_thread(), suppress(Interrupted):
         for name in settings.robots:
             for model in settings.models:
-                if stop.requested:
-                    break
                 setup = load_setup(name, model=model)
                 for run in _robot_runs(setup, settings, stop):
                     runs.append(run)
                     progress(0.8 * share / (3 * settings.targets), f"{name}, {model}")
-                if settings.orders and not stop.requested:
-                    orders.append(order_run(setup, settings.orders, settings.seed))
+                if settings.orders:
+                    orders.append(order_run(setup, settings.orders, settings.seed, stop))
                 progress(0.2 * share, f"{name}, {model}")
     return StillBench(host_info(), settings, tuple(runs), tuple(orders), not stop.requested)
 
@@ -184,9 +190,7 @@ def _robot_runs(setup: Setup, settings: StillSettings, stop: StopFlag) -> Iterat
         controller.settle_start()
         end = monotonic() + share
         for goal in goals:
-            if stop.requested:
-                return
-            yield still_run(setup, controller, goal, loop, settings.seconds)
+            yield still_run(setup, controller, goal, loop, settings.seconds, stop)
             if monotonic() > end:
                 break
 
@@ -225,7 +229,7 @@ def _from_shares(robot: Robot, shares: Array) -> tuple[Array, Array]:
 
 
 def still_run(
-    setup: Setup, controller: Controller, goal: Array, loop: Loop, seconds: float
+    setup: Setup, controller: Controller, goal: Array, loop: Loop, seconds: float, stop: StopFlag
 ) -> StillRun:
     """Follow a constant target from the start.
 
@@ -235,6 +239,7 @@ def still_run(
         goal: (n_v,) target.
         loop: open, or closed around a heavier robot.
         seconds: duration.
+        stop: ends the run, with `Interrupted`.
     """
     controller.reset()
     robot, layout = controller.robot, controller.robot.effector_layout
@@ -243,6 +248,7 @@ def still_run(
     left, last = list[Actuation](), round(LAST / robot.h)
     more = 0.0 if plant is None else -np.log(STANDING * RESTING) / feedback.gain  # s
     for tick in range(round((seconds + more) / robot.h)):
+        stop.heed()
         left.append(controller.step(layout.moved(goal, feedback.correction)))
         if plant is not None:
             _drive(plant, left[-1].position, left[-1].effort)
@@ -262,10 +268,10 @@ def still_run(
         position=moved,
         effort=pushed,
         error_mm=1e3 * error,
-        best_mm=1e3 * best_error(controller, goal, error) if plant is None else None,
+        best_mm=1e3 * best_error(controller, goal, error, stop) if plant is None else None,
         statuses=tuple(sorted({one.status.name for one in left[-last:]})),
         rest_s=_time_to_rest(_shares(left, robot), robot),
-        own_rest_s=own_time_to_rest(controller, len(left) + last) if plant is None else None,
+        own_rest_s=own_time_to_rest(controller, len(left) + last, stop) if plant is None else None,
         size_mm=1e3 * robot.size,
     )
 
@@ -323,24 +329,26 @@ def _drive(plant: DrivenRobot, position: Array, effort: Array) -> None:
     plant.move(np.where(held, np.nan, position), np.where(held, effort, np.nan))
 
 
-def own_time_to_rest(controller: Controller, ticks: int) -> float | None:
+def own_time_to_rest(controller: Controller, ticks: int, stop: StopFlag) -> float | None:
     """Time to rest where actuators go to where a controller has them as fast as they may, and stay [s].
 
     Args:
         controller: at rest.
         ticks: that this may take.
+        stop: ends it, with `Interrupted`.
     """
     robot = controller.robot
     simulator = Simulator(robot, controller.space, controller.settings.enrichment)
     simulator.settle_start()
     body, way = DrivenRobot(simulator, steps=1), []
     for _ in range(ticks):
+        stop.heed()
         _drive(body, controller.position, controller.effort)
         way.append((simulator.position, simulator.effort))
     return _time_to_rest(_of_ranges(np.array(way), robot), robot)
 
 
-def best_error(controller: Controller, goal: Array, error: float) -> float:
+def best_error(controller: Controller, goal: Array, error: float, stop: StopFlag) -> float:
     """Least distance [m] from a goal that a descent over equilibria finds, from where a controller rests.
 
     The descent does not use any compliance: it settles a simulator at each point. Efforts beyond their limits
@@ -350,6 +358,7 @@ def best_error(controller: Controller, goal: Array, error: float) -> float:
         controller: at rest.
         goal: (n_v,) target.
         error: of the controller there [m].
+        stop: ends the descent, with `Interrupted`.
     """
     robot, limits = controller.robot, controller.robot.limits
     by_force = robot.actuators.laws.held_by_force
@@ -363,6 +372,7 @@ def best_error(controller: Controller, goal: Array, error: float) -> float:
     def residual(shares: Array) -> Array:
         """Distances of the effector rows [m], and efforts beyond their limits times the error."""
         nonlocal best
+        stop.heed()
         value = least + shares * (most - least)
         simulator.start_from(state, forces)
         command = np.where(by_force, np.nan, value), np.where(by_force, value, np.nan)

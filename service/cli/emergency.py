@@ -75,4 +75,7 @@ def carry_out(order: Order) -> str:
     """
     answer = send_command(order.robot, order.network, order.command)
     why = f" ({answer.cause})" if answer.cause else ""
-    return f"{order.robot}: {answer.mode}{why}"
+    said = f"{order.robot}: {answer.mode}{why}"
+    if order.command is OperatorCommand.LET_GO:
+        said += f", let go: {answer.let_go or 'nothing was grasped'}"
+    return said

@@ -108,6 +108,7 @@ class NodeAnswer:
         refusal: why not, of the last one.
         mode: of the node.
         cause: why it does not follow.
+        let_go: what had a grasp when it was let go last; empty where nothing had, or can have.
     """
 
     accepted: int
@@ -115,6 +116,7 @@ class NodeAnswer:
     refusal: str
     mode: Mode
     cause: Cause
+    let_go: str = ""
 
 
 def send_command(robot: str, network: Network, command: OperatorOrder) -> NodeAnswer:
@@ -167,13 +169,13 @@ def _answer_that(
     end = time.monotonic() + _ANSWER
     while time.monotonic() < end:
         text = ask_metrics(session, robot)
-        if text is not None and wanted(answer := _answer_in(text.decode())):
+        if text is not None and wanted(answer := answer_in(text.decode())):
             return answer
         time.sleep(_PAUSE)
     raise NetworkError(f"the node of {robot!r} does not answer within {_ANSWER:g} s")
 
 
-def _answer_in(text: str) -> NodeAnswer:
+def answer_in(text: str) -> NodeAnswer:
     """The node's answer in its metrics."""
     from prometheus_client.parser import (
         text_string_to_metric_families,  # once a command is under way
@@ -182,12 +184,15 @@ def _answer_in(text: str) -> NodeAnswer:
     samples = {s.name: s for f in text_string_to_metric_families(text) for s in f.samples}
     said = samples.get("tauten_commands_info")
     now = samples["tauten_decisions_info"].labels
+    contacts = samples.get("tauten_contacts_info")
+    let_go = "" if contacts is None else contacts.labels.get("last_let_go", "")
     return NodeAnswer(
         accepted=int(samples["tauten_commands_accepted"].value),
         refused=int(samples["tauten_commands_refused"].value),
         refusal="" if said is None else said.labels["last_refusal"],
         mode=Mode(now["mode"]),
         cause=Cause(now["cause"]),
+        let_go="" if let_go == "none" else let_go,
     )
 
 

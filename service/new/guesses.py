@@ -74,10 +74,8 @@ def guess_fields(mesh: TetMesh, chambers: bool = True) -> Guess:
     axis = int(np.argmax(high - low))
     length = float(high[axis] - low[axis])
     triangles = boundary_triangles(mesh.tets)
-    areas, centres = (
-        triangle_areas(mesh.nodes, triangles),
-        mesh.nodes[triangles].mean(axis=1)[:, axis],
-    )
+    areas = triangle_areas(mesh.nodes, triangles)
+    centres = mesh.nodes[triangles].mean(axis=1)[:, axis]
     at_low, at_high = centres < low[axis] + END * length, centres > high[axis] - END * length
     hold_high = float(areas[at_high].sum()) >= HANGS * float(areas[at_low].sum())
     held_at, free = (high[axis], at_low) if hold_high else (low[axis], at_high)

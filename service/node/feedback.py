@@ -86,13 +86,7 @@ class Feedback:
         self.correction: Array = np.zeros(layout.n_rows)
 
     def update(self, predicted: Array, measured: Array, seconds: float) -> Array:
-        """The correction (n_e,) after a measurement.
-
-        Args:
-            predicted: (n_v,) the model's effectors when the measurement was made.
-            measured: (n_v,) the measured effectors.
-            seconds: since the measurement before.
-        """
+        """The correction (n_e,) after a measurement, see `Estimator`."""
         if not np.isfinite(predicted).all():
             return self.correction
         # exact for constant x_e - x_m, so that no gain and no pause makes it overshoot

@@ -6,6 +6,7 @@ log contains.
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -30,6 +31,8 @@ from tauten.service.wire import (
     RejectionReason,
     quoted,
 )
+
+log = logging.getLogger(__name__)
 
 _NOTHING: Mapping[str, ObstaclePose] = MappingProxyType({})
 
@@ -140,7 +143,8 @@ class ControlLoop:
         if command is OperatorCommand.RESET:
             self.rest()
         elif command is OperatorCommand.LET_GO:
-            self.controller.let_go()
+            names = self.controller.let_go()
+            log.info("let go: %s", ", ".join(names) or "nothing was grasped")
         self._state = found
         return True
 

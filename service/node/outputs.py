@@ -31,6 +31,7 @@ from tauten.service.log import Entry, LogRecorder
 from tauten.service.node.clock import Clock
 from tauten.service.node.loop import Action
 from tauten.service.wire import (
+    CERTIFIED,
     CLOUD,
     CONTACT_FIELDS,
     HEALTH,
@@ -214,24 +215,17 @@ def contact_diagnostic(controller: Controller) -> Diagnostic:
         values[f"{pair.name} [N]"] = f"{normal[found.contacts.pair == number].sum():.4g}"
     pushing, sliding = int(found.pushing.sum()), int(found.sliding.sum())
     values |= {"in_range": str(len(found)), "pushing": str(pushing), "sliding": str(sliding)}
-    said, certificate = (
-        f"{pushing} push with {normal.sum():.3g} N",
-        controller.certified(quickly=True),
-    )
+    said = f"{pushing} push with {normal.sum():.3g} N"
+    certificate = controller.certified(quickly=True)
     if certificate is not None:
-        values |= {
-            "error [m]": f"{certificate.error:.2g}",
-            "beyond the cone [N]": f"{certificate.cone:.2g}",
-            "slip to friction [rad]": f"{certificate.angle:.2g}",
-            "work of friction [J]": f"{certificate.work:.2g}",
-            "least distance to slip [N]": f"{certificate.least_margin:.3g}",
-        }
+        values |= {key: f"{getattr(certificate, name):.2g}" for name, key in CERTIFIED.items()}
         values["doubts"] = "; ".join(certificate.doubts) or "none"
         said = ", ".join((said, *certificate.doubts))
-    limits, level = controller.settings.forces, Level.OK
-    if limits is not None:
-        values["kept"] = "; ".join(limits.kept_names) or "none"
-        if exceeded := limits.exceeded(found):
+    grasp, level = controller.grasp, Level.OK
+    if grasp is not None:
+        values["kept"] = "; ".join(grasp.kept_names) or "none"
+        values["last_let_go"] = "; ".join(grasp.released) or "none"
+        if exceeded := grasp.exceeded(found):
             level, said = Level.WARN, f"{said}; not kept: {', '.join(exceeded)}"
     return Diagnostic("contacts", level, said, values)
 

@@ -180,7 +180,7 @@ class LoopStatistics:
             )
         if often:
             text += (
-                f"; {cut} of the last {len(self._cut)} decisions ran out of time and stayed near a hold: "
+                f"; {cut} of the last {len(self._cut)} decisions ran out of time, so that the robot is late: "
                 "lower controller.rate, raise service.decision_share, or give contacts fewer points"
             )
         return Diagnostic("decisions", level, text, values)

@@ -12,6 +12,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from tauten.model.numerics import Array
 from tauten.service.link import ask_metrics
 from tauten.service.wire import (
+    CERTIFIED,
     CONTACT_FIELDS,
     Keys,
     NetworkError,
@@ -21,14 +22,6 @@ from tauten.service.wire import (
 )
 
 _PATIENCE = 3.0  # s for the first contacts
-# numbers of the certificate in the node's metrics, in words and units
-_CERTIFIED = {
-    "error__m_": "error of the contact law {} m",
-    "beyond_the_cone__n_": "beyond the cone {} N",
-    "slip_to_friction__rad_": "slip to friction {} rad",
-    "work_of_friction__j_": "work of friction {} J",
-    "least_distance_to_slip__n_": "least distance to slip {} N",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,13 +90,16 @@ def read_certificate(session: zenoh.Session, robot: str) -> str:
 
 def certificate_in(metrics: str) -> str:
     """The certificate of contacts in a node's metrics, in a sentence; "" where there is none."""
-    families = text_string_to_metric_families(metrics)
-    samples = {sample.name: sample for family in families for sample in family.samples}
-    numbers = [
-        words.format(f"{samples[f'tauten_contacts_{name}'].value:.2g}")
-        for name, words in _CERTIFIED.items()
-        if f"tauten_contacts_{name}" in samples
-    ]
-    facts = samples.get("tauten_contacts_info")
-    doubts = "none" if facts is None else facts.labels.get("doubts", "none")
-    return ", ".join([*numbers, *([] if doubts == "none" else [doubts])])
+    said = {
+        family.documentation.removeprefix("contacts: "): family.samples[0]
+        for family in text_string_to_metric_families(metrics)
+        if family.name.startswith("tauten_contacts")
+    }
+    parts = (
+        f"{what} {said[key].value:.2g} {unit.rstrip(']')}"
+        for key in CERTIFIED.values()
+        if key in said
+        for what, _, unit in [key.partition(" [")]
+    )
+    doubts = said["contacts"].labels.get("doubts", "none") if "contacts" in said else "none"
+    return ", ".join([*parts, *([] if doubts == "none" else [doubts])])

@@ -67,6 +67,15 @@ class StopFlag:
         if self._interruptible:
             raise Interrupted
 
+    def heed(self) -> None:
+        """End a part of the program that calls this between its steps, where the end is requested.
+
+        Raises:
+            Interrupted: it is.
+        """
+        if self.requested:
+            raise Interrupted
+
     @contextmanager
     def interruptible(self) -> Iterator[None]:
         """A part of the program that a request ends at once; `stop_on_signals` ends with it.

@@ -11,13 +11,14 @@ from viser import uplot
 from tauten.model import ActuatorKind
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, ViewFrame
-from tauten.service.view.ranges import padded_range
 from tauten.service.wire import DescribedActuator
 
 SPAN = 10.0  # s
 _POINTS = 150  # of a line at most
 _HEIGHT = 130  # pixels
 _NOISE = 0.02  # of the distance between limits, or of the robot's size: plots are no narrower
+_ROOM = 0.08  # of a range, above and below the values
+_TIGHT = 0.3  # of a range, which is made smaller where the values need less
 _COLOURS = (
     "#2a5ca0", "#d0402b", "#1f9a5c", "#8a3fa0", "#c78a1a", "#3aa3b8", "#7a5230", "#e07ab0", "#5a6570",
     "#9ab83a",
@@ -152,3 +153,24 @@ def _plot(server: viser.ViserServer, title: str, names: list[str]) -> viser.GuiU
         legend=uplot.Legend(show=len(names) <= 3),
         height=_HEIGHT,
     )
+
+
+def padded_range(
+    values: Array, least: float, before: tuple[float, float] | None
+) -> tuple[float, float]:
+    """A range around values.
+
+    Args:
+        values: that are drawn, finite ones among them.
+        least: its least width.
+        before: the range so far, which stays where the values are within it and take much of it.
+    """
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
+    if before is not None and before[0] <= low and high <= before[1]:
+        width = before[1] - before[0]
+        if width <= max(least, (high - low) / _TIGHT) * (1.0 + 1e-9):
+            return before
+    width = max(least, (high - low) * (1.0 + 2.0 * _ROOM))
+    middle = 0.5 * (low + high)
+    return middle - 0.5 * width, middle + 0.5 * width

@@ -237,9 +237,7 @@ def view_served(robot: str, network: Network, settings: ViewSettings, stop: Stop
         ViewError: the port is taken.
     """
     with ExitStack() as stack:
-        with (
-            stop.interruptible()
-        ):  # a node that is getting ready takes minutes where it compiles kernels
+        with stop.interruptible():  # a node that compiles kernels takes minutes to get ready
             session = stack.enter_context(node_of(robot, network))
         source = ServedRobot(session, robot)
         source.await_surface()

@@ -56,6 +56,7 @@ from tauten.service.wire.effector_subscriber import (
     reach_of,
 )
 from tauten.service.wire.health import (
+    CERTIFIED,
     Diagnostic,
     Level,
     MessageCounts,
@@ -97,6 +98,7 @@ from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 
 __all__ = [
     "CDR",
+    "CERTIFIED",
     "CLOUD",
     "COMMAND_RING",
     "CONTACT_FIELDS",

@@ -19,6 +19,15 @@ from tauten.service.wire.messages import (
 )
 from tauten.service.wire.rejection import Rejection, RejectionReason
 
+# Numbers of a certificate of contacts with friction, and what they are called in health.
+CERTIFIED = {
+    "error": "error [m]",
+    "cone": "beyond the cone [N]",
+    "angle": "slip to friction [rad]",
+    "work": "work of friction [J]",
+    "least_margin": "least distance to slip [N]",
+}
+
 
 class Level(IntEnum):
     """Levels of diagnostic_msgs/DiagnosticStatus."""

@@ -32,7 +32,7 @@ def reachable(pressure: float) -> Array:
 def test_the_pressure_of_a_reachable_target_is_found(pressure: float) -> None:
     damped = pneumatic_robot(integration={"rayleigh_stiffness": 0.02})
     follower, goal = Controller(damped), reachable(pressure)
-    for _ in range(100):
+    for _ in range(60):
         actuation = follower.step(goal)
         assert actuation.status is Status.OK
     np.testing.assert_allclose(follower.effector, goal, atol=1e-5)

@@ -9,74 +9,32 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.robots.bodies import beam_config, box_mesh
+from support.robots.bodies import pressed, pressing_finger
 
 from tauten.controller import Controller, Status
 from tauten.model import ContactSpace, ReducedContacts, Robot, Simulator, load_robot
 from tauten.model.contact import ForceBounds
-from tauten.model.load import build_robot, shipped_folder
+from tauten.model.load import shipped_folder
 from tauten.model.numerics import Array
 from tauten.model.rows import ContactRows
-from tauten.model.schema import RobotConfig
 from tauten.model.step.force_limits import (
     DIRECTIONS,
-    ForceLimits,
-    LimitedPairs,
     force_limits,
     friction_sums,
 )
 from tauten.reduction.state import StateBasis, reduced_robot
-from tauten.service.node.loop import ControlLoop
 from tauten.service.node.outputs import contact_diagnostic
-from tauten.service.wire import JSON, Level, OperatorCommand
-from tauten.service.wire.commands import decode_command
+from tauten.service.wire import Level
 
-SIZE = (0.1, 0.01, 0.01)
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def finger(friction: float, total: float | None = None, **limits: float) -> Robot:
-    """A beam 1 mm above a table, which a cable on its lower side bends down.
-
-    Args:
-        friction: coefficient.
-        total: largest force of all contacts [N].
-        limits: of its contact.
-    """
-    settings = beam_config(
-        SIZE, fixed=[{"lower": [-1.0, -1.0, -1.0], "upper": [1e-4, 1.0, 1.0]}], gravity=[0.0, 0.0, 0.0],
-        integration={"scheme": "quasi-static"},
-        regions=[{"name": "below", "kind": "normal", "direction": [0, 0, -1]}],
-        obstacles=[
-            {"name": "table", "shape": "plane",
-             "parameters": {"point": [0.0, 0.0, -0.001], "normal": [0.0, 0.0, 1.0]}}
-        ],
-        contacts=[
-            {"candidates": "below", "against": "table", "points": 8, "friction": friction, **limits}
-        ],
-        contact={} if total is None else {"max_force": total},
-    )  # fmt: skip
-    return build_robot(RobotConfig.model_validate(settings), box_mesh(SIZE, (10, 1, 1)), "finger")
-
-
-def pressed(
-    controller: Controller, down: float, steps: int = 25
-) -> tuple[float, list[Status], tuple[str, ...]]:
-    """Force on the table [N] after steps towards a target below it, their statuses, and the last conflict."""
-    goal, statuses = controller.effector_values - [0.0, 0.0, down], []
-    for _ in range(steps):
-        actuation = controller.step(goal)
-        statuses.append(actuation.status)
-        assert actuation.status.usable
-    return float(controller.contacts.normal_force.sum()), statuses, actuation.conflict
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_a_finger_presses_as_hard_as_it_may(friction: float) -> None:
     """The target lies 20 mm behind the table; at the positions found a simulator presses as hard."""
-    robot = finger(friction, max_force=0.06)
+    robot = pressing_finger(friction, max_force=0.06)
     controller = Controller(robot)
-    free, _, _ = pressed(Controller(finger(friction)), 0.02)
+    free, _, _ = pressed(Controller(pressing_finger(friction)), 0.02)
     force, statuses, conflict = pressed(controller, 0.02)
     assert free > 0.1
     assert set(statuses[-5:]) == {Status.OK}  # and not that it seeks contact
@@ -89,25 +47,36 @@ def test_a_finger_presses_as_hard_as_it_may(friction: float) -> None:
 
 
 def test_the_largest_force_of_all_contacts_counts_too() -> None:
-    force, statuses, _ = pressed(Controller(finger(0.0, total=0.05)), 0.02)
+    force, statuses, _ = pressed(Controller(pressing_finger(0.0, total=0.05)), 0.02)
     assert force == pytest.approx(0.05, rel=1e-3) and statuses[-1] is Status.OK
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_the_largest_force_on_an_obstacle_is_kept(friction: float) -> None:
+    """Of all that touches it, whatever its contacts may each."""
+    controller = Controller(pressing_finger(friction, table=0.05, max_force=0.5))
+    force, statuses, _ = pressed(controller, 0.02)
+    assert force == pytest.approx(0.05, rel=0.02) and statuses[-1] is Status.OK
+    controller.lock("tendon", position=1.4 * float(controller.position[0]))
+    _, _, conflict = pressed(controller, 0.02)
+    assert conflict == ("largest force of all contacts on table",)
 
 
 def test_a_finger_that_slides_keeps_no_distance_to_slip() -> None:
     """Nobody has asked for one: health warns of nothing, and holds are not relaxed."""
-    controller = Controller(finger(0.1, max_force=5.0))
+    controller = Controller(pressing_finger(0.1, max_force=5.0))
     pressed(controller, 0.02, 10)
-    found, forces = controller.contacts, controller.settings.forces
-    assert forces is not None and any(forces.kept)
+    found, grasp = controller.contacts, controller.grasp
+    assert grasp is not None and any(grasp.kept)
     slid = replace(found, force=found.force + 0.2 * found.normal_force.sum() * np.eye(3)[0])
-    assert forces.exceeded(slid) == ()
+    assert grasp.exceeded(slid) == ()
     assert contact_diagnostic(controller).level is Level.OK
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_what_has_been_touched_is_not_let_go(friction: float) -> None:
     """The target goes 20 mm up: the finger presses on with the smallest force, until it is to let go."""
-    controller = Controller(finger(friction, min_force=0.08))
+    controller = Controller(pressing_finger(friction, min_force=0.08))
     pressed(controller, 0.02)
     force, _, _ = pressed(controller, -0.02)
     assert force == pytest.approx(0.08, rel=0.1)
@@ -119,19 +88,9 @@ def test_what_has_been_touched_is_not_let_go(friction: float) -> None:
     assert force == pytest.approx(0.08, rel=0.1)
 
 
-def test_an_operator_lets_go() -> None:
-    controller = Controller(finger(0.0, min_force=0.08))
-    pressed(controller, 0.02, 15)
-    assert contact_diagnostic(controller).values["kept"] == "below on table"
-    order = decode_command(b'{"data": "let-go"}', JSON)
-    assert order is OperatorCommand.LET_GO and ControlLoop(controller).obey(order) is None
-    assert contact_diagnostic(controller).values["kept"] == "none"
-    assert pressed(controller, -0.02, 5)[0] == 0.0
-
-
 def test_what_has_been_brushed_is_let_go() -> None:
     """With less than a tenth of the smallest force there is no grasp: the finger comes off by itself."""
-    controller = Controller(finger(0.0, min_force=5.0))
+    controller = Controller(pressing_finger(0.0, min_force=5.0))
     force, _, _ = pressed(controller, 0.004)
     assert 0.0 < force < 0.1 * 5.0
     force, statuses, _ = pressed(controller, -0.02, 5)
@@ -141,15 +100,20 @@ def test_what_has_been_brushed_is_let_go() -> None:
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_of_contradicting_limits_the_largest_force_is_kept(friction: float) -> None:
     """A grasp with 0.12 N, of which both together may have no more than 0.06 N: both are named."""
-    controller = Controller(finger(friction, min_force=0.12))
+    controller = Controller(pressing_finger(friction, min_force=0.12))
     force, _, _ = pressed(controller, 0.02, 15)
     assert force > 0.12
-    limits = controller.settings.forces
-    assert limits is not None
-    one = limits.limited[0]
-    both = LimitedPairs("all contacts", one.pairs, 0.0, ForceBounds(largest=0.06))
-    limits = ForceLimits((one, both), limits.Psi, (True, False), (False, False))
-    controller.settings = replace(controller.settings, forces=limits)
+    both = Controller(pressing_finger(friction, min_force=0.12, total=0.13))
+    assert both.settings.forces is not None
+    one, total = both.settings.forces.limited
+    less = replace(total, bounds=ForceBounds(largest=0.06))
+    both.settings = replace(
+        both.settings, forces=replace(both.settings.forces, limited=(one, less))
+    )
+    both.start_from(controller.state, controller.forces, controller.position)
+    both.hold()  # in which what pushes counts as a grasp
+    both.advance()
+    controller = both
     force, statuses, conflict = pressed(controller, 0.02)
     assert statuses[-1] is Status.RELAXED
     assert force == pytest.approx(0.06, rel=0.01 if friction else 1e-4)
@@ -158,7 +122,7 @@ def test_of_contradicting_limits_the_largest_force_is_kept(friction: float) -> N
 
 def test_limits_that_locked_actuators_exceed_are_named() -> None:
     """With its only cable locked nothing can be decided; in a hold neither."""
-    controller = Controller(finger(0.0, max_force=0.06))
+    controller = Controller(pressing_finger(0.0, max_force=0.06))
     pressed(controller, 0.02)
     controller.lock("tendon", position=1.4 * float(controller.position[0]))
     force, statuses, conflict = pressed(controller, 0.02)
@@ -173,7 +137,7 @@ def test_limits_that_locked_actuators_exceed_are_named() -> None:
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_a_force_out_of_reach_is_named_and_approached(friction: float) -> None:
     """No tension presses so hard: as much as the winch can do is left, and the limit is named."""
-    controller = Controller(finger(friction, min_force=1.2))
+    controller = Controller(pressing_finger(friction, min_force=1.2))
     pressed(controller, 0.02, 15)
     force, statuses, conflict = pressed(controller, 0.002, 40)
     assert statuses[-1] is Status.RELAXED
@@ -186,7 +150,7 @@ def test_the_distance_to_slip_is_kept() -> None:
     """A finger that presses lightly is near slipping; with a least distance to it, it presses harder."""
     margins = []
     for least in (0.0, 0.02):
-        controller = Controller(finger(0.5, min_slip_margin=least))
+        controller = Controller(pressing_finger(0.5, min_slip_margin=least))
         goal = controller.tip - [0.0, 0.0, 0.004]
         for _ in range(25):
             controller.step(goal)
@@ -227,7 +191,7 @@ class TwoColumns:
 
 
 def test_columns_of_a_basis_count_with_the_forces_that_they_are() -> None:
-    robot = finger(0.0, max_force=0.05)
+    robot = pressing_finger(0.0, max_force=0.05)
     space: ContactSpace = TwoColumns(robot)
     force, statuses, _ = pressed(Controller(robot, space), 0.02)
     assert force == pytest.approx(0.05, rel=1e-3) and statuses[-1] is Status.OK
@@ -235,7 +199,7 @@ def test_columns_of_a_basis_count_with_the_forces_that_they_are() -> None:
 
 def test_rows_of_the_distance_to_slip_are_safe_within_two_percent() -> None:
     """They never promise more than μ Σ λ_n − |Σ λ_t|, and at most 2 % of the friction less."""
-    robot = finger(0.5, min_slip_margin=0.01)
+    robot = pressing_finger(0.5, min_slip_margin=0.01)
     controller = Controller(robot)
     pressed(controller, 0.004, 15)
     decision = controller.last_decision
@@ -270,6 +234,11 @@ def test_rows_of_the_distance_to_slip_are_safe_within_two_percent() -> None:
         ),
         ({"min_force": 1.0, "total": 0.5}, "contact.max_force is 0.5 N, and .* need 1 N"),
         (
+            {"min_force": 1.0, "table": 0.5},
+            "obstacles.0.max_force is 0.5 N, and .* against table need 1 N",
+        ),
+        ({"table": 0.0}, "more than 0"),
+        (
             {"friction": 0.5, "min_slip_margin": 0.4, "total": 0.5},
             "contact.max_force is 0.5 N, and .* need 0.8 N",
         ),
@@ -277,7 +246,7 @@ def test_rows_of_the_distance_to_slip_are_safe_within_two_percent() -> None:
 )
 def test_limits_that_make_no_sense_are_refused(table: dict[str, Any], said: str) -> None:
     with pytest.raises(ValueError, match=said):
-        finger(**{"friction": 0.0, **table})
+        pressing_finger(**{"friction": 0.0, **table})
 
 
 def test_the_largest_force_of_a_part_is_kept_in_a_robot_of_parts(tmp_path: Path) -> None:
@@ -288,16 +257,20 @@ def test_the_largest_force_of_a_part_is_kept_in_a_robot_of_parts(tmp_path: Path)
     limited = finger_file.replace("[contact]\n", "[contact]\nmax_force = 0.3\n")
     (tmp_path / "thumb.toml").write_text(limited)
     (tmp_path / "hand.toml").write_text(
-        whole.replace('robot = "finger"', 'robot = "thumb.toml"') + "\n[contact]\nmax_force = 0.7\n"
+        whole.replace('robot = "finger"', 'robot = "thumb.toml"').replace(
+            'shape = "plane"', 'shape = "plane"\nmax_force = 0.6'
+        )
+        + "\n[contact]\nmax_force = 0.7\n"
     )
     robot = load_robot(tmp_path / "hand.toml")
     thumb = load_robot(tmp_path / "thumb.toml")
     own = thumb.contacts
     assert [(one.name, one.force) for one in robot.contacts.sums] == [
-        ("finger: all contacts", 0.3), ("all contacts", 0.7),
+        ("finger: all contacts", 0.3), ("all contacts on plate", 0.6), ("all contacts", 0.7),
     ]  # fmt: skip
+    assert robot.contacts.sums[1].pairs == (len(robot.contacts.pairs) - 1,)
     assert robot.contacts.sums[0].pairs == own.sums[0].pairs
-    assert len(robot.contacts.sums[1].pairs) == len(robot.contacts.pairs) == len(own.pairs) + 1
+    assert len(robot.contacts.sums[2].pairs) == len(robot.contacts.pairs) == len(own.pairs) + 1
     assert reduced_robot(thumb, StateBasis.load("finger")).contacts.sums == own.sums
 
 

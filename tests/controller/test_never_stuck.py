@@ -15,6 +15,7 @@ from tauten.model import Robot, Simulator, load_robot
 from tauten.model.numerics import Array
 from tauten.model.simulation import Travel
 from tauten.service.bench.orders import order_run
+from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
 
 SIZE = (0.1, 0.02, 0.02)
@@ -159,7 +160,7 @@ def test_a_step_of_second_order_that_diverges_is_not_taken(monkeypatch: pytest.M
 @pytest.mark.slow
 def test_a_tripod_is_not_stuck_after_random_orders() -> None:
     """One of these orders lets it snap over; the model diverged there, and did not come back."""
-    found = order_run(load_setup("tripod"), 400, 0)
+    found = order_run(load_setup("tripod"), 400, 0, StopFlag())
     assert found.stuck == 0
     assert found.beyond == 0.0
 

@@ -15,7 +15,7 @@ from tauten.model import Robot, Simulator
 from tauten.reduction import BasisError
 from tauten.service.setup import load_setup
 
-HEAVY = ROBOT.replace("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -1.0]")
+HEAVY = ROBOT.replace("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -2.0]")
 SAG = 1e-4  # m, of the beam's tip at least
 
 

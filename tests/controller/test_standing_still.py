@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from tauten.controller import Controller, Status
-from tauten.controller.damping import adapted, undamped
+from tauten.controller.carried import adapted, undamped
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.service.setup import load_setup

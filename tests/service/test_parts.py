@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -57,36 +58,63 @@ def test_each_finger_has_the_bases_of_the_finger_and_moves_as_it_does() -> None:
     np.testing.assert_allclose(full.effector(start), hand.effector, atol=1e-9)
 
 
+def test_tables_of_a_part_that_do_not_count_are_named_once(
+    tmp_path: Path, beam_file: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Two parts of one file: one warning for each table, none for what all parts say or the default."""
+    for file in (beam_file, beam_file.with_name("beam.vtu")):
+        shutil.copy(file, tmp_path)
+    part = tmp_path / "beam.toml"
+    text = part.read_text().replace("controller = { rate = 50.0 }", "")
+    part.write_text(
+        f"controller = {{ regularisation = 1e-5, horizon = 0.1, max_pivots = 100 }}\n{text}"
+    )
+    whole = tmp_path / "both.toml"
+    parts = "".join(
+        f'[[parts]]\nname = "{name}"\nrobot = "beam.toml"\nposition = [0.0, {y}, 0.0]\n'
+        for name, y in (("one", 0.0), ("other", 0.1))
+    )
+    tables = (
+        "gravity = [0.0, 0.0, 0.0]\ncontroller = { horizon = 0.3 }\nservice = { late_limit = 9 }\n"
+    )
+    whole.write_text(f'name = "both"\n{tables}{parts}')
+    load_setup(whole)
+    said = " not used; write what is to count into this file, which has the default"
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{whole}: regularisation in the table controller of {part} is{said}",
+        f"{whole}: release_time, target_timeout in the table service of {part} are{said}",
+    ]
+
+
 @pytest.mark.parametrize(("basis", "modes"), [("none", 0), ("full", 0)])
-def test_contact_of_all_parts_may_be_chosen(basis: str, modes: int) -> None:
-    setup = load_setup(HAND, basis=basis)
+def test_contact_of_all_parts_may_be_chosen(tmp_path: Path, basis: str, modes: int) -> None:
+    setup = load_setup(two_of("pneumatic_finger", tmp_path), basis=basis)
     assert setup.contact == basis
     assert setup.basis_modes == modes
 
 
 @pytest.mark.parametrize(
-    ("table", "unknowns"), [("check_period = 0.5", 72), ('order = "full"', 18_060)]
+    ("table", "unknowns"), [("check_period = 0.5", 62), ('order = "full"', 1482)]
 )
 def test_the_model_of_all_parts_is_chosen_only_where_it_is_said(
     tmp_path: Path, table: str, unknowns: int
 ) -> None:
-    path = tmp_path / "hand.toml"
-    two = HAND.read_text().rsplit("[[parts]]", 1)[0]
-    path.write_text(f"{two}\n[model]\n{table}\n")
+    path = two_of("tripod", tmp_path)
+    path.write_text(f"{path.read_text()}\n[model]\n{table}\n")
     assert load_setup(path).robot.n == unknowns
 
 
-@pytest.mark.parametrize("table", ['states = "finger"', "max_tip_error = 1e-9"])
+@pytest.mark.parametrize("table", ['states = "tripod"', "max_tip_error = 1e-9"])
 def test_state_bases_of_parts_are_checked(tmp_path: Path, table: str) -> None:
-    path = tmp_path / "hand.toml"
-    path.write_text(f"{HAND.read_text()}\n[model]\n{table}\n")
+    path = two_of("tripod", tmp_path)
+    path.write_text(f"{path.read_text()}\n[model]\n{table}\n")
     with pytest.raises((RobotFileError, StateBasisError), match=r"of the parts|1e-06 mm"):
         load_setup(path)
 
 
-def test_state_bases_belong_to_the_parts() -> None:
+def test_state_bases_belong_to_the_parts(tmp_path: Path) -> None:
     with pytest.raises(StateBasisError, match="reduce the robot file of each part"):
-        reducible(load_setup(HAND, model="full").robot)
+        reducible(load_setup(two_of("tripod", tmp_path), model="full").robot)
 
 
 def test_a_part_that_cannot_be_used_is_named(tmp_path: Path) -> None:
@@ -96,7 +124,7 @@ def test_a_part_that_cannot_be_used_is_named(tmp_path: Path) -> None:
         load_setup(path)
 
 
-def two_of(robot: Path, folder: Path) -> Path:
+def two_of(robot: Path | str, folder: Path) -> Path:
     """A robot of two parts of one file."""
     path = folder / "pair.toml"
     parts = [
@@ -128,3 +156,14 @@ def test_a_check_looks_at_every_file_once(beam_file: Path, tmp_path: Path) -> No
     subjects = [item.subject for item in found.findings]
     assert f"{beam_file.with_suffix('')}: moving mass" in subjects
     assert len(set(subjects)) == len(subjects)
+
+
+def test_a_rigid_object_needs_no_state_basis(tmp_path: Path) -> None:
+    for name in ("parcel.toml", "cube.vtu"):
+        (tmp_path / name).write_bytes(HAND.with_name(name).read_bytes())
+    file = tmp_path / "desk.toml"
+    parts = '[[parts]]\nname = "arm"\nrobot = "tripod"\n[[parts]]\nname = "parcel"\nrobot = "parcel.toml"\n'
+    file.write_text(f'name = "desk"\n{parts}position = [0.2, 0.0, 0.0]\n')
+    desk = load_setup(file, model="reduced")
+    (states,) = desk.states
+    assert (states.origin.robot, desk.robot.n) == ("tripod", states.r + 6)

@@ -18,14 +18,12 @@ from tauten.service.view.picture.surroundings import draw_surroundings
 from tauten.service.wire import places_of
 
 _SILICONE = (140, 160, 185)
-TARGET, EFFECTOR, CONTACT, SLIDES, WAYPOINT, GHOST = (
-    (215, 60, 40),
-    (40, 90, 160),
-    (0, 140, 70),
-    (235, 105, 0),
-    (120, 60, 160),
-    (240, 150, 40),
-)
+TARGET = (215, 60, 40)
+EFFECTOR = (40, 90, 160)
+CONTACT = (0, 140, 70)
+SLIDES = (235, 105, 0)
+WAYPOINT = (120, 60, 160)
+GHOST = (240, 150, 40)
 _ARROW = 0.15  # length of the arrow of the largest force, as a share of the robot's size
 TRAIL = 4.0  # s
 _TRAIL = 120  # pieces of a trail

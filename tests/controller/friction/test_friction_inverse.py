@@ -210,9 +210,30 @@ def test_whenever_time_is_up_the_answer_is_exact_within_limits_and_no_worse_than
             assert one.error <= EXACT
             assert violation(stored[name], one) <= LIMIT
             assert one.objective <= one.held
-            assert limit > 0.0 or one.objective == one.held
     assert solves == sorted(solves)
-    assert solves[0] < 0.2 * solves[-1]
+    assert solves[0] < 0.3 * solves[-1]
+
+
+@pytest.mark.parametrize(
+    ("name", "warm"), [*((name, True) for name in FEW[1:5]), *((name, False) for name in FEW[5:])]
+)
+def test_searches_without_time_come_to_an_end_together(
+    reference: Path, name: str, warm: bool
+) -> None:
+    """Each goes on from where the one before was cut, and nothing but that."""
+    stored = next(one for one in read_inverse(reference / "friction_inverse") if one.name == name)
+    problem, lam, forces = stored.problem, stored.lam, stored.forces
+    best = solve_friction_inverse(problem, lam, forces, FrictionSettings(warm=warm)).objective
+    held, cut = np.inf, None
+    for _ in range(60):
+        settings = FrictionSettings(time=TimeLimit(0.0), warm=warm)
+        found = solve_friction_inverse(problem, lam, forces, settings, None, cut)
+        assert found.error <= EXACT
+        assert violation(stored, found) <= LIMIT
+        assert found.objective <= min(found.held, held * (1.0 + 1e-6))
+        assert found.solves < 200
+        lam, forces, held, cut = found.lam_a, found.forces, found.objective, found.cut
+    assert stored.excess(held) < stored.excess(best) + 0.1
 
 
 def test_a_guess_near_the_answer_needs_no_path() -> None:

@@ -89,7 +89,7 @@ def moved(controller: Controller, way: Array, steps: int) -> Array:
     return controller.effector_values - start
 
 
-@pytest.mark.parametrize("way", [2e-3, -2e-3])
+@pytest.mark.parametrize("way", [2e-3, pytest.param(-2e-3, marks=pytest.mark.slow)])
 def test_friction_carries_a_cube_to_its_target(tmp_path: Path, way: float) -> None:
     controller = table(tmp_path, 0.5)
     gone = moved(controller, np.array([way, 0.0, 0.0]), 30)

@@ -10,7 +10,7 @@ import pytest
 from support.robots.examples import changed, example
 
 from tauten.controller import Controller
-from tauten.controller.qpcc import Status
+from tauten.controller.qpcc import Status, TimeLimit
 from tauten.model import load_robot
 
 LIFT = example("12_lift")
@@ -26,6 +26,20 @@ def test_a_target_of_the_cube_alone_makes_the_gripper_lift_it() -> None:
     assert Status.SEEKING_CONTACT in statuses
     assert (controller.effector_values - start)[2] > 0.015  # m, off the floor
     assert np.abs(controller.effector_values - goal).max() < 1e-3
+
+
+@pytest.mark.slow
+def test_a_gripper_whose_decisions_are_cut_lifts_too() -> None:
+    """Also the search for contact goes on from tick to tick."""
+    controller = Controller(load_robot(LIFT["FILE"]))
+    start, cut = controller.effector_values, 0
+    for step in range(1, 90):
+        time = TimeLimit(checks=4)
+        controller.decide(LIFT["goal"](0.5 * step * controller.period, start), time)
+        controller.advance()
+        cut += time.cut
+    assert cut > 60
+    assert (controller.effector_values - start)[2] > 0.015  # m, off the floor
 
 
 @pytest.mark.slow

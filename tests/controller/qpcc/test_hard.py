@@ -48,7 +48,10 @@ def test_claims_hold_on_twenty_thousand_nasty_problems() -> None:
     assert solve_nasty(range(100, 20_100)) > 8000
 
 
-@pytest.mark.parametrize(("n_a", "k", "count"), [(3, 23, 40), (9, 23, 40), (9, 40, 20)])
+@pytest.mark.parametrize(
+    ("n_a", "k", "count"),
+    [pytest.param(3, 23, 40, marks=pytest.mark.slow), (9, 23, 40), (9, 40, 20)],
+)
 def test_cold_starts_of_robots_end_near_the_best_known(n_a: int, k: int, count: int) -> None:
     rng = np.random.default_rng(100 + k + n_a)
     missed = 0

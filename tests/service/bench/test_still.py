@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +16,7 @@ from tauten.service.bench import StillBench, StillRun, StillSettings, bench_stil
 from tauten.service.bench.orders import OrderRun
 from tauten.service.bench.still import random_goals
 from tauten.service.plots import draw_still
-from tauten.service.process import StopFlag, host_info
+from tauten.service.process import StopFlag, host_info, stop_on_signals
 from tauten.service.tables import still_page
 
 RUN = StillRun(
@@ -46,6 +49,18 @@ def test_a_result_goes_into_a_page_and_a_figure(tmp_path: Path) -> None:
     for shown in (result, replace(result, runs=())):
         draw_still(shown, tmp_path / "still.png")
     assert (tmp_path / "still.png").stat().st_size > 0
+
+
+def test_ctrl_c_ends_a_run_that_is_not_done(beam_file: Path) -> None:
+    """It was heard only after the run, of up to a quarter of a minute in closed loop."""
+    settings = StillSettings((str(beam_file),), ("full",), targets=1, seconds=600.0)
+    with stop_on_signals() as stop:
+        interrupt = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+        interrupt.start()
+        result = bench_still(settings, stop, lambda share, what: None)
+    interrupt.join()
+    assert not result.complete
+    assert (result.runs, result.orders) == ((), ())
 
 
 @pytest.mark.slow

@@ -32,4 +32,4 @@ def test_a_frame_may_have_its_origin_outside_and_distances_their_points(tmp_path
     assert not checked.refused
     assert found["cables and effectors"].level == "fine"
     assert "all 6 points" in found["cables and effectors"].found
-    assert found["region effectors.0.region"].found.startswith("9 nodes")
+    assert found["region effectors.0.region"].found.startswith("4 nodes")

@@ -39,7 +39,7 @@ rotation = { axis = [0.0, 0.0, 1.0], angle_deg = 90.0 }
 [[contacts]]
 candidates = "below"
 against = "lift"
-points = "vertices"
+points = 25
 """
 
 

@@ -119,7 +119,7 @@ def test_health_warns_where_the_model_does_not_go_where_decisions_say() -> None:
 
 
 def test_health_says_that_time_ends_decisions() -> None:
-    """A robot whose decisions are always cut stands still with usable statuses."""
+    """A robot whose decisions are always cut is slow with usable statuses."""
     loop = ControlLoop(Controller(beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE)))
     robot = loop.controller.robot
     statistics = LoopStatistics(robot.actuators, robot.size)
@@ -132,7 +132,9 @@ def test_health_says_that_time_ends_decisions() -> None:
         found = statistics.diagnostics(Clock(0.02), [], None, {})
         said.append(next(item for item in found if item.name == "decisions"))
     assert "out of time" not in said[0].message and said[0].values["cut"] == "0"
-    assert "40 of the last 50 decisions ran out of time and stayed near a hold" in said[1].message
+    assert (
+        "40 of the last 50 decisions ran out of time, so that the robot is late" in said[1].message
+    )
     assert "raise service.decision_share" in said[1].message
 
 

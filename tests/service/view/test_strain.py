@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tauten.service.view.charts import padded_range
 from tauten.service.view.picture.round_numbers import rounded_up
 from tauten.service.view.picture.strain import largest_strain, strain_bar
-from tauten.service.view.ranges import padded_range
 
 TRIANGLES = np.array([[0, 1, 2], [1, 3, 2]])
 REST = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [1.0, 2.0, 0.0]], np.float32)

@@ -1,5 +1,7 @@
-"""How much a decision holds back, adapted from step to step: the weight γ on the change of the effectors, and
-the share of the way to the plan that actuators go in a tick.
+"""What a decision takes over from those before it: how much it holds back, what is grasped, where it was cut.
+
+How much it holds back is adapted from step to step: the weight γ on the change of the effectors, and the
+share of the way to the plan that actuators go in a tick.
 
 (T1) with γ > 0 is a damped Gauss-Newton step: the change of effectors and efforts counts γ times as much as
 their values. Where a target is out of reach, the curvature of the effectors'
@@ -20,6 +22,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tauten.controller.friction import CutPlan
+from tauten.model import ContactForces, ContactSpace, ForceLimits, Grasp, PredictedStep
 from tauten.model.numerics import Array
 
 REVERSED = 0.1  # d_k·d_(k-1) / |d_(k-1)|² below which a change counts as an overshoot,
@@ -34,7 +38,7 @@ STILL = 1e-9  # of the robot's size; smaller changes are rounding
 
 @dataclass(frozen=True, slots=True)
 class Damping:
-    """What a decision takes over from the one before.
+    """How much a decision holds back.
 
     Attributes:
         gamma: γ, weight on the change of the effectors relative to that on their distance from the target.
@@ -99,3 +103,31 @@ def _next_share(damping: Damping, way: Array) -> tuple[float, bool]:
     elif repeated > REPEATED:
         share = min(GROWTH * share, 1.0)
     return share, turned
+
+
+@dataclass(frozen=True, slots=True)
+class Carried:
+    """What a decision takes over from those before it.
+
+    Attributes:
+        damping: how much it holds back.
+        grasp: limits of contact forces, and which of them count; None: there are none.
+        cut: where the search of the last plan with friction was cut; None: it was not.
+    """
+
+    damping: Damping
+    grasp: Grasp | None
+    cut: CutPlan | None = None
+
+    def exceeded(self, step: PredictedStep, space: ContactSpace) -> tuple[str, ...]:
+        """The names of the limits that the contact forces of a step are beyond."""
+        return () if self.grasp is None else self.grasp.exceeded(step.touching(space))
+
+    def letting_go(self, found: ContactForces) -> Carried:
+        """The same where all is let go that pushes in a step with these forces."""
+        return self if self.grasp is None else replace(self, grasp=self.grasp.letting_go(found))
+
+
+def nothing_carried(limits: ForceLimits | None) -> Carried:
+    """The start of a robot with these limits of contact forces; None: it has none."""
+    return Carried(undamped(), None if limits is None else Grasp.at_start(limits))

@@ -1,0 +1,74 @@
+"""What a search for efforts tries, one after another, and where it was cut."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tauten.controller.friction.path import PathEnd
+from tauten.controller.friction.search import EffortSearch
+from tauten.model.numerics import Array
+
+
+@dataclass(frozen=True, slots=True)
+class PathTrial:
+    """One way to look for a lower point.
+
+    Attributes:
+        share: κ at the start of the path.
+        nested: whether the smoothed law is solved at each width.
+        from_hold: whether the path starts from holding; else from the best point.
+    """
+
+    share: float
+    nested: bool = False
+    from_hold: bool = False
+
+
+# the second continues from where the first has arrived
+SLOPED = (PathTrial(1.0, from_hold=True), PathTrial(0.3))
+# where nothing that the efforts do at first changes the objective; others only while nothing is gained
+FLAT = (
+    PathTrial(1.0, nested=True, from_hold=True),
+    PathTrial(0.3),
+    PathTrial(3.0, nested=True, from_hold=True),
+    PathTrial(0.3, nested=True, from_hold=True),
+)
+WARM = (PathTrial(0.3, from_hold=True),)
+CONTINUED = 2  # trials that run although something has been gained
+
+
+@dataclass(frozen=True, slots=True)
+class CutSearch:
+    """Where a search was cut.
+
+    Attributes:
+        flat: whether descent from holding was out of sight.
+        trial: number of the trial of those that are made then.
+        path: where its path was cut, or its end where no lower point was found from there in time; forces are
+            on the rows (s + 3 k,) of the problem. None: it has not begun.
+    """
+
+    flat: bool
+    trial: int
+    path: PathEnd | None
+
+    def with_forces(self, r: Array) -> CutSearch:
+        """The same with the forces of its path on other rows."""
+        if self.path is None:
+            return self
+        return replace(self, path=replace(self.path, state=self.path.state._replace(r=r)))
+
+    def on_all_rows(self, search: EffortSearch) -> CutSearch:
+        """The same with forces on three rows of each contact."""
+        if self.path is None:
+            return self
+        r = np.zeros(len(search.contacts.q))
+        r[search.place] = self.path.state.r
+        return self.with_forces(r)
+
+
+ALL_TRIED = CutSearch(
+    True, len(FLAT), None
+)  # where descent is out of sight: nothing is tried again
