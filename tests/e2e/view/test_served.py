@@ -24,10 +24,10 @@ from tauten.service.wire import SKIN_FIELDS, Cause, Cloud, Mode, OperatorCommand
 
 @pytest.fixture
 def shown(served: Served) -> Iterator[Shown]:
-    """A viewer of the node, not armed."""
+    """A viewer of the node, not armed, lit as users see it."""
     source = ServedRobot(served.session, "beam")
     source.await_surface()
-    with showing(source) as found:
+    with showing(source, lit=True) as found:
         yield found
 
 
@@ -125,7 +125,7 @@ def test_a_log_is_shown_and_exported(
     assert recorded.notes == ()
     frames = [frame for frame in recorded.frames() if frame is not None]
     followed = [frame for frame in frames if frame.mode is Mode.RUN]
-    assert recorded.look.error(followed[-1]) < 2e-3
+    assert recorded.look.error(followed[-1]) < 2.2e-3  # at rest 2.07 mm, for the sake of the middle
     assert followed[-1].geometry.vertices[:, 2].max() > 0.022  # bent upwards
     stop = StopFlag()
     with open_server(0, "log") as (server, _):

@@ -121,7 +121,7 @@ def record(
             held = Command.of(position, None)
             decision = hold(robot, prepared, held, position, settings.enrichment)
         position, step = decision.position, decision.predicted.step
-        state = robot.advance(step.state, step.system, decision.predicted.dv)
+        state = robot.advance(step.state, step.system.v + decision.predicted.dv, step.system.h)
         forces = decision.predicted.step.split(decision.predicted.lam, contact.k)
     kept = sorted(rng.choice(len(found), size=min(KEPT, len(found)), replace=False))
     save_recorded(HERE / f"{name}.npz", [found[i] for i in kept])
