@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.numerics import Array, Bools, Ints, kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,13 +49,7 @@ class Contacts:
         Continuous where the normal is but for the direction −z (Duff et al., Building an orthonormal basis,
         revisited, 2017). Of some of the contacts (r,), by their places, they are (r, 2, 3).
         """
-        x, y, z = (self.normal if chosen is None else self.normal[chosen]).T
-        sign = np.copysign(1.0, z)
-        a = -1.0 / (sign + z)
-        b = x * y * a
-        first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
-        second = np.stack([b, sign + y * y * a, -y], axis=1)
-        return np.stack([first, second], axis=1)
+        return _tangents(self.normal if chosen is None else self.normal[chosen])
 
     def at(self, chosen: Ints) -> Contacts:
         """Some of the contacts (r,), by their places."""
@@ -114,3 +108,17 @@ def no_contacts(n_slots: int) -> Contacts:
     """No candidate in range, of n_slots."""
     none, nothing, nowhere = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 3))
     return Contacts(n_slots, none, none, nothing, nowhere, nowhere, nothing)
+
+
+@kernel
+def _tangents(normal: Array) -> Array:
+    """`Contacts.tangents` of unit normals (m, 3): (m, 2, 3)."""
+    found = np.empty((len(normal), 2, 3))
+    for k in range(len(normal)):
+        x, y, z = normal[k, 0], normal[k, 1], normal[k, 2]
+        sign = np.copysign(1.0, z)
+        a = -1.0 / (sign + z)
+        b = x * y * a
+        found[k, 0, 0], found[k, 0, 1], found[k, 0, 2] = 1.0 + sign * x * x * a, sign * b, -sign * x
+        found[k, 1, 0], found[k, 1, 1], found[k, 1, 2] = b, sign + y * y * a, -y
+    return found

@@ -44,10 +44,6 @@ class Rows:
         """Some rows (r,) of H as a dense array: (r, n)."""
         return dense(self.H[rows])
 
-    def at(self, rows: Ints) -> Rows:
-        """Some rows (r,)."""
-        return Rows(self.H[rows], self.delta[rows])
-
     def after(self, h: float, v: Array) -> Array:
         """Row values after a time h [s] at velocity v (n,), to first order: δ + h H v (m,)."""
         if isinstance(self.H, np.ndarray):
@@ -91,16 +87,6 @@ class ChainedRows:
     def chosen(self, rows: Ints) -> Array:
         """Some rows (r,) of H as a dense array: (r, n)."""
         return _chained(rows, self.starts, self.columns, self.data, self.motion)
-
-    def at(self, rows: Ints) -> ChainedRows:
-        """Some rows (r,)."""
-        counts = np.diff(self.starts)[rows]
-        starts = np.concatenate([[0], np.cumsum(counts)])
-        places = np.arange(starts[-1]) + np.repeat(self.starts[rows] - starts[:-1], counts)
-        return ChainedRows(
-            starts.astype(np.int32), self.columns[places], self.data[places], self.motion,
-            self.delta[rows],
-        )  # fmt: skip
 
     def after(self, h: float, v: Array) -> Array:
         """Row values after a time h [s] at velocity v (n,), to first order: δ + h H v (m,)."""
@@ -169,13 +155,6 @@ class ContactRows:
 
     def __len__(self) -> int:
         return len(self.rows)
-
-    def without_friction(self) -> ContactRows:
-        """The contacts of pairs without friction; all of them where none in range has friction."""
-        if self.tangents is None:
-            return self
-        kept = np.flatnonzero(self.found.friction == 0.0)
-        return ContactRows(self.rows.at(kept), self.found.at(kept))
 
     def rows_of(self, slots: Ints) -> Ints:
         """Numbers of the rows of some slots, those in range, ascending."""

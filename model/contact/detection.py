@@ -41,7 +41,6 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -49,13 +48,12 @@ from scipy.sparse.csgraph import connected_components
 
 from tauten.model.contact.broad_phase import BLOCK
 from tauten.model.contact.narrow_phase import no_closest_points, search
-from tauten.model.contact.obstacle import ObstaclePoses, poses_at_start
+from tauten.model.contact.obstacle import ObstaclePose, ObstaclePoses, poses_at_start
 from tauten.model.contact.pair import ContactPair, LargestSum, check_pair
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Bools, Ints, kernel
-from tauten.model.points import Entries, Placed
-from tauten.model.rows import ContactRows, PairSlots, dense
+from tauten.model.rows import PairSlots
 
 SHORT = 16  # candidates; blocks of connected parts have at least as many
 
@@ -173,67 +171,47 @@ class ContactSet:
         """
         x = np.ascontiguousarray(x, dtype=float)
         distances = self.alarm_distance, self.distance
-        numbers, values = detect_all(
-            x, self._nodes, self._weights, self._blocks, self._surfaces, distances
+        packed = detect_all(
+            x, self._nodes, self._weights, self._blocks, self._surfaces, self._friction, distances
         )
+        for number in self._shaped:
+            packed = merged(packed, self._touching(number, x))
+        numbers, values = packed
         m = len(numbers) // 8
         found = Detection(
             self.n_slots, numbers[:m], numbers[m : 2 * m], values[:m],
             values[m : 4 * m].reshape(m, 3), values[4 * m : 7 * m].reshape(m, 3), values[7 * m : 8 * m],
             numbers[2 * m :].reshape(m, 6), values[8 * m :].reshape(m, 6),
         )  # fmt: skip
-        if self.frictional:
-            found = replace(found, friction=self._friction[found.pair])
-        if not self._shaped:
-            return found
-        return merged([found, *(self._touching(number, x) for number in self._shaped)])
+        return replace(found, surface=self._surface(found)) if self.poses.move else found
 
-    def _touching(self, number: int, x: Array) -> Detection:
-        """Candidates within reach of the obstacle of a pair, by its number."""
+    def _touching(self, number: int, x: Array) -> tuple[Ints, Array]:
+        """Candidates within reach of the obstacle of a pair, by its number, as `detect_all` gives them."""
         pair, first = self.pairs[number], int(self._first[number])
         assert pair.obstacle is not None
-        pose = self.poses.poses[self.poses.number(pair.obstacle.name)]
-        points = np.einsum("mj,mji->mi", pair.weights, x[pair.nodes])
-        place = np.flatnonzero(np.isfinite(points).all(axis=1))
-        gap, normal = pair.obstacle.closest(points[place], pose, self.alarm_distance)
-        near = gap < self.alarm_distance
-        place, gap, normal = place[near], gap[near], normal[near]
-        nodes, weights = pair.nodes[place], pair.weights[place]
-        return Detection(
-            n_slots=self.n_slots,
-            slots=first + place,
-            pair=np.full(len(place), number),
-            gap=gap - self.distance,
-            point=points[place],
-            normal=np.ascontiguousarray(normal),
-            friction=np.full(len(place), pair.friction),
-            vertices=np.hstack([nodes, nodes]),
-            coefficients=np.hstack([weights, np.zeros_like(weights)]),
-            surface=pose.velocity_at(points[place] - gap[:, None] * normal) if pose.moves else None,
-        )
+        place, points = finite_candidates(x, pair.nodes, pair.weights)
+        pose, reach = self._pose(pair.obstacle.name), self.alarm_distance
+        gap, normal = pair.obstacle.closest(points, pose, reach)
+        found = np.ascontiguousarray(gap, dtype=float), np.ascontiguousarray(normal, dtype=float)
+        kept = (number, first), pair.friction, (reach, self.distance)
+        return candidates_near(place, points, found, *kept, pair.nodes, pair.weights)
 
+    def _pose(self, obstacle: str) -> ObstaclePose:
+        """Where an obstacle is, by its name."""
+        return self.poses.poses[self.poses.number(obstacle)]
 
-def merged(parts: list[Detection]) -> Detection:
-    """Candidates of different pairs as one record, with ascending slots."""
-    order = np.argsort(np.concatenate([part.slots for part in parts]), kind="stable")
-
-    def joined(name: str) -> Any:
-        return np.concatenate([getattr(part, name) for part in parts])[order]
-
-    return Detection(
-        parts[0].n_slots, joined("slots"), joined("pair"), joined("gap"), joined("point"),
-        joined("normal"), joined("friction"), joined("vertices"), joined("coefficients"),
-        surface=_surfaces(parts, order),
-    )  # fmt: skip
-
-
-def _surfaces(parts: list[Detection], order: Ints) -> Array | None:
-    """Velocities of the surfaces that are touched, in an order; None where nothing moves."""
-    if all(part.surface is None for part in parts):
-        return None
-    found = [np.zeros((len(p), 3)) if p.surface is None else p.surface for p in parts]
-    joined: Array = np.concatenate(found)[order]
-    return joined
+    def _surface(self, found: Detection) -> Array:
+        """Velocity of the obstacle at the nearest point of each contact (m, 3), zero of others [m/s]."""
+        surface = np.zeros_like(found.point)
+        for number in self._shaped:
+            obstacle = self.pairs[number].obstacle
+            assert obstacle is not None
+            pose = self._pose(obstacle.name)
+            own = np.flatnonzero(found.pair == number)
+            if pose.moves and len(own) > 0:
+                way = (found.gap[own] + self.distance)[:, None] * found.normal[own]
+                surface[own] = pose.velocity_at(found.point[own] - way)
+        return surface
 
 
 def blocks_of(candidates: list[Ints], n_vertices: int) -> Ints:
@@ -269,6 +247,7 @@ def detect_all(
     weights: Array,
     blocks: Ints,
     surfaces: SurfaceTopology,
+    friction: Array,
     distances: tuple[float, float],
 ) -> tuple[Ints, Array]:
     """The arrays of a `Detection` one after the other: its integers (8 m,), and its other numbers (14 m,).
@@ -279,6 +258,7 @@ def detect_all(
         weights: (n_c, 3) their weights.
         blocks: (b, 3) candidates that are treated together, see `blocks_of`.
         surfaces: target surfaces of the pairs.
+        friction: coefficients of the pairs.
         distances: the alarm distance, and the one at which surfaces are held [m].
     """
     reach, held = distances
@@ -303,7 +283,7 @@ def detect_all(
     triangle, inside, triangles = found.triangle, found.weights, surfaces.triangles
     for k in range(m):
         s = slots[k]
-        gap[k] = found.gap[s] - held
+        gap[k], values[7 * m + k] = found.gap[s] - held, friction[pairs[s]]
         for j in range(3):  # entry by entry, which is faster than slices of three
             point[k, j], normal[k, j] = points[j, s], found.normal[s, j]
             vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[triangle[s], j]
@@ -311,58 +291,93 @@ def detect_all(
     return numbers, values
 
 
-def contact_rows(detection: Detection, placed: Placed, frictional: bool = False) -> ContactRows:
-    """Contact rows H_c (m, n) with the gaps (T2), and rows across the normals where there is friction.
+@kernel
+def finite_candidates(x: Array, nodes: Ints, weights: Array) -> tuple[Ints, Array]:
+    """Candidates at finite positions: their numbers (k,), and where they are (k, 3) [m].
 
     Args:
-        detection: candidates in range.
-        placed: the vertices at this state.
-        frictional: whether any pair has friction.
+        x: (n_vertices, 3) positions [m].
+        nodes: (m, 3) vertices of the candidates.
+        weights: (m, 3) their weights.
     """
-    vectors = np.empty((6 * len(detection.gap), 3))
-    gap_vectors(detection.coefficients, detection.normal, vectors)
-    starts = np.arange(0, len(vectors) + 1, 6)
-    rows = placed.many_rows(Entries(starts, detection.vertices.ravel(), vectors), detection.gap)
-    if not (frictional and detection.friction.any()):
-        return ContactRows(rows, detection)
-    return ContactRows(rows, detection, PlacedTangents(detection, placed))
-
-
-@dataclass(frozen=True, slots=True)
-class PlacedTangents:
-    """Rows of the relative motion across the normals; those are computed that are used.
-
-    Attributes:
-        detection: candidates in range.
-        placed: the vertices at this state.
-    """
-
-    detection: Detection
-    placed: Placed
-
-    def chosen(self, rows: Ints) -> Array:
-        """Two rows for each of some candidates (r,), in the order of `Contacts.tangents`: (2 r, n).
-
-        The relative motion of the point of a candidate and of what it touches, as in (T2), with a tangent
-        instead of the normal.
-        """
-        both, found = np.repeat(rows, 2), self.detection
-        vectors = np.empty((6 * len(both), 3))
-        gap_vectors(found.coefficients[both], found.tangents(rows).reshape(-1, 3), vectors)
-        points = found.vertices[both].ravel()
-        return dense(self.placed.rows(Entries(np.arange(0, len(points) + 1, 6), points, vectors)))
+    place, points = np.empty(len(nodes), np.int64), np.zeros((len(nodes), 3))
+    count = 0
+    for s in range(len(nodes)):
+        point = points[count]
+        for j in range(3):
+            w, corner = weights[s, j], x[nodes[s, j]]
+            for i in range(3):
+                point[i] += w * corner[i]
+        if np.isfinite(point[0] + point[1] + point[2]):
+            place[count] = s
+            count += 1
+        else:
+            point[:] = 0.0
+    return place[:count], points[:count]
 
 
 @kernel
-def gap_vectors(coefficients: Array, normal: Array, vectors: Array) -> None:
-    """Derivatives of the gaps by their vertices (T2).
+def candidates_near(
+    place: Ints, points: Array, found: tuple[Array, Array], pair: tuple[int, int], friction: float,
+    distances: tuple[float, float], nodes: Ints, weights: Array,
+) -> tuple[Ints, Array]:  # fmt: skip
+    """Candidates within reach of an obstacle, in the arrays of `detect_all`.
 
     Args:
-        coefficients: (m, 6) of the vertices.
-        normal: (m, 3) unit normals.
-        vectors: (6 m, 3) output.
+        place: (k,) numbers of candidates in their pair.
+        points: (k, 3) where they are [m].
+        found: distances (k,) [m] and normals (k, 3).
+        pair: its number and first slot.
+        friction: its coefficient.
+        distances: the alarm distance, and the one at which surfaces are held [m].
+        nodes: (n, 3) vertices of all candidates of the pair.
+        weights: (n, 3) their weights.
     """
-    for k in range(normal.shape[0]):
-        for j in range(6):
-            for i in range(3):
-                vectors[6 * k + j, i] = coefficients[k, j] * normal[k, i]
+    gap, normal = found
+    near = np.flatnonzero(gap < distances[0])
+    m = near.shape[0]
+    numbers, values = np.empty(8 * m, np.int64), np.zeros(14 * m)
+    for k in range(m):
+        at = near[k]
+        s = place[at]
+        numbers[k], numbers[m + k] = pair[1] + s, pair[0]
+        values[k], values[7 * m + k] = gap[at] - distances[1], friction
+        for i in range(3):
+            numbers[2 * m + 6 * k + i] = numbers[2 * m + 6 * k + 3 + i] = nodes[s, i]
+            values[m + 3 * k + i], values[4 * m + 3 * k + i] = points[at, i], normal[at, i]
+            values[8 * m + 6 * k + i] = weights[s, i]
+    return numbers, values
+
+
+@kernel
+def merged(one: tuple[Ints, Array], other: tuple[Ints, Array]) -> tuple[Ints, Array]:
+    """Candidates of different pairs in the arrays of `detect_all`, with ascending slots."""
+    p, q = len(one[0]) // 8, len(other[0]) // 8
+    if p == 0 or q == 0:
+        return other if p == 0 else one
+    m, a, b = p + q, 0, 0
+    numbers, values = np.empty(8 * m, np.int64), np.empty(14 * m)
+    for k in range(m):
+        if b == q or (a < p and one[0][a] < other[0][b]):
+            _put_contact(one, a, p, numbers, values, k, m)
+            a += 1
+        else:
+            _put_contact(other, b, q, numbers, values, k, m)
+            b += 1
+    return numbers, values
+
+
+@kernel
+def _put_contact(
+    source: tuple[Ints, Array], a: int, p: int, numbers: Ints, values: Array, k: int, m: int
+) -> None:
+    """Copy contact a of p into place k of m."""
+    from_numbers, from_values = source
+    numbers[k], numbers[m + k] = from_numbers[a], from_numbers[p + a]
+    values[k], values[7 * m + k] = from_values[a], from_values[7 * p + a]
+    for i in range(3):
+        values[m + 3 * k + i] = from_values[p + 3 * a + i]
+        values[4 * m + 3 * k + i] = from_values[4 * p + 3 * a + i]
+    for i in range(6):
+        numbers[2 * m + 6 * k + i] = from_numbers[2 * p + 6 * a + i]
+        values[8 * m + 6 * k + i] = from_values[8 * p + 6 * a + i]

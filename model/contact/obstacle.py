@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
@@ -38,6 +39,11 @@ class ObstaclePose:
     def moves(self) -> bool:
         """Whether it has a velocity."""
         return bool(self.velocity.any() or self.spin.any())
+
+    @property
+    def is_upright(self) -> bool:
+        """Whether the axes of the obstacle's frame are those of the robot's."""
+        return not self.quaternion[1:].any()
 
     @property
     def Q(self) -> Array:
@@ -230,13 +236,14 @@ class Obstacle:
             pose: of the obstacle.
             reach: distance up to which all are wanted [m].
         """
-        Q = pose.Q
-        own = (points - pose.position) @ Q
-        if isinstance(self.shape, NearShape):
-            gap, normal = self.shape.closest_within(own, reach)
+        Q = None if pose.is_upright else pose.Q
+        own = points - pose.position if pose.position.any() else points
+        own = own if Q is None else own @ Q
+        if hasattr(self.shape, "closest_within"):  # faster than to ask for the protocol
+            gap, normal = cast(NearShape, self.shape).closest_within(own, reach)
         else:
             gap, normal = self.shape.closest(own)
-        return gap, normal @ Q.T
+        return gap, normal if Q is None else normal @ Q.T
 
     def outline(self, pose: ObstaclePose, centre: Array, extent: float) -> tuple[Array, Ints]:
         """Vertices (v, 3) [m] in its own frame and triangles (t, 3); none of a shape that is not drawn.

@@ -11,7 +11,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from tauten.model.contact.outlines import RodOutline, across, box, square
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, kernel
 
 _SHORTEST = 1e-9  # m, below which a length is none
 
@@ -27,7 +27,6 @@ class Shape(Protocol):
         """
 
 
-@runtime_checkable
 class NearShape(Shape, Protocol):
     """A shape that is faster where only points near it count."""
 
@@ -71,7 +70,7 @@ class PlaneShape:
 
     def closest(self, points: Array) -> tuple[Array, Array]:
         """Distances (m,) of points (m, 3) [m], and the normal for each (m, 3)."""
-        return (points - self._point) @ self._normal, np.tile(self._normal, (len(points), 1))
+        return over_plane(points, self._point, self._normal)
 
     def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
         """A square of the plane as large as `extent`, nearest to a centre (3,) [m]."""
@@ -264,3 +263,20 @@ def positive(name: str, value: object) -> float:
     if not isinstance(value, int | float | np.number) or not 0.0 < value < np.inf:
         raise ValueError(f"{name}: expected a positive number [m], found {value}")
     return float(value)
+
+
+@kernel
+def over_plane(points: Array, point: Array, normal: Array) -> tuple[Array, Array]:
+    """Distances (m,) of points (m, 3) from a plane [m], and its normal for each (m, 3).
+
+    Args:
+        points: (m, 3) [m].
+        point: (3,) on the plane [m].
+        normal: (3,) unit vector.
+    """
+    gap, normals = np.zeros(len(points)), np.empty((len(points), 3))
+    for k in range(len(points)):
+        for i in range(3):
+            gap[k] += (points[k, i] - point[i]) * normal[i]
+            normals[k, i] = normal[i]
+    return gap, normals

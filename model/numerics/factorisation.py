@@ -39,7 +39,9 @@ class FactorisationError(RuntimeError):
 class Factorisation(Protocol):
     """Factors of a symmetric matrix whose pattern does not change."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """Of the solver."""
 
     def refactor(self, values: Array) -> None:
         """Factorise the matrix with these CSC values (nnz,).

@@ -255,9 +255,7 @@ class PartsBody(Body[PartsPoints]):
     def blocks(self, factors: list[Factorisation]) -> BlockFactors:
         """Factors of each part as those of all parts."""
         spans = self.spans
-        return BlockFactors(
-            tuple(factors), spans.columns, spans.stored, spans.shapes, self.linear_solver
-        )
+        return BlockFactors(tuple(factors), spans.columns, spans.stored, spans.shapes)
 
     def factors(self) -> Factorisation:
         """Workspaces for factors of the matrix of each part."""

@@ -58,7 +58,9 @@ def parts_effectors(parts: Sequence[Part]) -> Effectors[PartsPoints]:
         kinds = effectors.kinds
         points_only = kinds.layout.positions_only
         groups.append(
-            PointsOfPart(number, effectors.points, part.placement if points_only else None)
+            PointsOfPart(
+                number, effectors.points, part.placement.elsewhere if points_only else None
+            )
         )
         measures += [
             measure if points_only else PlacedMeasure(measure, part.placement)

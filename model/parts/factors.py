@@ -18,14 +18,17 @@ class BlockFactors:
         columns: unknowns of each part.
         stored: values of each part among those of all parts.
         shapes: of the values of each part as its body stores them.
-        name: names of the solvers of all parts.
     """
 
     parts: tuple[Factorisation, ...]
     columns: tuple[slice, ...]
     stored: tuple[slice, ...]
     shapes: tuple[tuple[int, ...], ...]
-    name: str
+
+    @property
+    def name(self) -> str:
+        """Names of the solvers of all parts."""
+        return " and ".join(dict.fromkeys(part.name for part in self.parts))
 
     def refactor(self, values: Array) -> None:
         """Factorise the matrix with these values, part by part.
@@ -38,6 +41,8 @@ class BlockFactors:
 
     def solve(self, B: Array) -> Array:
         """A⁻¹ B for B (n,) or (n, m): each block with the columns that are not zero there."""
+        if len(self.parts) == 1:
+            return self.parts[0].solve(B)
         X = np.zeros(B.shape, order="F")
         for part, span in zip(self.parts, self.columns, strict=True):
             block = B[span]
@@ -52,4 +57,4 @@ class BlockFactors:
     def fork(self) -> Factorisation:
         """A workspace of its own for the same pattern, without factors."""
         parts = tuple(part.fork() for part in self.parts)
-        return BlockFactors(parts, self.columns, self.stored, self.shapes, self.name)
+        return BlockFactors(parts, self.columns, self.stored, self.shapes)

@@ -95,11 +95,11 @@ def joined_integration(schemes: Sequence[Integration]) -> Integration:
 def contact_vertices(between: Between, parts: Sequence[Part]) -> PartsPoints:
     """Vertices of the contacts within each part, then those of the contacts between parts."""
     within = [
-        PointsOfPart(number, part.robot.vertices, part.placement)
+        PointsOfPart(number, part.robot.vertices, part.placement.elsewhere)
         for number, part in enumerate(parts)
     ]
     touching = [
-        PointsOfPart(number, part.robot.body.surface_points(ids), part.placement)
+        PointsOfPart(number, part.robot.body.surface_points(ids), part.placement.elsewhere)
         for number, (part, ids) in enumerate(zip(parts, between.vertices, strict=True))
         if len(ids) > 0
     ]

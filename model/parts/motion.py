@@ -8,10 +8,9 @@ from itertools import accumulate
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 import scipy.sparse as sp
 
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.parts.part import Placement
 from tauten.model.points import Entries, Motion, Placed, sparse_units
 from tauten.model.rows import Jacobian, dense
@@ -80,9 +79,8 @@ class PartsMotion:
             one.y if group.placement is None else group.placement.points(one.y)
             for group, one in zip(points.groups, placed, strict=True)
         ]
-        return PlacedOnParts(
-            np.concatenate([np.zeros((0, 3)), *y]), points.groups, placed, self.columns
-        )
+        joined = y[0] if len(y) == 1 else np.concatenate([np.zeros((0, 3)), *y])
+        return PlacedOnParts(joined, points.groups, placed, self.columns)
 
     def units(self, columns: Ints) -> sp.csr_array:
         """Unit rows (m, n) of some unknowns (m,)."""
@@ -105,54 +103,64 @@ class PlacedOnParts(Placed):
 
     def rows(self, entries: Entries) -> Jacobian:
         """Rows (m, n) over the unknowns, of rows over these points."""
-        m = len(entries.starts) - 1
-        row = np.repeat(np.arange(m), np.diff(entries.starts))
-        blocks: list[tuple[int, Jacobian]] = []
         spans = slices([len(one.y) for one in self.placed])
-        for group, one, span in zip(self.groups, self.placed, spans, strict=True):
-            chosen = (entries.points >= span.start) & (entries.points < span.stop)
-            vectors = entries.vectors[chosen]
+        shares = [
+            (group, one, *entries.of_points(span.start, span.stop))
+            for group, one, span in zip(self.groups, self.placed, spans, strict=True)
+        ]
+        moving = [share for share in shares if len(share[2]) > 0] or shares
+        blocks: list[tuple[int, Ints, Jacobian]] = []
+        for group, one, rows, own in moving:
             if group.placement is not None:
-                vectors = group.placement.into_part(vectors)
-            starts = np.concatenate([[0], np.bincount(row[chosen], minlength=m).cumsum()])
-            own = Entries(starts, entries.points[chosen] - span.start, vectors)
-            blocks.append((group.part, one.rows(own)))
-        return in_columns(blocks, self.columns, m)
+                own = Entries(own.starts, own.points, group.placement.into_part(own.vectors))
+            blocks.append((group.part, rows, one.rows(own)))
+        return in_columns(blocks, self.columns, len(entries.starts) - 1)
 
 
 def in_columns(
-    blocks: Sequence[tuple[int, Jacobian]], columns: tuple[slice, ...], m: int
+    blocks: Sequence[tuple[int, Ints, Jacobian]], columns: tuple[slice, ...], m: int
 ) -> Jacobian:
     """Rows over the unknowns of all parts, dense where those of a part are.
 
     Args:
-        blocks: number of a part, and rows (m, n of the part) over its unknowns, which are added.
+        blocks: number of a part, numbers (k,) of rows, and what (k, n of the part) is added to these.
         columns: unknowns of each part.
         m: number of rows.
     """
     n = int(columns[-1].stop)
     sparse = [
-        (columns[part].start, block) for part, block in blocks if isinstance(block, sp.csr_array)
+        (columns[part].start, rows, block)
+        for part, rows, block in blocks
+        if isinstance(block, sp.csr_array)
     ]
     if len(sparse) < len(blocks):
         H = np.zeros((m, n))
-        for part, block in blocks:
-            H[:, columns[part]] += dense(block)
+        for part, rows, block in blocks:
+            _add_rows(dense(block), rows, columns[part].start, H)
         return H
     # side by side without scipy's sums, which check and compress every one
-    found = [(first, block) for first, block in sparse if block.nnz > 0]
     row = np.concatenate(
-        [_NONE, *(np.repeat(np.arange(m), np.diff(one.indptr)) for _, one in found)]
+        [_NONE, *(np.repeat(rows, np.diff(one.indptr)) for _, rows, one in sparse)]
     )
     order = np.argsort(row, kind="stable")
-    column = np.concatenate([_NONE, *(one.indices + first for first, one in found)])[order]
-    data = np.concatenate([np.zeros(0), *(one.data for _, one in found)])[order]
-    starts = np.sum([np.zeros(m + 1, np.int64), *(one.indptr for _, one in found)], axis=0)
+    column = np.concatenate([_NONE, *(one.indices + first for first, _, one in sparse)])[order]
+    data = np.concatenate([np.zeros(0), *(one.data for _, _, one in sparse)])[order]
+    starts = np.concatenate([[0], np.bincount(row, minlength=m).cumsum()])
     return sp.csr_array((data, column, starts), shape=(m, n))
+
+
+@kernel
+def _add_rows(block: Array, rows: Ints, first: int, H: Array) -> None:
+    """Add a block (k, r) to some rows (k,) of H (m, n), from column `first` on."""
+    for k in range(len(rows)):
+        for j in range(block.shape[1]):
+            H[rows[k], first + j] += block[k, j]
 
 
 def stacked(blocks: Sequence[Jacobian]) -> Jacobian:
     """Rows (m, n of the part) of every part below those before: (Σ m, n), dense where those of a part are."""
+    if len(blocks) == 1:
+        return blocks[0]
     sparse = [block for block in blocks if isinstance(block, sp.csr_array)]
     if len(sparse) == len(blocks):
         heights, widths = zip(*(block.shape for block in sparse), strict=True)
@@ -164,5 +172,9 @@ def stacked(blocks: Sequence[Jacobian]) -> Jacobian:
         return sp.csr_array(
             tuple(np.concatenate(part) for part in arrays), shape=(sum(heights), sum(widths))
         )
-    H: Array = scipy.linalg.block_diag(*map(dense, blocks))
+    shapes = [block.shape for block in blocks]
+    below, right = (slices(sizes) for sizes in zip(*shapes, strict=True))
+    H = np.zeros((below[-1].stop, right[-1].stop))
+    for block, rows, columns in zip(blocks, below, right, strict=True):
+        H[rows, columns] = dense(block)
     return H

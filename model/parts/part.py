@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
 
@@ -19,6 +21,12 @@ class Placement:
 
     Q: Array
     position: Array
+
+    @property
+    def elsewhere(self) -> Placement | None:
+        """The placement; None where the part's frame is the robot's."""
+        here = np.array_equal(self.Q, np.eye(3)) and not self.position.any()
+        return None if here else self
 
     def points(self, x: Array) -> Array:
         """Positions (…, 3) in the robot's frame of positions in the part's [m]."""

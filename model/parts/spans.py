@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,7 @@ def spans_of(bodies: Sequence[Body[Any]]) -> Spans:
     )
 
 
+@lru_cache(maxsize=256)
 def scheme_of_part(own: Integration, whole: Integration, given: Integration) -> Integration:
     """The scheme of a part in a step of all parts.
 

@@ -34,6 +34,12 @@ class Entries:
     points: Ints
     vectors: Array
 
+    def of_points(self, first: int, end: int) -> tuple[Ints, Entries]:
+        """Which rows (k,) points first … end − 1 contribute to, and these contributions over these points."""
+        given = self.starts, self.points, self.vectors
+        rows, starts, points, vectors = _of_points(*given, first, end)
+        return rows, Entries(starts, points, vectors)
+
 
 @dataclass(frozen=True, slots=True)
 class Placed(ABC):
@@ -123,6 +129,27 @@ class PlacedByMap(Placed):
     def motion(self) -> Jacobian:
         """Derivative of the positions by the unknowns: (3 p, n)."""
         return self.map
+
+
+@kernel
+def _of_points(
+    starts: Ints, points: Ints, vectors: Array, first: int, end: int
+) -> tuple[Ints, Ints, Ints, Array]:
+    """`Entries.of_points`."""
+    rows, own_starts = np.empty(len(starts), np.int64), np.zeros(len(starts), np.int64)
+    own_points, own_vectors = np.empty(len(points), np.int64), np.empty((len(points), 3))
+    k, count = 0, 0
+    for row in range(len(starts) - 1):
+        for e in range(starts[row], starts[row + 1]):
+            if first <= points[e] < end:
+                own_points[count] = points[e] - first
+                for i in range(3):
+                    own_vectors[count, i] = vectors[e, i]
+                count += 1
+        if count > own_starts[k]:
+            rows[k], own_starts[k + 1] = row, count
+            k += 1
+    return rows[:k], own_starts[: k + 1], own_points[:count], own_vectors[:count]
 
 
 @kernel

@@ -25,10 +25,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 
-from tauten.model.numerics import Array, FactorisationError
+from tauten.model.numerics import Array, FactorisationError, Ints, kernel
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.state import State
@@ -42,12 +43,14 @@ from tauten.model.step import (
 )
 from tauten.model.system import Integration
 
+_Pushing: TypeAlias = tuple[Array, Array, Ints, Array]
+
 STAGE = 1.0 - 1.0 / np.sqrt(2.0)  # γ
 FARTHEST_CORRECTION = (
     2e-3  # from where the velocity leads, relative to the size of its largest part
 )
 DOUBLINGS = 2  # at most, of the number of steps in a period
-TINY = np.finfo(float).tiny  # the least positive number
+TINY = float(np.finfo(float).tiny)  # the least positive number
 PUSHES = 1e-9  # of that size: what moves less by its force in a stage does not push, it is rounding
 
 
@@ -179,17 +182,42 @@ def _struck(before: Forces, stage: Travel, least: float) -> bool:
         least: displacement in the row of an actuator or contact from which on a force pushes [m].
     """
     step, after = stage.last.prediction.step, stage.forces
-    unit = step.compliance.W.diagonal()  # (m,) [m/N]
-    effort = least / np.maximum(unit[step.layout.actuators], TINY)  # (n_a,) [N]
-    contact = least / max(unit[step.layout.contacts], default=np.inf)
-    return (
-        bool(((before.effort > effort) != (after.effort > effort)).any())
-        or bool(((before.beta > contact) != (after.beta > contact)).any())
-        or not np.array_equal(
-            before.extra[before.extra_beta > contact], after.extra[after.extra_beta > contact]
-        )
-        or before.slides_otherwise(after)
+    places = step.layout.actuators.start, step.layout.contacts.start
+    forces = (
+        (before.effort, before.beta, before.extra, before.extra_beta),
+        (after.effort, after.beta, after.extra, after.extra_beta),
     )
+    changed = _pushes_otherwise(forces, step.compliance.W, places, least)
+    return changed or before.slides_otherwise(after)
+
+
+@kernel
+def _pushes_otherwise(
+    forces: tuple[_Pushing, _Pushing], W: Array, places: tuple[int, int], least: float
+) -> bool:
+    """Whether an actuator, a column of the basis or a unit column has begun or ceased to push.
+
+    Args:
+        forces: before and after: efforts (n_a,), of the basis (k,), and slots (r,) and forces (r,) of unit
+            columns.
+        W: (m, m) compliance of the rows [m/N].
+        places: rows of the first actuator, and of the first contact.
+        least: displacement in a row from which on a force pushes [m].
+    """
+    before, after = forces
+    for i in range(len(before[0])):
+        effort = least / max(W[places[0] + i, places[0] + i], TINY)
+        if (before[0][i] > effort) != (after[0][i] > effort):
+            return True
+    unit = 0.0 if places[1] < len(W) else np.inf
+    for row in range(places[1], len(W)):
+        unit = max(unit, W[row, row])
+    contact = least / unit
+    for i in range(len(before[1])):
+        if (before[1][i] > contact) != (after[1][i] > contact):
+            return True
+    one, other = before[2][before[3] > contact], after[2][after[3] > contact]
+    return len(one) != len(other) or (one != other).any()
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.model.layout import Layout
-from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.robot import Robot
 from tauten.model.rows import ContactRows
 from tauten.model.signals import Laws
@@ -23,6 +23,7 @@ from tauten.model.step.contact_space import ContactSpace, ReducedContacts
 from tauten.model.step.forces import Forces, TangentialForces
 from tauten.model.system import Integration, System
 
+NO_FRICTION = np.zeros(0)
 STILL = 1e-7  # of the largest displacement without contact, slip that counts as none
 
 
@@ -63,6 +64,11 @@ class CondensedStep:
         return np.concatenate([np.arange(first, first + len(self.reduced)), units])
 
     @property
+    def friction(self) -> Array:
+        """Coefficients of friction of the unit columns (r,); none where no contact in range has friction."""
+        return self.rows.contacts.found.friction[self.extra] if self.frictional else NO_FRICTION
+
+    @property
     def n_contacts(self) -> int:
         """Reduced contacts and unit columns."""
         return len(self.reduced) + len(self.extra)
@@ -93,26 +99,51 @@ class CondensedStep:
         units = contacts[len(modes) :]
         if not self.frictional:
             return Forces(lam[self.layout.actuators], beta, slots, units)
-        friction = self._friction(lam, units.reshape(-1, 3))
-        return Forces(lam[self.layout.actuators], beta, slots, units[::3].copy(), friction)
+        first = self.layout.n_e + self.layout.n_a + len(modes)
+        W, q = self.compliance.W, self.compliance.delta_free
+        tangents = self.rows.contacts.found.tangents(self.extra)
+        normal, force, sliding, margin = _coulomb(W, q, lam, first, self.friction, tangents)
+        friction = TangentialForces(force, sliding, margin)
+        return Forces(lam[self.layout.actuators], beta, slots, normal, friction)
 
-    def _friction(self, lam: Array, r: Array) -> TangentialForces:
-        """Friction of the unit columns; of slip and distance to slip, the smaller one is rounding.
 
-        Args:
-            lam: (m,) forces on all rows.
-            r: (r, 3) those of the unit columns: normal, and along both tangents.
-        """
-        first = self.layout.n_e + self.layout.n_a + len(self.reduced)
-        found = self.rows.contacts.found
-        W, q = self.compliance.W[first:], self.compliance.delta_free[first:]
-        slip = np.linalg.norm((q + W @ lam).reshape(-1, 3)[:, 1:], axis=1)  # (r,) m
-        reserve = found.friction[self.extra] * r[:, 0] - np.linalg.norm(r[:, 1:], axis=1)
-        compliance = np.diag(W[:, first:]).reshape(-1, 3).max(axis=1)
-        moves = slip > STILL * np.abs(q).max(initial=0.0)
-        pushes, slides = r[:, 0] > 0.0, moves & (slip > compliance * reserve)
-        force = np.einsum("rt,rti->ri", r[:, 1:], found.tangents(self.extra))
-        return TangentialForces(force, pushes & slides, np.where(pushes & ~slides, reserve, 0.0))
+@kernel
+def _coulomb(
+    W: Array, q: Array, lam: Array, first: int, mu: Array, tangents: Array
+) -> tuple[Array, Array, Bools, Array]:
+    """Normal forces (r,) of the unit columns, and the arrays of their `TangentialForces`.
+
+    Of slip and distance to slip the smaller one is rounding.
+
+    Args:
+        W: (m, m) compliance [m/N].
+        q: (m,) row values without forces [m].
+        lam: (m,) forces on all rows [N].
+        first: row of the first unit column.
+        mu: (r,) coefficients of friction.
+        tangents: (r, 2, 3) directions of the rows.
+    """
+    r = len(mu)
+    normal, force, margin = np.empty(r), np.zeros((r, 3)), np.zeros(r)
+    sliding, largest = np.zeros(r, np.bool_), 0.0
+    for row in range(first, len(q)):
+        largest = max(largest, abs(q[row]))
+    for k in range(r):
+        at = first + 3 * k
+        normal[k], slip, across, unit = lam[at], 0.0, 0.0, W[at, at]
+        for t in range(1, 3):
+            moved = q[at + t]
+            for row in range(len(lam)):
+                moved += W[at + t, row] * lam[row]
+            slip, across = slip + moved * moved, across + lam[at + t] * lam[at + t]
+            unit = max(unit, W[at + t, at + t])
+            for i in range(3):
+                force[k, i] += lam[at + t] * tangents[k, t - 1, i]
+        slip, reserve = np.sqrt(slip), mu[k] * normal[k] - np.sqrt(across)
+        if normal[k] > 0.0:
+            sliding[k] = slip > STILL * largest and slip > unit * reserve
+            margin[k] = 0.0 if sliding[k] else reserve
+    return normal, force, sliding, margin
 
 
 def condense_step(
@@ -167,7 +198,7 @@ def condensed(
         slid: (n,) see `CondensedStep`.
     """
     rows = robot.rows(state, contacts, effectors)
-    reduced, extra = space.reduce(rows.contacts.without_friction()), forces.extra
+    reduced, extra = space.reduce(rows.contacts), forces.extra
     if len(extra) > 0:
         extra = rows.contacts.rows_of(forces.pushing)
     H, delta = [rows.actuators.dense(), reduced.H], [rows.actuators.delta, reduced.delta]
@@ -205,7 +236,7 @@ def recondensed(
     slid = None if ahead == 0.0 else ahead * system.h * step.state.v
     if rows.contacts.found.surface is not None:
         rows = replace(rows, contacts=rows.contacts.later(later))
-        reduced = space.reduce(rows.contacts.without_friction())
+        reduced = space.reduce(rows.contacts)
     delta = [rows.effectors.delta[:n_e], rows.actuators.delta, reduced.delta]
     if len(step.extra) > 0:
         delta.append(unit_rows(rows.contacts, step.extra, system.h, slid)[1])

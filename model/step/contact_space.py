@@ -41,7 +41,7 @@ class ContactSpace(Protocol):
         """Number of columns."""
 
     def reduce(self, contacts: ContactRows) -> ReducedContacts:
-        """Rows of the columns that have a candidate in range."""
+        """Rows of the columns that have a candidate in range; pairs with friction are left out."""
 
     def lift(self, beta: Array) -> Array:
         """Pointwise forces λ_c (n_c,) of coefficients beta (k,) [N]."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.contacts import ContactForces, Contacts
-from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.step.contact_space import ContactSpace
 
 
@@ -84,13 +84,10 @@ class Forces:
         """Whether contacts that push before and after have begun or ceased to slide, or slide backwards."""
         if self.friction is None or after.friction is None:
             return False
-        common, before, now = np.intersect1d(self.extra, after.extra, return_indices=True)
-        if len(common) == 0:
-            return False
         one, other = self.friction, after.friction
-        backwards = np.einsum("ri,ri->r", one.force[before], other.force[now]) < 0.0
-        changed = one.sliding[before] != other.sliding[now]
-        return bool((changed | backwards & one.sliding[before]).any())
+        return _slide_otherwise(
+            (self.extra, one.force, one.sliding), (after.extra, other.force, other.sliding)
+        )
 
     def copy(self) -> Forces:
         """The same forces in arrays of their own."""
@@ -107,3 +104,15 @@ class Forces:
 def no_forces(n_a: int, k: int) -> Forces:
     """Zero forces of n_a actuators and k columns of the contact basis."""
     return Forces(np.zeros(n_a), np.zeros(k), np.zeros(0, dtype=np.int64), np.zeros(0))
+
+
+@kernel
+def _slide_otherwise(before: tuple[Ints, Array, Bools], after: tuple[Ints, Array, Bools]) -> bool:
+    """`Forces.slides_otherwise`; slots (r,), friction (r, 3), and which slide (r,)."""
+    for i in range(len(before[0])):
+        for j in range(len(after[0])):
+            if before[0][i] == after[0][j]:
+                along = np.dot(before[1][i], after[1][j])
+                if before[2][i] != after[2][j] or (before[2][i] and along < 0.0):
+                    return True
+    return False

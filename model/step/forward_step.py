@@ -18,7 +18,7 @@ from tauten.model.signals import Command
 from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.enrichment import Enrichment, EnrichmentLoop, PredictedStep
 from tauten.model.step.forces import Forces
-from tauten.model.step.friction_law import FrictionForces, friction_forces, unit_start
+from tauten.model.step.friction_law import FrictionForces, cone_forces, friction_forces, unit_start
 from tauten.model.step.sorted_rows import sort_rows, sorted_rows
 
 SINGULAR = (
@@ -115,20 +115,15 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
         command: position or effort of each actuator.
     """
     W, free = step.compliance.W, step.compliance.delta_free
-    if not (step.frictional and len(step.extra) > 0):
-        known, bilateral = (command.position, command.effort), step.laws.bilateral
-        done, lam, residual, converged = _unilateral_forces(
-            W, free, known, bilateral, step.layout.n_e, start
-        )
-        if done:
-            return lam, residual, converged
-    rows, lam = sorted_rows(step, command), np.zeros(len(start))
+    known, bilateral = (command.position, command.effort), step.laws.bilateral
+    done, lam, residual, converged = _unilateral_forces(
+        W, free, known, bilateral, step.layout.n_e, start, step.friction
+    )
+    if done:
+        return lam, residual, converged
+    rows = sorted_rows(step, command)
     kept, zero, delta = rows.unilateral, rows.equal, rows.under_effort(W)
     lam[rows.forced] = rows.effort
-    if len(zero) == 0:
-        result = _solved(step, W[kept[:, None], kept], delta[kept], start[kept])
-        lam[kept] = result.lam
-        return lam, result.residual, result.converged
     rest = eliminate_rows(W, delta, kept, zero)
     result = _solved(step, rest.W, rest.delta, start[kept])
     lam[kept], lam[zero] = result.lam, rest.gain @ result.lam + rest.offset
@@ -141,8 +136,9 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
 
 @kernel
 def _unilateral_forces(
-    W: Array, free: Array, given: tuple[Array, Array], bilateral: Bools, n_e: int, start: Array
-) -> tuple[bool, Array, float, bool]:
+    W: Array, free: Array, given: tuple[Array, Array], bilateral: Bools, n_e: int, start: Array,
+    friction: Array,
+) -> tuple[bool, Array, float, bool]:  # fmt: skip
     """`solve_forces` in one kernel where no row is to be zero; whether that is so comes first.
 
     Args:
@@ -152,6 +148,7 @@ def _unilateral_forces(
         bilateral: (n_a,) actuators that pull and push.
         n_e: effector rows, which come first.
         start: (m,) forces to start from [N].
+        friction: (r,) coefficients of the contacts with friction, whose rows are the last ones.
     """
     forced, effort, equal, kept, _, delta = sort_rows(free, given[0], given[1], bilateral, n_e)
     lam, k = np.zeros(len(free)), len(kept)
@@ -164,7 +161,10 @@ def _unilateral_forces(
     for i in range(k):
         for j in range(k):
             W_kept[i, j] = W[kept[i], kept[j]]
-    found, _, residual, _, converged, _ = lcp_forces(W_kept, delta[kept], start[kept])
+    if len(friction) > 0:
+        found, residual, converged = cone_forces(W_kept, delta[kept], friction, start[kept])
+    else:
+        found, _, residual, _, converged, _ = lcp_forces(W_kept, delta[kept], start[kept])
     lam[kept] = found
     return True, lam, residual, converged
 
@@ -180,6 +180,6 @@ def _solved(
         delta: (m,) their values without forces [m].
         start: (m,) forces to start from [N].
     """
-    if step.frictional and len(step.extra) > 0:
+    if len(step.friction) > 0:
         return friction_forces(step, W, delta, start)
     return solve_lcp(W, delta, start)

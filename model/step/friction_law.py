@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.friction import FrictionProblem, moving_contacts, padded_rows, solve_friction
-from tauten.model.numerics import Array
+from tauten.model.friction import Cones, NewtonForces, error_of, newton_forces
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.forces import Forces
 
@@ -25,6 +25,7 @@ LEAST = 1e-13  # m, the same where all row values are small
 ACCEPTED = 1e-8  # m, of an answer that does not become better; as deep as pointwise contact may be
 BUDGET = 40  # Newton steps of an attempt
 CLIMB, ROUGH = 9, 1e-5  # shares of the friction on the way from none, and tolerance there
+NO_FORCES = np.zeros((0, 3))
 CLOSINGS = 10  # times that contacts join because they close
 
 
@@ -54,71 +55,125 @@ def friction_forces(step: CondensedStep, W: Array, delta: Array, start: Array) -
         delta: (m,) their values without forces [m].
         start: (m,) forces to start from [N].
     """
+    return FrictionForces(*cone_forces(W, delta, step.friction, start))
+
+
+@kernel
+def cone_forces(W: Array, delta: Array, friction: Array, start: Array) -> tuple[Array, float, bool]:
+    """The numbers of `friction_forces`.
+
+    Args:
+        W: (m, m) compliance between the rows [m/N].
+        delta: (m,) their values without forces [m].
+        friction: (r,) coefficients of the contacts with friction, whose rows are the last ones.
+        start: (m,) forces to start from [N].
+    """
+    rows, s = len(delta), len(delta) - 3 * len(friction)
     if not (np.isfinite(W).all() and np.isfinite(delta).all()):
-        return FrictionForces(np.zeros_like(delta), np.inf, False)
-    rows = padded_rows(W, delta, step.rows.contacts.found.friction[step.extra])
-    first = np.zeros(len(rows.q))
-    first[rows.place] = np.where(np.isfinite(start), start, 0.0)
-    moves, kept = moving_contacts(rows.W)
+        return np.zeros(rows), np.inf, False
+    k = s + len(friction)
+    padded, q, first = np.zeros((3 * k, 3 * k)), np.zeros(3 * k), np.zeros(3 * k)
+    mu, W_ii = np.zeros(k), np.zeros(k)
+    mu[s:] = friction
+    for i in range(rows):  # single rows get two more, which neither move nor have a force
+        at = 3 * i if i < s else 2 * s + i
+        q[at], first[at] = delta[i], start[i] if np.isfinite(start[i]) else 0.0
+        for j in range(rows):
+            padded[at, 3 * j if j < s else 2 * s + j] = W[i, j]
+        if i < s:
+            padded[at + 1, at + 1] = padded[at + 2, at + 2] = W[i, i]
+        W_ii[at // 3] = max(W_ii[at // 3], W[i, i])
+    moves = W_ii > 0.0  # others are on what is fixed
     if not moves.any():
-        residual = float(np.maximum(-delta, 0.0).max())
-        return FrictionForces(np.zeros_like(delta), residual, residual == 0.0)
-    problem = FrictionProblem(rows.W[kept[:, None], kept], rows.q[kept], rows.mu[moves])
-    r, error, converged = _solved(problem, first[kept])
-    lam = np.zeros(len(rows.q))
-    lam[kept] = r
-    return FrictionForces(lam[rows.place], error, converged)
+        residual = max(np.max(-delta), 0.0)
+        return np.zeros(rows), residual, residual == 0.0
+    at_moving = _rows_of(moves)
+    every = Cones(padded, q, mu, W_ii)
+    if len(at_moving) < 3 * k:
+        every = _chosen(every, moves, at_moving)
+    r, error, converged = _closed(every, first[at_moving])
+    first[:] = 0.0
+    first[at_moving] = r
+    lam = np.empty(rows)
+    for i in range(rows):
+        lam[i] = first[3 * i if i < s else 2 * s + i]
+    return lam, error, converged
 
 
-def _solved(problem: FrictionProblem, start: Array) -> tuple[Array, float, bool]:
+@kernel
+def _rows_of(contacts: Bools) -> Ints:
+    """The rows of some contacts, three each."""
+    rows, count = np.empty(3 * len(contacts), np.int64), 0
+    for i in range(len(contacts)):
+        if contacts[i]:
+            for j in range(3):
+                rows[count + j] = 3 * i + j
+            count += 3
+    return rows[:count]
+
+
+@kernel
+def _chosen(cones: Cones, contacts: Bools, rows: Ints) -> Cones:
+    """Some of the contacts alone, with these rows."""
+    W = np.empty((len(rows), len(rows)))
+    for i in range(len(rows)):
+        for j in range(len(rows)):
+            W[i, j] = cones.W[rows[i], rows[j]]
+    return Cones(W, cones.q[rows], cones.mu[contacts], cones.W_ii[contacts])
+
+
+@kernel
+def _closed(cones: Cones, start: Array) -> tuple[Array, float, bool]:
     """Forces (3 k,), error of the natural map [m], and whether it is small enough.
 
     Contacts that neither had a force nor close are left out until they close: W is singular where contacts
     are more than the unknowns, and few of them take part.
 
     Args:
-        problem: all contacts.
+        cones: all contacts.
         start: (3 k,) forces to start from [N].
     """
-    largest = float(np.abs(problem.q).max())
-    enough = max(TOLERANCE * largest, LEAST)
-    r, error = start, problem.error(start)
-    use = np.zeros(len(problem.mu), np.bool_)
+    enough = max(TOLERANCE * np.abs(cones.q).max(), LEAST)
+    r, error = start, error_of(cones, start)
+    use = np.zeros(len(cones.mu), np.bool_)
     for _ in range(CLOSINGS):
         if error <= enough:
             break
-        gaps = (problem.W @ r + problem.q)[::3]
-        closing = ~use & ((r[::3] > 0.0) | (gaps < -enough))
-        if not closing.any():
+        values, more = np.dot(cones.W, r) + cones.q, False
+        for i in range(len(use)):
+            if not use[i] and (r[3 * i] > 0.0 or values[3 * i] < -enough):
+                use[i] = more = True
+        if not more:
             break
-        use |= closing
-        rows = np.flatnonzero(np.repeat(use, 3))
-        chosen = FrictionProblem(problem.W[rows[:, None], rows], problem.q[rows], problem.mu[use])
-        found = _climbed(chosen, r[rows], enough)
+        rows = _rows_of(use)
+        found = _climbed(_chosen(cones, use, rows), r[rows], enough)
         r = np.zeros_like(start)
         r[rows] = found
-        error = problem.error(r)
+        error = error_of(cones, r)
     return r, error, error <= max(enough, ACCEPTED)
 
 
-def _climbed(problem: FrictionProblem, start: Array, enough: float) -> Array:
+@kernel
+def _climbed(cones: Cones, start: Array, enough: float) -> Array:
     """Forces (3 k,): from those of the last step, or where that fails along growing friction from none.
 
     Args:
-        problem: the contacts that take part.
+        cones: the contacts that take part.
         start: (3 k,) forces to start from [N].
         enough: error that is small enough [m].
     """
-    largest = float(np.abs(problem.q).max())
-    tolerance = enough / largest if largest > 0.0 else TOLERANCE
-    found = solve_friction(problem, start, tolerance, BUDGET)
-    if found.converged or found.error <= ACCEPTED:
+    largest = np.abs(cones.q).max()
+    if not largest > 0.0:
+        enough = 0.0
+    found = newton_forces(cones, start, enough, BUDGET, False)
+    if found.error <= max(enough, ACCEPTED):
         return found.r
-    r: Array | None = None
-    for share in np.linspace(0.0, 1.0, CLIMB):
-        part = FrictionProblem(problem.W, problem.q, share * problem.mu)
-        climbed = solve_friction(part, r, tolerance if share == 1.0 else ROUGH, BUDGET)
-        r = climbed.r
+    climbed = NewtonForces(np.zeros_like(start), np.inf, 0, 0)
+    for step in range(CLIMB):
+        share = step / (CLIMB - 1)
+        part = Cones(cones.W, cones.q, share * cones.mu, cones.W_ii)
+        limit = enough if step == CLIMB - 1 else ROUGH * largest
+        climbed = newton_forces(part, climbed.r, limit, BUDGET, False)
     return climbed.r if climbed.error < found.error else found.r
 
 
@@ -133,15 +188,28 @@ def unit_start(step: CondensedStep, previous: Forces) -> Array:
     """
     if not step.frictional:
         return np.zeros(len(step.extra))
-    r = np.zeros((len(step.extra), 3))
     found, friction = step.rows.contacts.found, previous.friction
-    slots, known = found.slots[step.extra], np.argsort(previous.extra)
-    if len(known) == 0:
-        return r.ravel()
-    at = known[np.minimum(np.searchsorted(previous.extra, slots, sorter=known), len(known) - 1)]
-    same = previous.extra[at] == slots
-    r[:, 0] = np.where(same, previous.extra_beta[at], 0.0)
-    if friction is not None:
-        across = np.einsum("rti,ri->rt", found.tangents(step.extra), friction.force[at])
-        r[:, 1:] = np.where(same[:, None], across, 0.0)
-    return r.ravel()
+    across = NO_FORCES if friction is None else friction.force
+    tangents, known = found.tangents(step.extra), (previous.extra, previous.extra_beta, across)
+    return _start_of(found.slots[step.extra], tangents, known)
+
+
+@kernel
+def _start_of(slots: Ints, tangents: Array, known: tuple[Ints, Array, Array]) -> Array:
+    """Forces (3 r,) that contacts had [N].
+
+    Args:
+        slots: (r,) of the contacts.
+        tangents: (r, 2, 3) directions of their rows.
+        known: (p,) slots, (p,) normal forces and (p, 3) friction that are known; (0, 3): none is.
+    """
+    others, normal, across = known
+    start = np.zeros(3 * len(slots))
+    for k in range(len(slots)):
+        for p in range(len(others)):
+            if others[p] == slots[k]:
+                start[3 * k] = normal[p]
+                for t in range(2 if len(across) > 0 else 0):
+                    for i in range(3):
+                        start[3 * k + 1 + t] += tangents[k, t, i] * across[p, i]
+    return start

@@ -58,22 +58,24 @@ class ContactBasis:
     def reduce(self, contacts: ContactRows) -> ReducedContacts:
         """Rows of the modes that have a candidate in range (18)-(19).
 
-        Only candidates in range contribute to Ψᵀ H_c and Ψᵀ δ_c, as in the paper; a mode without
-        any is left out.
+        Only candidates in range contribute to Ψᵀ H_c and Ψᵀ δ_c, as in the paper, of pairs without friction;
+        a mode without any is left out.
 
         Returns:
             H (k', n) dense, so that Hᵀ is a Fortran-ordered right-hand side without a copy;
             delta (k',) [m]; modes (k',) columns of Ψ, ascending.
         """
-        rows, slots = contacts.rows, contacts.found.slots
+        rows, found = contacts.rows, (contacts.found.slots, contacts.found.friction)
         if isinstance(rows, ChainedRows):
             S = rows.starts, rows.columns, rows.data
-            return ReducedContacts(*_condense_chained(self.Psi, slots, S, rows.motion, rows.delta))
+            return ReducedContacts(*_condense_chained(self.Psi, found, S, rows.motion, rows.delta))
         if isinstance(rows.H, np.ndarray):
             H, delta = np.zeros((self.Psi.shape[1], rows.H.shape[1])), np.zeros(self.Psi.shape[1])
-            modes = _condense(self.Psi, slots, rows.H, rows.delta, H, delta)
+            modes = _condense(self.Psi, found, rows.H, rows.delta, H, delta)
             return ReducedContacts(H[modes], delta[modes], modes)
+        slots, friction = found
         weights = self.Psi[slots]  # (m, k)
+        weights[friction != 0.0] = 0.0
         modes = np.flatnonzero(weights.any(axis=0))  # (k',)
         weights = weights[:, modes]  # (m, k')
         H_c = rows.H
@@ -169,7 +171,7 @@ def _load(path: Path) -> ContactBasis:
 @kernel
 def _condense_chained(
     Psi: Array,
-    slots: Ints,
+    found: tuple[Ints, Array],
     S: tuple[NDArray[np.int32], NDArray[np.int32], Array],
     motion: Array,
     delta: Array,
@@ -178,15 +180,18 @@ def _condense_chained(
 
     Args:
         Psi: (n_c, k) modes.
-        slots: (m,) slots of the rows.
+        found: (m,) slots and coefficients of friction of the rows.
         S: row starts, columns and data.
         motion: (N, n) J.
         delta: (m,) gaps [m].
     """
     starts, columns, data = S
+    slots, friction = found
     H_r, delta_r = np.zeros((Psi.shape[1], motion.shape[1])), np.zeros(Psi.shape[1])
     touched, h = np.zeros(Psi.shape[1], np.bool_), np.empty(motion.shape[1])
     for row in range(slots.shape[0]):
+        if friction[row] != 0.0:
+            continue
         known = False
         for mode in range(Psi.shape[1]):
             weight = Psi[slots[row], mode]
@@ -207,19 +212,23 @@ def _condense_chained(
 
 
 @kernel
-def _condense(Psi: Array, slots: Ints, H: Array, delta: Array, H_r: Array, delta_r: Array) -> Ints:
-    """Modes with a candidate in range, for dense rows H (m, n), delta (m,) in these slots (m,).
+def _condense(
+    Psi: Array, found: tuple[Ints, Array], H: Array, delta: Array, H_r: Array, delta_r: Array
+) -> Ints:
+    """Modes with a candidate without friction in range, for dense rows H (m, n), delta (m,).
 
     Args:
         Psi: (n_c, k) modes.
-        slots: (m,) slots of the rows.
+        found: (m,) slots and coefficients of friction of the rows.
         H: (m, n) rows.
         delta: (m,) gaps [m].
         H_r: (k, n) zeros, to which the rows of all modes are added.
         delta_r: (k,) zeros, likewise.
     """
-    touched = np.zeros(Psi.shape[1], np.bool_)
+    touched, (slots, friction) = np.zeros(Psi.shape[1], np.bool_), found
     for row in range(slots.shape[0]):
+        if friction[row] != 0.0:
+            continue
         for mode in range(Psi.shape[1]):
             weight = Psi[slots[row], mode]
             if weight != 0.0:

@@ -8,6 +8,7 @@ a bound of 0.1 mm, is commented out. Its solver has |r_1| + |r_2| <= μ r_n.
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 
 import meshio
@@ -16,10 +17,9 @@ import pytest
 from support.robots.bodies import box_mesh
 
 from tauten.controller import Controller
-from tauten.model import Simulator, load_robot
-from tauten.model.friction import FrictionProblem
+from tauten.model import Command, CondensedStep, Simulator, load_robot
 from tauten.model.numerics import Array
-from tauten.model.step import friction_law
+from tauten.model.step import sorted_rows
 
 EDGE, MASS, GRAVITY, FRICTION = 0.02, 0.005, 9.18, 0.8
 MOST = 4 * 0.5e-3 / 0.01  # N
@@ -90,20 +90,27 @@ def cube_file(folder: Path, axes: str, friction: float = FRICTION) -> Path:
     return folder / "cube.toml"
 
 
-def diamond_forces(problem: FrictionProblem, start: Array) -> tuple[Array, float, bool]:
-    """As `_solved` of the steps: projected Gauss-Seidel with |r_1| + |r_2| <= μ r_n."""
-    W, r = problem.W, start.copy()
+def diamond_forces(
+    step: CondensedStep, start: Array, command: Command
+) -> tuple[Array, float, bool]:
+    """As `solve_forces` under given efforts: projected Gauss-Seidel with |r_1| + |r_2| <= μ r_n."""
+    rows, every = sorted_rows(step, command), step.compliance.W
+    lam = np.zeros(len(start))
+    lam[rows.forced] = rows.effort
+    contacts = rows.contacts
+    W, q, r = every[np.ix_(contacts, contacts)], rows.under_effort(every)[contacts], start[contacts]
     for _ in range(300):
         before = r.copy()
-        for first, mu in zip(range(0, len(r), 3), problem.mu, strict=True):
-            rows = slice(first, first + 3)
-            scale = np.diag(W)[rows].max()
-            wanted = r[rows] - (W[rows] @ r + problem.q[rows]) / scale
+        for first, mu in zip(range(0, len(r), 3), step.friction, strict=True):
+            here = slice(first, first + 3)
+            scale = np.diag(W)[here].max()
+            wanted = r[here] - (W[here] @ r + q[here]) / scale
             normal = max(wanted[0], 0.0)
-            r[rows] = normal, *in_diamond(wanted[1:], mu * normal)
-        if np.abs(r - before).max() < 1e-6 * np.abs(r).max():
+            r[here] = normal, *in_diamond(wanted[1:], mu * normal)
+        if np.abs(r - before).max(initial=0.0) <= 1e-6 * np.abs(r).max(initial=0.0):
             break
-    return r, 0.0, True
+    lam[contacts] = r
+    return lam, 0.0, True
 
 
 def in_diamond(r: Array, size: float) -> Array:
@@ -124,7 +131,8 @@ def test_a_cone_holds_in_every_direction_and_a_diamond_does_not(
 ) -> None:
     """Under 85 % of the friction of its weight; at 45° a diamond has 71 %, and slides with what is left."""
     if cone == "diamond":
-        monkeypatch.setattr(friction_law, "_solved", diamond_forces)
+        forward_step = import_module("tauten.model.step.forward_step")
+        monkeypatch.setattr(forward_step, "solve_forces", diamond_forces)
     simulator = Simulator(load_robot(cube_file(tmp_path, "xz")))
     share, friction = 0.85, FRICTION * MASS * GRAVITY
     push = share * friction * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
