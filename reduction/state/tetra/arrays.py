@@ -69,7 +69,7 @@ class Response(NamedTuple):
             laws, (b, 81 LANES) of others.
         held: of the semidefinite tangent, to which damping is proportional: (b, 81 LANES) where not all laws
             are corotational [N m].
-        curvature: (r, r) what chambers add to an exact tangent [N/m].
+        curvature: (k, k) what chambers add to an exact tangent [N/m].
     """
 
     force: Array
@@ -88,9 +88,10 @@ class Work(NamedTuple):
         Z, Y: (R, 4 LANES) or (R, 9 LANES) rows that a block of elements contributes and their images, as
             columns, LANES for each row; zero from row r on. Z is that of corotational laws.
         segments: (R, 3 g) images of the rows of the cable segments.
-        lower: (R, R) lower triangle of the sum of products of rows and images.
-        S: (r, r) a sum of tangents [N/m].
-        L: (r, r) Cholesky factor of the last system.
+        lower: (R', R') lower triangle of the sum of products of rows and images, as large as the map of the
+            cables.
+        S: (k, k) a sum of tangents, for all that elements, cables and chambers depend on [N/m].
+        L: (k, k) Cholesky factor of the last system.
     """
 
     response: Response
@@ -119,8 +120,14 @@ def in_rows(values: Array) -> Array:
     return padded
 
 
-def make_work(body: SampledElements, tendons: Tendons) -> Work:
-    """A workspace for these elements and cables."""
+def make_work(body: SampledElements, tendons: Tendons, size: int) -> Work:
+    """A workspace for these elements and cables.
+
+    Args:
+        body: the elements, which may depend on the first coordinates only.
+        tendons: the cables.
+        size: number of coordinates that elements, cables and chambers depend on.
+    """
     blocks, R, _ = body.gradient.shape
     r, rows, entries = len(body.stiffness), 9, 81
     if body.corotational:
@@ -131,14 +138,14 @@ def make_work(body: SampledElements, tendons: Tendons) -> Work:
         turned=np.zeros((blocks, 9 * LANES)),
         exact=np.zeros((blocks, entries * LANES)),
         held=np.zeros((0 if body.corotational else blocks, entries * LANES)),
-        curvature=np.zeros((r, r)),
+        curvature=np.zeros((size, size)),
     )
     return Work(
         response=response,
         Z=np.zeros((R, rows * LANES)),
         Y=np.zeros((R, rows * LANES)),
         segments=np.zeros_like(tendons.map),
-        lower=np.zeros((R, R)),
-        S=np.zeros((r, r)),
-        L=np.zeros((r, r)),
+        lower=np.zeros((len(tendons.map), len(tendons.map))),
+        S=np.zeros((size, size)),
+        L=np.zeros((size, size)),
     )

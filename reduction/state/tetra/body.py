@@ -22,6 +22,7 @@ from tauten.model.points import (
 )
 from tauten.model.tetra import TetBody, Tetrahedra
 from tauten.reduction.state.tetra.arrays import SampledElements, Tendons, in_lanes, in_rows
+from tauten.reduction.state.tetra.own_motion import Derivative
 from tauten.reduction.state.tetra.points import gradients_of, integration_points, node_rows
 
 
@@ -49,13 +50,13 @@ class ModeMotion:
     """
 
     beta: Array
-    J: Array | None
+    J: Derivative | None
     travel: Array
 
     @property
     def n(self) -> int:
         """Unknowns."""
-        return len(self.beta) if self.J is None else int(self.J.shape[1])
+        return len(self.beta) if self.J is None else self.J.n
 
     def placed(self, points: ModePoints) -> PlacedByModes:
         """Points of the body at this state."""
@@ -77,17 +78,17 @@ class PlacedByModes(Placed):
     """
 
     map: Array
-    J: Array | None
+    J: Derivative | None
 
     def rows(self, entries: Entries) -> Array:
         """Rows (m, n) over the unknowns, of rows over these points."""
         H = np.zeros((len(entries.starts) - 1, self.map.shape[1]))
         mapped_rows(entries.starts, entries.points, entries.vectors, self.map, H)
-        return H if self.J is None else H @ self.J
+        return H if self.J is None else self.J.rows(H)
 
     def motion(self) -> Array:
         """Derivative of the positions by the unknowns: (3 p, n)."""
-        return self.map if self.J is None else self.map @ self.J
+        return self.map if self.J is None else self.J.rows(self.map)
 
 
 def mode_points(tetrahedra: Tetrahedra, Phi: Array, points: NodePoints | MeanPoints) -> ModePoints:

@@ -28,7 +28,7 @@ def combine(
     """A sum of the stiffness of the material D and the tangent K into work.S.
 
     Args:
-        alpha: (r,) state [m].
+        alpha: (r,) state [m]; elements depend on the first of its entries.
         effort: (n_a,) cable tensions, for their curvature [N].
         shares: of D and of K.
         exact: whether K is the derivative, or positive semidefinite.
@@ -48,7 +48,8 @@ def combine(
         for j in range(i + 1):
             work.S[i, j] = work.S[j, i] = work.lower[i, j]
     if body.corotational:
-        work.S[:] += (of_D + of_K) * body.stiffness
+        r = body.stiffness.shape[0]
+        work.S[:r, :r] += (of_D + of_K) * body.stiffness
     if exact:
         work.S[:] += of_K * response.curvature
 

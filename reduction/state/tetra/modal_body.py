@@ -1,9 +1,10 @@
 """A body of tetrahedra in reduced coordinates: no array of a step is as long as its mesh.
 
-Nodes are at q₀ + E β (14), with β = α where the robot has no drives, and otherwise also sines and cosines of
-their angles θ (`tauten.reduction.state.tetra.node_chart`). State.q is (α, θ), State.v its rate. Forces and
-tangent are sums over a sample of elements, directly in β (`tauten.reduction.state.tetra.kernels`); those in
-(α, θ) follow with J = ∂β/∂(α, θ): Jᵀ f and Jᵀ K J.
+Nodes are at q₀ + E β (14), with β = α where the robot has neither drives nor beams, and otherwise also sines
+and cosines of angles θ and rotation matrices of frames (`tauten.reduction.state.tetra.own_motion`). State.q
+has α and the robot's own coordinates, State.v their rates and angular velocities. Forces and tangent are sums
+over a sample of elements, directly in β (`tauten.reduction.state.tetra.kernels`); those in the coordinates
+follow with J = ∂β/∂q: Jᵀ f and Jᵀ K J.
 """
 
 from __future__ import annotations
@@ -23,10 +24,12 @@ from tauten.reduction.dense_step import DenseAssembled, implicit_system
 from tauten.reduction.reduced_body import ReducedBody
 from tauten.reduction.state.tetra.actuators import ModalCurvature
 from tauten.reduction.state.tetra.arrays import Response, SampledElements, Work, make_work
+from tauten.reduction.state.tetra.beams import ReducedBeams
 from tauten.reduction.state.tetra.body import ModeMotion, ModePoints, mode_points
 from tauten.reduction.state.tetra.elements import assemble_response, sampled_energy
 from tauten.reduction.state.tetra.kernels import combine
-from tauten.reduction.state.tetra.node_chart import DriveMotion, NodeChart
+from tauten.reduction.state.tetra.node_chart import NodeChart
+from tauten.reduction.state.tetra.own_motion import Derivative, OwnMotion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,13 +90,14 @@ class ModalBody(ReducedBody[ModePoints]):
     Attributes, beside those of every reduced body:
         chart: the deviations that Φ combines.
         E: (3 n_nodes, R) displacements of all nodes that are not fixed, by β.
-        drive_motion: β of the coordinates.
+        own_motion: β of the coordinates.
         sampled: elements.
         curvature: of its cables and chambers.
         mass: (R, R) Eᵀ M E [kg].
         load: (R,) Eᵀ of gravity and outer forces [N].
         springs: that keep hinges aligned; None: there are none.
         drums: motors that wind several cables; None: there are none.
+        beams: beside the elements; None: there are none.
         contact_points: the points of surfaces that touch.
         effector_places: (3 p, R) displacement of the effectors, where outer forces act on them.
         work: workspace of the kernels.
@@ -102,13 +106,14 @@ class ModalBody(ReducedBody[ModePoints]):
     full: Robot[TetBody]
     chart: NodeChart
     E: Array
-    drive_motion: DriveMotion
+    own_motion: OwnMotion
     sampled: SampledElements
     curvature: ModalCurvature
     mass: Array
     load: Array
     springs: ReducedSprings | None
     drums: Drums | None
+    beams: ReducedBeams | None
     contact_points: ModePoints
     effector_places: Array
     work: Work
@@ -120,7 +125,8 @@ class ModalBody(ReducedBody[ModePoints]):
 
     def fork(self) -> ModalBody:
         """The same body with a workspace of its own."""
-        return dataclasses.replace(self, work=make_work(self.sampled, self.curvature.tendons))
+        work = make_work(self.sampled, self.curvature.tendons, self.own_motion.pulled)
+        return dataclasses.replace(self, work=work)
 
     def of(self, full: Robot[TetBody]) -> ModalBody:
         """The same reduction of a full robot under other loads."""
@@ -150,20 +156,34 @@ class ModalBody(ReducedBody[ModePoints]):
 
     def motion(self, state: State) -> ModeMotion:
         """Where the points of the body are at a state."""
-        map_, q = self.drive_motion, state.q
-        if map_.drives == 0:
+        map_, q = self.own_motion, state.q
+        if map_.is_plain:
             return ModeMotion(q, None, np.zeros(0))
-        return ModeMotion(map_.beta(q), map_.jacobian(q), q[map_.modes :])
+        travel = q[map_.modes : map_.modes + map_.drives]
+        return ModeMotion(map_.beta(q), map_.jacobian(q), travel)
 
     def displacement(self, state: State, dq: Array) -> float:
-        """Largest displacement of an effector, contact vertex or driven node in a change dq (n,) [m]."""
-        map_ = self.drive_motion
-        change = dq if map_.drives == 0 else map_.jacobian(state.q) @ dq
+        """Largest displacement of an effector, contact vertex, or node of a drive or beam in a change dq [m].
+
+        See `Body`.
+        """
+        map_ = self.own_motion
+        change = dq if map_.is_plain else map_.jacobian(state.q).rates(dq)
         most = np.maximum.reduce(np.abs(self.effector_places @ change), initial=0.0)
         most = np.maximum.reduce(np.abs(self.contact_points.map @ change), initial=most)
-        if map_.drives > 0:
-            most = max(most, np.abs(dq[map_.modes :] * map_.reach).max(initial=0.0))
-        return float(most)
+        return float(most) if map_.is_plain else max(float(most), map_.largest_move(dq))
+
+    def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
+        """The state one step later, see `Body`."""
+        return State(self.own_motion.moved(state.q, h * v), v, state.memory)
+
+    def velocity(self, start: State, end: State) -> Array:
+        """The velocity (n,) that moves one state to another within a step, see `Body`."""
+        return self.own_motion.between(start.q, end.q) / self.h
+
+    def at_end(self, start: State, end: State, force: Array) -> Array:
+        """Forces (n,) at the end of a step that do the work of given ones at its start, see `Body`."""
+        return self.own_motion.at_end(self.own_motion.between(start.q, end.q), force)
 
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
@@ -179,6 +199,7 @@ class ModalBody(ReducedBody[ModePoints]):
         scheme, response = integration or self.integration, self.work.response
         actuators, motion = self.actuator_set, self.motion(state)
         beta, J = motion.beta, motion.J
+        pulled = self.own_motion.pulled
         efforts = actuators.efforts(effort)
         wound = None if self.drums is None else self.wound(motion)
         if wound is not None and self.drums is not None:
@@ -189,21 +210,20 @@ class ModalBody(ReducedBody[ModePoints]):
         )
         assert loads is not None
         if len(self.curvature.volumes) > 0:
-            self.curvature.write(beta, loads.pressure, response.curvature)
+            self.curvature.write(beta[:pulled], loads.pressure, response.curvature)
         damped = not scheme.static and scheme.rayleigh_stiffness > 0.0
-        load, rate = self.load, state.v if J is None or scheme.static else J @ state.v
-        if self.springs is not None:
-            load = load - self.springs.K @ beta - self.springs.p
-        assemble_response(beta, rate, load, damped, self.sampled, response)
-        over_beta, resisting = response.force.copy(), response.resisting.copy()
-        if damped and self.springs is not None:
-            resisting += self.springs.K @ rate
+        rate = state.v if J is None or scheme.static else J.rates(state.v)
+        over_beta, resisting = self.material(beta, rate, damped)
+        moments = held = np.zeros(self.n)
+        if self.beams is not None:
+            on_beams, moments, held = self.on_beams(state, motion, damped)
+            over_beta += on_beams
         force, mass = over_beta, self.mass
         inertia: Array | None = None
         if J is not None:
-            force, resisting = J.T @ over_beta, J.T @ resisting
+            force, resisting = J.forces(over_beta) + moments, J.forces(resisting) + held
             if not scheme.static:
-                mass, inertia = J.T @ self.mass @ J, self.centrifugal(state, J)
+                mass, inertia = self.mass_with(J), self.centrifugal(state, J)
         preload = actuators.preload(motion)
         if preload is not None:
             force = force + preload[0]
@@ -216,6 +236,43 @@ class ModalBody(ReducedBody[ModePoints]):
             motion, over_beta, efforts, wound, loads.tension, response, damped,
         )  # fmt: skip
 
+    def material(self, beta: Array, rate: Array, damped: bool) -> tuple[Array, Array]:
+        """Forces of elements, springs of hinges and loads for β (R,), and D v (R,) where damped.
+
+        Args:
+            beta: (R,) where to evaluate.
+            rate: (R,) its rate; read where damped.
+            damped: whether D v is needed.
+        """
+        load, own, response = self.load, self.own_motion.elements, self.work.response
+        if self.springs is not None:
+            load = load - self.springs.K @ beta - self.springs.p
+        respond = (damped, self.sampled, response)
+        assemble_response(beta[:own], rate[:own], load[:own], *respond)
+        force, resisting = load.copy(), np.zeros_like(load)
+        force[:own], resisting[:own] = response.force, response.resisting
+        if damped and self.springs is not None:
+            resisting += self.springs.K @ rate
+        return force, resisting
+
+    def on_beams(
+        self, state: State, motion: ModeMotion, damped: bool
+    ) -> tuple[Array, Array, Array]:
+        """Forces of beams for β (R,), moments (n,) for the rotations among the coordinates, and D v (n,).
+
+        Args:
+            state: where to evaluate.
+            motion: there.
+            damped: whether D v is needed.
+        """
+        assert self.beams is not None
+        map_, beta, J = self.own_motion, motion.beta, motion.J
+        _, force, moments = self.beams.forces(map_, state.q, beta)
+        if not damped or J is None:
+            return force, moments, np.zeros(self.n)
+        D = self.beams.tangent(map_, state.q, beta, J, (1.0, 0.0))
+        return force, moments, D @ state.v
+
     def tangent(self, at: SampledAssembled, shares: tuple[float, float], exact: bool) -> Array:
         """A sum of the stiffness of the material and the tangent (n, n).
 
@@ -226,11 +283,18 @@ class ModalBody(ReducedBody[ModePoints]):
         """
         beta, J = at.motion.beta, at.motion.J
         if not (exact or at.damped or self.sampled.corotational):
-            rate = at.state.v if J is None else J @ at.state.v
-            assemble_response(beta, rate, self.load, True, self.sampled, at.response)
-        tendons = self.curvature.tendons
-        combine(beta, at.tension, shares, exact, at.response, self.sampled, tendons, self.work)
+            rate, own = at.state.v if J is None else J.rates(at.state.v), self.own_motion.elements
+            respond = (True, self.sampled, at.response)
+            assemble_response(beta[:own], rate[:own], self.load[:own], *respond)
+        tendons, pulled = self.curvature.tendons, self.own_motion.pulled
+        response = at.response
+        combine(
+            beta[:pulled], at.tension, shares, exact, response, self.sampled, tendons, self.work
+        )
         tangent: Array = self.work.S.copy()
+        if pulled < len(beta):
+            tangent = np.zeros((len(beta), len(beta)))
+            tangent[:pulled, :pulled] = self.work.S
         if self.springs is not None:
             tangent += (shares[0] + shares[1]) * self.springs.K
         moved, members = self.actuator_set.transmissions, at.members
@@ -240,24 +304,29 @@ class ModalBody(ReducedBody[ModePoints]):
             tangent += shares[1] * moved.stiffness(over_beta, efforts)
         if J is None:
             return tangent
-        tangent = J.T @ tangent @ J
-        map_ = self.drive_motion
-        if exact and len(map_.turning) > 0:
+        tangent = J.congruent(tangent)
+        map_ = self.own_motion
+        if exact and len(map_.turning) + map_.frames > 0:
             others = at.over_beta
             if members is not None and len(members) > 0:
                 over_beta = ModeMotion(beta, None, at.motion.travel)
                 others = others + members @ self.actuator_set.other_rows(over_beta).dense()
-            diagonal = np.einsum("ii->i", tangent)[map_.modes :]
-            diagonal -= shares[1] * (map_.bend(at.state.q) @ others)
+            map_.add_curvature(at.state.q, others, shares[1], tangent)
+        if self.beams is not None:
+            both = shares if exact else (shares[0] + shares[1], 0.0)
+            tangent += self.beams.tangent(map_, at.state.q, beta, J, both)
         if at.wound is not None:
             tangent += (shares[0] + shares[1]) * at.wound.tangent
         return tangent
 
     def potential(self, state: State) -> float:
-        """Energy of the sampled elements, springs and drums, minus the work of loads since rest [J]."""
+        """Energy of sampled elements, beams, springs and drums, minus the work of loads since rest [J]."""
         motion, springs, drums = self.motion(state), self.springs, self.drums
         beta, preload = motion.beta, self.actuator_set.preload(motion)
-        energy = sampled_energy(beta, self.sampled) - float(self.load @ beta)
+        own = beta[: self.own_motion.elements]
+        energy = sampled_energy(own, self.sampled) - float(self.load @ beta)
+        if self.beams is not None:
+            energy += self.beams.forces(self.own_motion, state.q, beta)[0]
         if springs is not None:
             energy += float(beta @ (0.5 * springs.K @ beta + springs.p))
         if drums is not None:
@@ -269,19 +338,21 @@ class ModalBody(ReducedBody[ModePoints]):
     def masses(self, state: State) -> Array:
         """The mass matrix (n, n) at a state."""
         J = self.motion(state).J
-        return self.mass if J is None else J.T @ self.mass @ J
+        return self.mass if J is None else self.mass_with(J)
+
+    def mass_with(self, J: Derivative) -> Array:
+        """The mass matrix (n, n) where J (R, n) is known."""
+        mass = J.congruent(self.mass)
+        return mass if self.beams is None else mass + self.beams.inertia
 
     def inertia_at(self, state: State) -> Array | None:
-        """Centrifugal forces (n,) of drives that turn [N]; None: there are no drives."""
+        """Centrifugal forces (n,) of drives and frames that turn [N]; None: there are none."""
         J = self.motion(state).J
         return None if J is None else self.centrifugal(state, J)
 
-    def centrifugal(self, state: State, J: Array) -> Array:
+    def centrifugal(self, state: State, J: Derivative) -> Array:
         """`inertia_at` where J (R, n) is known."""
-        map_ = self.drive_motion
-        centripetal = state.v[map_.modes :] ** 2 @ map_.bend(state.q)
-        forces: Array = -J.T @ (self.mass @ centripetal)
-        return forces
+        return -J.forces(self.mass @ self.own_motion.centripetal(state.q, state.v))
 
     def wound(self, motion: ModeMotion) -> Wound | None:
         """The cables on drums at a state; None: there are none."""
@@ -291,7 +362,7 @@ class ModalBody(ReducedBody[ModePoints]):
         rows = actuators.paths.rows(motion.placed(actuators.stations))
         tension = drums.tensions(rows.delta, motion.travel[drums.regions])
         H = rows.chosen(drums.cables)
-        columns = self.drive_motion.modes + drums.regions[drums.owner]
+        columns = self.own_motion.modes + drums.regions[drums.owner]
         H[np.arange(len(H)), columns] -= drums.gains
         return Wound(H, tension, H.T @ (drums.held_by(tension)[:, None] * H))
 
@@ -304,7 +375,7 @@ class ModalBody(ReducedBody[ModePoints]):
 
 
 def chart_weight(chart: NodeChart) -> Array:
-    """Diagonal (m,) of M / m for nodes that modes move, one for each drive."""
+    """Diagonal (m,) of M / m for nodes that modes move, one for each of the robot's own coordinates."""
     mass = chart.tetrahedra.mass.reshape(-1, 3)[chart.moved].ravel()
     weight = 3.0 * mass / mass.sum()  # every node counts three times
-    return np.concatenate([weight, np.ones(chart.drives)])
+    return np.concatenate([weight, np.ones(chart.own)])

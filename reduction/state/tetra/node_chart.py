@@ -1,4 +1,4 @@
-"""Which nodes of a robot modes move, and what drives, glue, pins and rigid regions make of that.
+"""Which nodes of a robot modes move, and what drives, glue, pins, rigid regions and beams make of that.
 
 Modes move the free nodes and those of rigid and pinned regions, whose rigidity is linear in the modes of a
 campaign as far as its snapshots span it. A rotation of a drive's region about an axis a is linear in sin θ
@@ -6,89 +6,74 @@ and 1 − cos θ,
 
     x = x₀ + sin θ a x ρ + (1 − cos θ) a x (a x ρ),                                           (T6)
 
-so that all nodes are q₀ + E β with a constant E and β = (α, sin θ or travel, 1 − cos θ): modes α that leave
-the regions of drives where they are, and the motion of the drives, exact at any angle. Nodes that are glued,
-and pins, follow by constant weights, which are part of E.
+and so is that of a frame in its rotation, x = c + R ρ. Frames of beams keep these: modes of displacement
+would stretch a beam where it bends. All nodes are q₀ + E β with a constant E (`OwnMotion`): modes α that
+leave the regions of drives and the frames of beams where they are, and the motion of these, exact at any
+angle. Nodes that are glued, and pins, follow by constant weights, which are part of E.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tauten.model.constraints import CoordinateMap, Frames
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.tetra import Tetrahedra
 from tauten.reduction.reduced_body import StateBasisError
+from tauten.reduction.state.tetra.lifting import Lifting
+from tauten.reduction.state.tetra.own_motion import OwnMotion
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class DriveMotion:
-    """β and its derivatives by (α, θ).
-
-    Attributes:
-        modes: number of α.
-        drives: m.
-        turning: (t,) numbers of the drives that turn about their axes.
-        reach: (m,) largest displacement of a node by a unit of each drive [m].
-    """
-
-    modes: int
-    drives: int
-    turning: Ints
-    reach: Array
-
-    @property
-    def size(self) -> int:
-        """Length of β."""
-        return self.modes + self.drives + len(self.turning)
-
-    def beta(self, q: Array) -> Array:
-        """β (R, …) of coordinates q (r + m, …), one state or several in columns."""
-        theta = q[self.modes + self.turning]
-        beta = np.concatenate([q, 1.0 - np.cos(theta)])
-        beta[self.modes + self.turning] = np.sin(theta)
-        return beta
-
-    def jacobian(self, q: Array) -> Array:
-        """J (R, r + m) at q (r + m,)."""
-        columns = self.modes + self.turning
-        J, theta = np.eye(self.size, len(q)), q[columns]
-        J[columns, columns] = np.cos(theta)
-        J[len(q) + np.arange(len(columns)), columns] = np.sin(theta)
-        return J
-
-    def bend(self, q: Array) -> Array:
-        """∂²β/∂θ² of each drive: (m, R), two entries a row at most."""
-        columns = self.modes + self.turning
-        second, theta = np.zeros((self.drives, self.size)), q[columns]
-        second[self.turning, columns] = -np.sin(theta)
-        second[self.turning, len(q) + np.arange(len(columns))] = np.cos(theta)
-        return second
+NONE = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NodeChart:
-    """Deviations of a robot made of tetrahedra: displacements of nodes, then coordinates of drives.
+    """Deviations of a robot made of tetrahedra: displacements of nodes, then its own coordinates.
+
+    Own coordinates are those of `OwnMotion` after the modes: drives, pins of beams, centres and rotation
+    vectors of frames of beams.
 
     Attributes:
         tetrahedra: the elements, over the nodes that are not fixed.
         rest: (n_q,) configuration of the robot at rest.
         frames: rigid, pinned and drive regions; None: there are none, and
         coordinates: the map from the configuration to the nodes.
+        kept: (f,) numbers of the frames of beams, ascending: rigid ones, then pinned ones.
+        lifting: pins of beams; None: there are none.
+        pulled: nodes that the cables and chambers depend on, among those that are not fixed.
     """
 
     tetrahedra: Tetrahedra
     rest: Array
     frames: Frames | None = None
     coordinates: CoordinateMap | None = None
+    kept: Ints = field(default_factory=lambda: NONE)
+    lifting: Lifting | None = None
+    pulled: Ints = field(default_factory=lambda: NONE)
 
     @property
     def drives(self) -> int:
-        """Number of drive regions, whose coordinates are the last deviations."""
+        """Number of drive regions."""
         return 0 if self.frames is None else self.frames.n_drives
+
+    @property
+    def centred(self) -> Ints:
+        """Those of the frames of beams that have a centre of their own."""
+        return NONE if self.frames is None else self.kept[self.kept < self.frames.n_rigid]
+
+    @property
+    def placed(self) -> int:
+        """Components of the displacements of pins and centres."""
+        pins = 0 if self.lifting is None else self.lifting.W.shape[0]
+        return 3 * (pins + len(self.centred))
+
+    @property
+    def own(self) -> int:
+        """Number of the last deviations, which are coordinates of their own."""
+        return self.drives + self.placed + 3 * len(self.kept)
 
     @property
     def free(self) -> Ints:
@@ -98,10 +83,11 @@ class NodeChart:
 
     @property
     def in_regions(self) -> Ints:
-        """Places of the nodes of rigid and pinned regions among those of all frames."""
+        """Places of the nodes of regions that modes move among those of all frames."""
         if self.frames is None:
-            return np.zeros(0, dtype=np.int64)
-        return np.flatnonzero(self.frames.owner < self.frames.n_turning)
+            return NONE
+        owner = self.frames.owner
+        return np.flatnonzero((owner < self.frames.n_turning) & ~np.isin(owner, self.kept))
 
     @property
     def moved(self) -> Ints:
@@ -109,6 +95,26 @@ class NodeChart:
         if self.frames is None:
             return self.free
         return np.concatenate([self.free, self.frames.nodes[self.in_regions]])
+
+    def kept_columns(self, frames: Frames) -> tuple[Ints, Ints, Ints, Ints]:
+        """Where centres and rotations of the frames of beams are in State.q, and then in State.v.
+
+        Args:
+            frames: the frames.
+
+        Returns:
+            (c, 3) and (f, 4) places in q, (c, 3) and (f, 3) places in v.
+        """
+        first, kept, turn = 3 * len(self.free), self.kept, frames.rotations[self.kept]
+        pinned = 7 * frames.n_rigid + 4 * (kept - frames.n_rigid)
+        quaternion = first + np.where(kept < frames.n_rigid, 7 * kept + 3, pinned)
+        three, centre = np.arange(3), first + self.centred[:, None]
+        return (
+            centre + 6 * self.centred[:, None] + three,
+            quaternion[:, None] + np.arange(4),
+            centre + 5 * self.centred[:, None] + three,
+            first + turn[:, None] + three,
+        )
 
     def deviations(self, q: Array) -> Array:
         """Deviations (m, s) of configurations (n_q, s) [m, rad]; nodes of pinned regions from their pin."""
@@ -121,7 +127,28 @@ class NodeChart:
             still = self.frames.place(self.rest[first:])[0][chosen].ravel()
             placed = [self.frames.place(one)[0][chosen].ravel() - still for one in q[first:].T]
             parts.append(np.stack(placed, axis=1))
-        return np.concatenate([*parts, q[len(q) - self.drives :]])
+        own = [q[len(q) - self.drives :]]
+        if len(self.kept) > 0:
+            centres, turns, _, _ = self.kept_columns(self.frames)
+            rotations = q[turns].transpose(2, 0, 1).reshape(-1, 4)[:, [1, 2, 3, 0]]  # (s f, 4)
+            vectors = Rotation.from_quat(rotations).as_rotvec().reshape(q.shape[1], -1).T
+            own += [(q[centres] - self.rest[centres][..., None]).reshape(-1, q.shape[1]), vectors]
+        return self.lowered(np.concatenate(parts), own)
+
+    def lowered(self, u: Array, own: list[Array]) -> Array:
+        """Deviations, or their rates, of displacements u (3 k, s) and of drives, centres and rotations."""
+        if self.lifting is None:
+            return np.concatenate([u, *own])
+        d = self.lifting.pins(u)
+        return np.concatenate([u - self.lifting.L @ d, own[0], d, *own[1:]])
+
+    def lifted(self, deviations: Array) -> Array:
+        """Displacements (3 k,) of the nodes that modes move, of deviations (m,) or of rates of these."""
+        u: Array = deviations[: len(deviations) - self.own]
+        if self.lifting is None:
+            return u
+        first = len(u) + self.drives
+        return u + self.lifting.L @ deviations[first : first + self.lifting.L.shape[1]]
 
     def rates(self, q: Array, motion: Array) -> Array:
         """Rates of the deviations (m, k) of velocities (n, k) at a configuration (n_q,)."""
@@ -130,14 +157,17 @@ class NodeChart:
         first, chosen, frames = 3 * len(self.free), self.in_regions, self.frames
         parts = [motion[:first]]
         if len(chosen) > 0:
-            owner, own = frames.owner[chosen], motion[first:]
-            turns = own[frames.rotations[owner][:, None] + np.arange(3)]  # (c, 3, k)
+            owner, velocity = frames.owner[chosen], motion[first:]
+            turns = velocity[frames.rotations[owner][:, None] + np.arange(3)]  # (c, 3, k)
             levers = frames.place(q[first:])[1][chosen]
             rate = np.cross(turns, levers[:, :, None], axis=1)
             rigid = owner < frames.n_rigid
-            rate[rigid] += own[6 * owner[rigid][:, None] + np.arange(3)]
+            rate[rigid] += velocity[6 * owner[rigid][:, None] + np.arange(3)]
             parts.append(rate.reshape(-1, motion.shape[1]))
-        return np.concatenate([*parts, motion[len(motion) - self.drives :]])
+        own = [motion[len(motion) - self.drives :]]
+        if len(self.kept) > 0:
+            own += [motion[columns.ravel()] for columns in self.kept_columns(frames)[2:]]
+        return self.lowered(np.concatenate(parts), own)
 
     def configuration(self, deviations: Array) -> Array:
         """The configuration (n_q,) nearest to deviations (m,): regions have the rotations that fit best."""
@@ -145,14 +175,20 @@ class NodeChart:
             plain: Array = self.rest + deviations
             return plain
         q, first, frames = self.rest.copy(), 3 * len(self.free), self.frames
-        q[:first] += deviations[:first]
-        q[len(q) - self.drives :] = deviations[len(deviations) - self.drives :]
+        u, own = self.lifted(deviations), deviations[len(deviations) - self.own :]
+        q[:first] += u[:first]
+        q[len(q) - self.drives :] = own[: self.drives]
+        if len(self.kept) > 0:
+            centres, turns, _, _ = self.kept_columns(frames)
+            last = self.drives + self.placed
+            q[centres] += own[last - 3 * len(centres) : last].reshape(-1, 3)
+            rotations = Rotation.from_rotvec(own[last:].reshape(-1, 3))
+            q[turns] = rotations.as_quat()[:, [3, 0, 1, 2]]
         chosen = self.in_regions
-        still = frames.place(self.rest[first:])[0][chosen]
-        x = still + deviations[first : len(deviations) - self.drives].reshape(-1, 3)
-        for region in range(frames.n_turning):
-            own = frames.owner[chosen] == region
-            rho, y = frames.offsets[chosen[own]], x[own]
+        x = frames.place(self.rest[first:])[0][chosen] + u[first:].reshape(-1, 3)
+        for region in np.unique(frames.owner[chosen]).tolist():
+            inside = frames.owner[chosen] == region
+            rho, y = frames.offsets[chosen[inside]], x[inside]
             rigid = region < frames.n_rigid
             about, centre = (rho.mean(axis=0), y.mean(axis=0)) if rigid else np.zeros((2, 3))
             turn, _ = Rotation.align_vectors(y - centre, rho - about)
@@ -170,46 +206,105 @@ class NodeChart:
         if self.frames is None:
             return rates
         first, frames, chosen = 3 * len(self.free), self.frames, self.in_regions
-        v = np.zeros(first + frames.n_velocities)
-        v[:first] = rates[:first]
-        v[len(v) - self.drives :] = rates[len(rates) - self.drives :]
+        v, u = np.zeros(first + frames.n_velocities), self.lifted(rates)
+        own = rates[len(rates) - self.own :]
+        v[:first] = u[:first]
+        v[len(v) - self.drives :] = own[: self.drives]
+        if len(self.kept) > 0:
+            _, _, centres, turns = self.kept_columns(frames)
+            last = self.drives + self.placed
+            v[centres] = own[last - 3 * len(centres) : last].reshape(-1, 3)
+            v[turns] = own[last:].reshape(-1, 3)
         levers = frames.place(q[first:])[1][chosen]
-        moving = rates[first : len(rates) - self.drives].reshape(-1, 3)
-        for region in range(frames.n_turning):
-            own = frames.owner[chosen] == region
-            arms = np.cross(np.eye(3)[None, :, :], levers[own][:, None, :])  # (c, 3, 3), row ω_j
+        moving = u[first:].reshape(-1, 3)
+        for region in np.unique(frames.owner[chosen]).tolist():
+            inside = frames.owner[chosen] == region
+            arms = np.cross(np.eye(3)[None, :, :], levers[inside][:, None, :])  # (c, 3, 3), row ω_j
             turning = arms.swapaxes(1, 2).reshape(-1, 3)
             place = first + int(frames.rotations[region])
             if region < frames.n_rigid:
-                turning = np.hstack([np.tile(np.eye(3), (int(own.sum()), 1)), turning])
+                turning = np.hstack([np.tile(np.eye(3), (int(inside.sum()), 1)), turning])
                 place -= 3
-            found = np.linalg.lstsq(turning, moving[own].ravel(), rcond=None)[0]
+            found = np.linalg.lstsq(turning, moving[inside].ravel(), rcond=None)[0]
             v[place : place + len(found)] = found
         return v
 
-    def places(self, Phi: Array) -> tuple[Array, DriveMotion]:
+    def places(self, Phi: Array) -> tuple[Array, OwnMotion]:
         """E (3 n_nodes, R), displacements of all nodes that are not fixed, and the motion of β.
 
         Args:
-            Phi: (m, r + d) state modes.
+            Phi: (m, r + o) state modes.
 
         Raises:
-            StateBasisError: the last modes are not those of the drives.
+            StateBasisError: the last modes are not the robot's own coordinates.
         """
-        m, first = self.drives, len(Phi) - self.drives
-        r = Phi.shape[1] - m
-        if r < 1 or not np.array_equal(Phi[first:], np.eye(m, r + m, r)) or Phi[:first, r:].any():
+        own, first = self.own, len(Phi) - self.own
+        r = Phi.shape[1] - own
+        if (
+            r < 1
+            or not np.array_equal(Phi[first:], np.eye(own, r + own, r))
+            or Phi[:first, r:].any()
+        ):
             raise StateBasisError(
-                f"the last {m} modes of this state basis are not the drives of this robot: make it again "
-                "from the robot file with `tauten reduce --states`"
+                f"the last {own} modes of this state basis are not the own coordinates of this robot (drives "
+                "and beams): make it again from the robot file with `tauten reduce --states`"
             )
         frames, map_ = self.frames, self.coordinates
         if frames is None or map_ is None:
-            return Phi, DriveMotion(r, 0, np.zeros(0, dtype=np.int64), np.zeros(0))
-        motion = DriveMotion(r, m, np.flatnonzero(frames.turns), frames.reach[frames.n_turning :])
-        E = np.zeros((map_.n_nodes, 3, motion.size))
+            return Phi, OwnMotion(r, 0, NONE, 0, 0, np.zeros(0), r, r)
+        turning = np.flatnonzero(frames.turns)
+        reach = np.concatenate([frames.reach[frames.n_turning :], frames.reach[self.kept]])
+        sizes = (r, self.drives, turning, self.placed, len(self.kept), reach)
+        R = OwnMotion(*sizes, 0, 0).size
+        E = np.zeros((map_.n_nodes, 3, R))
         E[self.moved, :, :r] = Phi[:first, :r].reshape(-1, 3, r)
-        second = r + m
+        if self.lifting is not None:
+            L = self.lifting.L
+            E[self.moved, :, r + self.drives : r + self.drives + L.shape[1]] = L.reshape(
+                -1, 3, L.shape[1]
+            )
+        self.place_drives(frames, E, r)
+        self.place_kept(frames, E, r)
+        flat = E.reshape(-1, R)
+        flat = np.ascontiguousarray(flat if map_.glue is None else map_.glue @ flat)
+        if len(self.kept) == 0:
+            return flat, OwnMotion(*sizes, R, R)
+        by_elements = self.touched(flat, self.element_nodes, r)
+        by_pulls = self.touched(flat, self.pulled, r)
+        order = np.argsort(np.where(by_elements, 0, np.where(by_pulls, 1, 2)), kind="stable")
+        pulled = int((by_elements | by_pulls).sum())
+        motion = OwnMotion(*sizes, int(by_elements.sum()), pulled, order)
+        return np.ascontiguousarray(flat[:, order]), motion
+
+    @property
+    def element_nodes(self) -> Ints:
+        """Nodes of the elements, among those that are not fixed."""
+        domains = self.tetrahedra.elements.domains
+        nodes = np.unique(np.concatenate([NONE, *(part.nodes.ravel() for part in domains)]))
+        first: Ints = self.tetrahedra.dof[nodes]
+        return first[first >= 0] // 3
+
+    def touched(self, E: Array, nodes: Ints, r: int) -> Bools:
+        """Which columns of E (3 n_nodes, R) move some nodes, or are modes: (R,).
+
+        Args:
+            E: displacements.
+            nodes: the nodes.
+            r: number of modes.
+        """
+        found: Bools = np.any(E.reshape(-1, 3, E.shape[1])[nodes], axis=(0, 1))
+        found[:r] = True
+        return found
+
+    def place_drives(self, frames: Frames, E: Array, r: int) -> None:
+        """The displacements of the regions of drives into E (n_nodes, 3, R).
+
+        Args:
+            frames: the frames.
+            E: written.
+            r: number of modes.
+        """
+        second = r + self.drives + self.placed
         for drive, axis in enumerate(frames.axes):
             inside = frames.owner == frames.n_turning + drive
             nodes, arms = frames.nodes[inside], frames.offsets[inside]
@@ -219,5 +314,21 @@ class NodeChart:
             E[nodes, :, r + drive] = np.cross(axis, arms)
             E[nodes, :, second] = np.cross(axis, np.cross(axis, arms))
             second += 1
-        flat = E.reshape(-1, motion.size)
-        return np.ascontiguousarray(flat if map_.glue is None else map_.glue @ flat), motion
+
+    def place_kept(self, frames: Frames, E: Array, r: int) -> None:
+        """The displacements of the frames of beams into E (n_nodes, 3, R).
+
+        Args:
+            frames: the frames.
+            E: written.
+            r: number of modes.
+        """
+        three, centre = np.arange(3), r + self.drives + self.placed - 3 * len(self.centred)
+        first = r + self.drives + self.placed + int(frames.turns.sum())
+        for place, region in enumerate(self.kept.tolist()):
+            inside = frames.owner == region
+            nodes, rho = frames.nodes[inside], frames.offsets[inside]
+            if region < frames.n_rigid:
+                E[nodes[:, None], three, centre + 3 * place + three] = 1.0
+            columns = first + 9 * place + 3 * three[:, None] + three  # (i, j)
+            E[nodes[:, None, None], three[:, None], columns] = rho[:, None, :]

@@ -9,15 +9,18 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model import Robot
-from tauten.model.constraints import ConstrainedBody, Drums
+from tauten.model.constraints import ConstrainedBody, Drums, FrameJoints
 from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Ints
+from tauten.model.points import segment_nodes
 from tauten.model.tetra import NodalBody, TetBody
 from tauten.reduction.reduced_body import ElementSample, StateBasisError
 from tauten.reduction.state.tetra.actuators import modal_curvature, reduced_actuators
 from tauten.reduction.state.tetra.arrays import make_work
+from tauten.reduction.state.tetra.beams import reduced_beams
 from tauten.reduction.state.tetra.body import contact_surface, mode_points, sampled_body
 from tauten.reduction.state.tetra.ecsw import sample_elements
+from tauten.reduction.state.tetra.lifting import Lifting, make_lifting
 from tauten.reduction.state.tetra.modal_body import ModalBody, ReducedSprings, chart_weight
 from tauten.reduction.state.tetra.node_chart import NodeChart
 from tauten.reduction.state.tetra.points import integration_points
@@ -33,28 +36,28 @@ class ReducibleTetBody:
 
     Modes are orthonormal in the mass, Φᵀ M Φ = m I with the body's mass m, so α is in metres and |α| is the
     root mean square displacement of the body. Fixed nodes have no rows in Φ, so they do not move. The angle
-    or travel of each drive is a coordinate of its own.
+    or travel of each drive, and position and rotation of the nodes of beams, are coordinates of their own.
 
     Attributes:
         robot: the robot.
         chart: the deviations that modes combine.
-        springs: see `FrameJoints`; None: there are none.
+        joints: beams and springs; None: there are none.
         drums: motors that wind several cables; None: there are none.
     """
 
     robot: Robot[TetBody]
     chart: NodeChart
-    springs: sp.csr_array | None = None
+    joints: FrameJoints | None = None
     drums: Drums | None = None
 
     @property
     def own_coordinates(self) -> int:
-        """The drives, at the end of the deviations."""
-        return self.chart.drives
+        """Drives and beams, at the end of the deviations."""
+        return self.chart.own
 
     @property
     def weight(self) -> Array:
-        """Diagonal (m,) of M / m for the nodes, one for each drive."""
+        """Diagonal (m,) of M / m for the nodes, one for each own coordinate."""
         return chart_weight(self.chart)
 
     @property
@@ -84,14 +87,15 @@ class ReducibleTetBody:
         """A sample of integration points, see `sample_elements`.
 
         Args:
-            Phi: (m, r) state modes, the last of which are the drives.
+            Phi: (m, r) state modes, the last of which are the robot's own coordinates.
             alphas: (r, s) states of a campaign [m, rad].
             tolerance: relative residual.
             seed: of random directions.
         """
         chart = self.chart
         E, motion = chart.places(Phi)
-        return sample_elements(chart.tetrahedra, E, motion.beta(alphas), tolerance, seed)
+        own, beta = np.ascontiguousarray(E[:, : motion.elements]), motion.beta(alphas)
+        return sample_elements(chart.tetrahedra, own, beta[: motion.elements], tolerance, seed)
 
     def implausible(self, elements: Ints, weights: Array) -> str:
         """A sentence where the weighted elements have another volume than the body.
@@ -112,18 +116,18 @@ class ReducibleTetBody:
         """The robot in the coordinates of a state basis.
 
         Args:
-            Phi: (m, r) state modes, the last of which are the drives.
+            Phi: (m, r) state modes, the last of which are the robot's own coordinates.
             elements: (s,) numbers of integration points, ascending.
             weights: (s,) their weights.
 
         Raises:
-            StateBasisError: the last modes are not those of the drives.
+            StateBasisError: the last modes are not the robot's own coordinates.
         """
         robot, chart = self.robot, self.chart
         full, tetrahedra = robot.body, chart.tetrahedra
         E, motion = chart.places(Phi)
-        sampled = sampled_body(tetrahedra, E, elements, weights)
-        curvature = modal_curvature(full, E)
+        sampled = sampled_body(tetrahedra, E[:, : motion.elements], elements, weights)
+        curvature = modal_curvature(full, np.ascontiguousarray(E[:, : motion.pulled]))
         surface, contacts = contact_surface(robot, E)
         drives, effectors = full.actuator_set.drives, robot.effectors
         places = effectors.places(tetrahedra.motion(full.mesh.nodes))
@@ -138,16 +142,17 @@ class ReducibleTetBody:
             Phi=Phi,
             chart=chart,
             E=E,
-            drive_motion=motion,
+            own_motion=motion,
             sampled=sampled,
             curvature=curvature,
             mass=E.T @ (tetrahedra.mass[:, None] * E),
             load=E.T @ tetrahedra.load,
             springs=self.reduced_springs(E),
             drums=self.drums,
+            beams=None if self.joints is None else reduced_beams(chart, self.joints, E, motion),
             contact_points=surface,
             effector_places=np.asarray(places.H @ E),
-            work=make_work(sampled, curvature.tendons),
+            work=make_work(sampled, curvature.tendons, motion.pulled),
         )
         points = mode_points(tetrahedra, E, effectors.points)
         return robot.with_body(body, Effectors(effectors.kinds, points), contacts, surface)
@@ -158,9 +163,9 @@ class ReducibleTetBody:
         Args:
             E: (3 n_nodes, R) from `NodeChart.places`.
         """
-        if self.springs is None:
+        if self.joints is None or self.joints.springs.shape[0] == 0:
             return None
-        body, S = self.robot.body, sp.csc_array(self.springs)
+        body, S = self.robot.body, sp.csc_array(self.joints.springs)
         stretched = S[:, np.repeat(body.tetrahedra.dof >= 0, 3)] @ E
         at_rest = S @ body.mesh.nodes.ravel()
         return ReducedSprings(stretched.T @ stretched, stretched.T @ at_rest)
@@ -180,18 +185,55 @@ def reducible_constrained(robot: Robot[ConstrainedBody]) -> ReducibleTetBody:
     """A robot some of whose nodes follow others, as state reduction sees it.
 
     Raises:
-        StateBasisError: its materials are viscous, or it has beams.
+        StateBasisError: its materials are viscous, or all of it are beams and drives.
     """
     require_elastic(robot)
     body = robot.body
-    if body.joints is not None and len(body.joints.nodes) > 0:
+    frames, map_, joints = body.frames, body.coordinates, body.joints
+    chart = NodeChart(body.tetrahedra, robot.rest().q, frames, map_)
+    if joints is not None and len(joints.nodes) > 0:
+        turning = np.unique(joints.turning)
+        kept = turning[(turning >= 0) & (turning < frames.n_turning)]
+        chart = dataclasses.replace(chart, kept=kept, pulled=pulled_nodes(body))
+        chart = dataclasses.replace(chart, lifting=lifting_of(robot, chart, joints))
+    if len(chart.moved) == 0:
         raise StateBasisError(
-            f"robot {robot.name}: robots with beams beside bodies of tetrahedra have no state bases; use "
-            "the full model"
+            f"robot {robot.name}: nothing of it can be reduced, as beams and drives keep their coordinates; "
+            "use the full model"
         )
-    chart = NodeChart(body.tetrahedra, robot.rest().q, body.frames, body.coordinates)
-    springs = None if body.joints is None else body.joints.springs
-    return ReducibleTetBody(robot, chart, springs, body.drums)
+    return ReducibleTetBody(robot, chart, joints, body.drums)
+
+
+def lifting_of(
+    robot: Robot[ConstrainedBody], chart: NodeChart, joints: FrameJoints
+) -> Lifting | None:
+    """The pins of beams and what follows them; None: there are none.
+
+    Args:
+        robot: the robot.
+        chart: its coordinates, without pins.
+        joints: its beams.
+    """
+    glue, tetrahedra, kept = robot.body.coordinates.glue, robot.body.tetrahedra, chart.kept
+    if glue is None or len(kept) == len(chart.centred):
+        return None
+    _, first = np.unique(joints.turning, return_index=True)
+    owner = joints.turning[first]
+    pinned = first[(owner >= robot.body.frames.n_rigid) & np.isin(owner, kept)]
+    rows, columns = tetrahedra.dof[joints.nodes[pinned]], 3 * chart.moved
+    spread = sp.csr_array(sp.csc_array(glue)[:, (columns[:, None] + np.arange(3)).ravel()])
+    weights = sp.csr_array(sp.csc_array(sp.csr_array(glue)[rows])[:, columns])
+    return make_lifting(tetrahedra, weights, spread, robot.body.linear_solver)
+
+
+def pulled_nodes(body: ConstrainedBody) -> Ints:
+    """Nodes that cables and chambers depend on, among those that are not fixed."""
+    dof = body.tetrahedra.dof
+    curved = body.tetrahedra.curvature
+    cables = segment_nodes(curved.paths, curved.stations).ravel()
+    nodes = np.unique(np.concatenate([cables, body.actuator_set.chambers.used]))
+    first: Ints = dof[nodes]
+    return first[first >= 0] // 3
 
 
 def require_elastic(robot: Robot[TetBody]) -> None:

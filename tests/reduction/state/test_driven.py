@@ -126,7 +126,7 @@ def test_modes_that_move_the_drives_are_refused(robot: Robot[ConstrainedBody]) -
     Phi /= np.sqrt(body.weight)[:, None]
     every = np.arange(body.n_elements)
     with pytest.raises(
-        StateBasisError, match="the last 3 modes of this state basis are not the drives"
+        StateBasisError, match="the last 3 modes of this state basis are not the own coordinates"
     ):
         reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.robots.joined import joined, push, rod
+from support.robots.joined import joined, push
 from support.robots.small_bodies import (
     END,
     FIRST,
@@ -26,7 +26,7 @@ from tauten.model import Robot, Simulator, State
 from tauten.model.constraints import ConstrainedBody
 from tauten.model.materials import EXACT
 from tauten.model.numerics import Array
-from tauten.reduction.state import StateBasisError, reduced_robot, reducible
+from tauten.reduction.state import reduced_robot, reducible
 from tauten.reduction.state.modes import pod, with_own, without_own
 
 BOX = ((0.02, 0.02, 0.02), (2, 2, 2))
@@ -200,12 +200,3 @@ def test_the_tangent_is_the_derivative_of_the_forces(
     _, K = reduced.forces(state, exact=True)
     difference = -(ahead - behind) / (2.0 * step)
     np.testing.assert_allclose(K @ direction, difference, atol=1e-5 * np.abs(difference).max())
-
-
-def test_beams_beside_bodies_have_no_state_basis() -> None:
-    held = {"kind": "sphere", "centre": [0.0, 0.0, 0.0], "radius": 1e-3}
-    robot = joined([rod("rod", [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], fixed=[held])])
-    with pytest.raises(
-        StateBasisError, match="with beams beside bodies of tetrahedra have no state"
-    ):
-        reducible(robot)

@@ -1,7 +1,7 @@
 """Small robots with one option of each of some axes of a robot file: body, map, row, element, law, contact,
 reduction.
 
-A body is a block of two cells, or of 3 x 3 x 3 cells around a cavity where a row needs one, a beam, or the
+A body is a block of three cells, or of 3 x 3 x 3 cells around a cavity where a row needs one, a beam, or the
 beams of a structure file, along x from 0 to 0.1 m and held at x = 0.
 """
 
@@ -28,7 +28,7 @@ Settings = dict[str, Any]
 Option = Callable[[Settings], None]
 
 SIZE = (0.1, 0.02, 0.02)
-BLOCK = box_mesh(SIZE, (2, 1, 1))
+BLOCK = box_mesh(SIZE, (3, 1, 1))
 HOLLOW = without(
     box_mesh(SIZE, (3, 3, 3)),
     [(np.array([0.034, 0.007, 0.007]), np.array([0.066, 0.013, 0.013]))],
@@ -145,7 +145,7 @@ def second(**body: Any) -> Option:
     return add("bodies", name="second", position=[0.1, 0.0, 0.0], free=True, **body)
 
 
-BEHIND = {"lower": [0.049, -1.0, -1.0], "upper": [1.0, 1.0, 1.0], "body": "body"}
+BEHIND = {"lower": [0.066, -1.0, -1.0], "upper": [1.0, 1.0, 1.0], "body": "body"}
 MAPS: dict[str, Option] = {
     "rigid region": add("rigid", name="plate", region=OWN_END),
     "rotating drive": add("drives", name="servo", region=OWN_END, **AXIS, **UNLIMITED),

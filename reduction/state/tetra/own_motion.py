@@ -1,0 +1,244 @@
+"""What the nodes of a reduced robot are linear in, and how that changes with its coordinates.
+
+Nodes are at q₀ + E β with a constant E. Coordinates are q = (α, θ, d, c, φ): modes, drives, the displacements
+of pins of beams and of the centres of frames, and the rotation vectors of frames with rotations R(φ):
+
+    β = (α, sin θ or travel, d, c, 1 − cos θ, R − I),   ∂R = [ω]x R
+
+with the angular velocities ω as unknowns, as in the full robot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from tauten.model.numerics import Array, Ints, kernel, moments_at_end
+
+# Entries (i, j, k, m, sign) of ∂R_ij/∂ω_k = sign R_mj.
+_TURNED = np.array(
+    [
+        (i, j, k, m, sign)
+        for i, k, m, sign in (
+            (0, 1, 2, 1), (0, 2, 1, -1), (1, 2, 0, 1), (1, 0, 2, -1), (2, 0, 1, 1), (2, 1, 0, -1),
+        )
+        for j in range(3)
+    ]
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Derivative:
+    """A derivative J (R, n) with few entries.
+
+    Attributes:
+        size: R.
+        n: n.
+        row: (e,) of each entry.
+        column: (e,) of each entry.
+        value: (e,) of each entry.
+    """
+
+    size: int
+    n: int
+    row: Ints
+    column: Ints
+    value: Array
+
+    def rows(self, H: Array) -> Array:
+        """H J (m, n) of H (m, R)."""
+        product = np.zeros((len(H), self.n))
+        multiply(np.ascontiguousarray(H), self.row, self.column, self.value, product)
+        return product
+
+    def rates(self, v: Array) -> Array:
+        """J v (R,) of v (n,)."""
+        return np.bincount(self.row, self.value * v[self.column], self.size).astype(float)
+
+    def forces(self, f: Array) -> Array:
+        """Jᵀ f (n,) of f (R,)."""
+        return np.bincount(self.column, self.value * f[self.row], self.n).astype(float)
+
+    def congruent(self, K: Array) -> Array:
+        """Jᵀ K J (n, n) of a symmetric K (R, R)."""
+        half = self.rows(K)  # (R, n)
+        return self.rows(half.T)
+
+
+@kernel
+def multiply(H: Array, rows: Ints, columns: Ints, values: Array, product: Array) -> None:
+    """Add H J to a product.
+
+    Args:
+        H: (m, R).
+        rows: (e,) of the entries of J.
+        columns: (e,) of the entries of J.
+        values: (e,) of the entries of J.
+        product: (m, n) added to.
+    """
+    for i in range(H.shape[0]):
+        h, out = H[i], product[i]
+        for e in range(rows.shape[0]):
+            out[columns[e]] += h[rows[e]] * values[e]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnMotion:
+    """β and its derivatives by the coordinates.
+
+    Attributes:
+        modes: number of α.
+        drives: m.
+        turning: (t,) numbers of the drives that turn about their axes.
+        placed: components of d and c.
+        frames: f, those with a rotation.
+        reach: (m + f,) largest displacement of a node by a unit of each drive or rotation [m].
+        elements: number of the first entries of β that elements depend on.
+        pulled: number of those that elements, cables or chambers depend on.
+        order: (R,) places in the β above of the entries of β here; None: the same.
+    """
+
+    modes: int
+    drives: int
+    turning: Ints
+    placed: int
+    frames: int
+    reach: Array
+    elements: int
+    pulled: int
+    order: Ints | None = None
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return self.straight + 3 * self.frames
+
+    @property
+    def straight(self) -> int:
+        """Number of coordinates that are no rotation vectors."""
+        return self.modes + self.drives + self.placed
+
+    @property
+    def size(self) -> int:
+        """Length of β."""
+        return self.straight + len(self.turning) + 9 * self.frames
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether β are the modes."""
+        return self.drives == 0 and self.frames == 0
+
+    def rotations(self, q: Array) -> Array:
+        """Rotations R (f, 3, 3) of coordinates (n,)."""
+        found: Array = Rotation.from_rotvec(q[self.straight :].reshape(-1, 3)).as_matrix()
+        return found
+
+    def beta(self, q: Array) -> Array:
+        """β (R, …) of coordinates q (n, …), one state or several in columns."""
+        theta = q[self.modes + self.turning]
+        parts = [q[: self.straight], 1.0 - np.cos(theta)]
+        if self.frames > 0:
+            states = q.reshape(self.n, -1).T  # (s, n)
+            turned = [self.rotations(one) - np.eye(3) for one in states]
+            parts.append(np.stack(turned, axis=-1).reshape(-1, *q.shape[1:]))
+        beta = np.concatenate(parts)
+        beta[self.modes + self.turning] = np.sin(theta)
+        return beta if self.order is None else beta[self.order]
+
+    def jacobian(self, q: Array) -> Derivative:
+        """J = ∂β/∂q (R, n) at q (n,)."""
+        columns, straight = self.modes + self.turning, np.arange(self.straight)
+        second = self.straight + np.arange(len(self.turning))
+        theta, own = q[columns], np.ones(self.straight)
+        own[columns] = np.cos(theta)
+        rows, places, values = [straight, second], [straight, columns], [own, np.sin(theta)]
+        if self.frames > 0:
+            i, j, k, m, sign = _TURNED.T
+            frame, first = np.arange(self.frames)[:, None], self.straight + len(self.turning)
+            rows.append((first + 9 * frame + 3 * i + j).ravel())
+            places.append((self.straight + 3 * frame + k).ravel())
+            values.append((sign * self.rotations(q)[:, m, j]).ravel())
+        row = np.concatenate(rows)
+        if self.order is not None:
+            row = np.argsort(self.order)[row]
+        return Derivative(self.size, self.n, row, np.concatenate(places), np.concatenate(values))
+
+    def in_order(self, beta: Array) -> Array:
+        """An array over β (R,) in the order above."""
+        if self.order is None:
+            return beta
+        found = np.empty_like(beta)
+        found[self.order] = beta
+        return found
+
+    def centripetal(self, q: Array, v: Array) -> Array:
+        """Accelerations of β (R,) at constant velocities (n,)."""
+        columns = self.modes + self.turning
+        theta, square = q[columns], v[columns] ** 2
+        rate = np.zeros(self.size)
+        rate[columns] = -square * np.sin(theta)
+        first = self.straight + len(self.turning)
+        rate[self.straight : first] = square * np.cos(theta)
+        if self.frames > 0:
+            omega = v[self.straight :].reshape(-1, 3)
+            squares = (omega**2).sum(axis=1)[:, None, None] * np.eye(3)
+            spun = omega[:, :, None] * omega[:, None, :] - squares  # [ω]x²
+            rate[first:] = (spun @ self.rotations(q)).ravel()
+        return rate if self.order is None else rate[self.order]
+
+    def add_curvature(self, q: Array, force: Array, share: float, K: Array) -> None:
+        """Add a share of −Σ f ∂²β/∂q² to a tangent; of rotations the symmetric part.
+
+        Args:
+            q: (n,) coordinates.
+            force: (R,) f for β.
+            share: of it.
+            K: (n, n), added to.
+        """
+        columns, f = self.modes + self.turning, self.in_order(force)
+        theta, first = q[columns], self.straight + len(self.turning)
+        bend = f[self.straight : first] * np.cos(theta) - f[columns] * np.sin(theta)
+        K[columns, columns] -= share * bend
+        N = self.rotations(q) @ f[first:].reshape(-1, 3, 3).swapaxes(1, 2)  # (f, 3, 3)
+        trace = np.trace(N, axis1=1, axis2=2)
+        blocks = 0.5 * (N + N.swapaxes(1, 2)) - trace[:, None, None] * np.eye(3)
+        rows = self.straight + np.arange(3 * self.frames).reshape(-1, 3)
+        K[rows[:, :, None], rows[:, None, :]] -= share * blocks
+
+    def moved(self, q: Array, step: Array) -> Array:
+        """Coordinates (n,) after a step (n,): velocities times its length."""
+        after: Array = q + step
+        if self.frames > 0:
+            first = self.straight
+            turned = Rotation.from_rotvec(step[first:].reshape(-1, 3))
+            before = Rotation.from_rotvec(q[first:].reshape(-1, 3))
+            after[first:] = (turned * before).as_rotvec().ravel()
+        return after
+
+    def between(self, before: Array, after: Array) -> Array:
+        """The step (n,) that moves coordinates (n,) to others (n,), inverse of `moved`; turns of up to π."""
+        step: Array = after - before
+        if self.frames > 0:
+            first = self.straight
+            start = Rotation.from_rotvec(before[first:].reshape(-1, 3))
+            end = Rotation.from_rotvec(after[first:].reshape(-1, 3))
+            step[first:] = (end * start.inv()).as_rotvec().ravel()
+        return step
+
+    def at_end(self, step: Array, force: Array) -> Array:
+        """Forces (n,) at the end of a step (n,) that do the work of given ones (n,) on it [N], [N m]."""
+        found = force.copy()
+        if self.frames > 0:
+            turns, moments = (part[self.straight :].reshape(-1, 3) for part in (step, force))
+            found[self.straight :] = moments_at_end(turns, moments).ravel()
+        return found
+
+    def largest_move(self, step: Array) -> float:
+        """Largest displacement of a node by drives, pins and frames in a step (n,), or a bound for it [m]."""
+        end = self.modes + self.drives
+        turns = np.linalg.norm(step[self.straight :].reshape(-1, 3), axis=1)
+        arms = self.reach * np.concatenate([np.abs(step[self.modes : end]), turns])
+        placed = np.abs(step[end : self.straight]).max(initial=0.0)
+        return float(max(placed, arms.max(initial=0.0)))
