@@ -106,6 +106,7 @@ SMALL = {
     "model.step.condensed_step.CondensedStep.n_contacts",
     "model.step.condensed_step.CondensedStep.pushing",
     "model.step.condensed_step.CondensedStep.split",
+    "model.step.condensed_step.CondensedStep.friction",
     "model.step.condensed_step.CondensedStep.frictional",
     "model.step.condensed_step.unit_rows",
     "model.step.enrichment.PredictedStep.delta",
