@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -19,7 +20,7 @@ from tauten.model.contact.shapes import DrawnShape, NearShape, Shape
 from tauten.model.numerics import Array, Ints, product, rotations_between, turned
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class ObstaclePose:
     """Where the frame of an obstacle stands, and how it moves.
 
@@ -35,17 +36,17 @@ class ObstaclePose:
     velocity: Array
     spin: Array
 
-    @property
+    @cached_property
     def moves(self) -> bool:
         """Whether it has a velocity."""
         return bool(self.velocity.any() or self.spin.any())
 
-    @property
+    @cached_property
     def is_upright(self) -> bool:
         """Whether the axes of the obstacle's frame are those of the robot's."""
         return not self.quaternion[1:].any()
 
-    @property
+    @cached_property
     def Q(self) -> Array:
         """(3, 3) rotation from the obstacle's frame to the robot's."""
         w, x, y, z = self.quaternion.tolist()

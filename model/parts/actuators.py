@@ -69,8 +69,10 @@ class PartsActuators:
         """Positions δ_a and H_a: Rows of (n_a, n)."""
         assert isinstance(motion, PartsMotion)
         rows = [part.rows(own) for part, own in zip(self.parts, motion.parts, strict=True)]
-        H, delta = stacked([part.H for part in rows]), [part.delta for part in rows]
-        single = Rows(H, np.concatenate(delta))
+        single = rows[0]
+        if len(rows) > 1:
+            delta = np.concatenate([part.delta for part in rows])
+            single = Rows(stacked([part.H for part in rows]), delta)
         return single if self.coupling is None else self.coupling.rows(single)
 
     def split(self, effort: Array | None) -> list[Array | None]:

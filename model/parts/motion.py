@@ -116,6 +116,14 @@ class PlacedOnParts(Placed):
             blocks.append((group.part, rows, one.rows(own)))
         return in_columns(blocks, self.columns, len(entries.starts) - 1)
 
+    def motion(self) -> Jacobian:
+        """Derivative of the positions by the unknowns: (3 p, n)."""
+        if len(self.groups) > 1 or self.groups[0].placement is not None:
+            return super(PlacedOnParts, self).motion()
+        own = self.placed[0].motion()
+        every = np.arange(3 * len(self.y))
+        return in_columns([(self.groups[0].part, every, own)], self.columns, len(every))
+
 
 def in_columns(
     blocks: Sequence[tuple[int, Ints, Jacobian]], columns: tuple[slice, ...], m: int
@@ -128,6 +136,8 @@ def in_columns(
         m: number of rows.
     """
     n = int(columns[-1].stop)
+    if len(columns) == 1 and len(blocks) == 1 and len(blocks[0][1]) == m:
+        return blocks[0][2]
     sparse = [
         (columns[part].start, rows, block)
         for part, rows, block in blocks
@@ -159,8 +169,6 @@ def _add_rows(block: Array, rows: Ints, first: int, H: Array) -> None:
 
 def stacked(blocks: Sequence[Jacobian]) -> Jacobian:
     """Rows (m, n of the part) of every part below those before: (Σ m, n), dense where those of a part are."""
-    if len(blocks) == 1:
-        return blocks[0]
     sparse = [block for block in blocks if isinstance(block, sp.csr_array)]
     if len(sparse) == len(blocks):
         heights, widths = zip(*(block.shape for block in sparse), strict=True)

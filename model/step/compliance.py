@@ -74,11 +74,15 @@ def extended(system: System, known: Compliance, H: Array, delta: Array) -> Compl
         H: (r, n) new rows.
         delta: (r,) values of the new rows [m].
     """
-    new = row_compliance(system, H, delta)
-    cross = system.h**2 * (known.H @ new.X.T)  # (m, r)
-    return Compliance(
-        H=np.vstack([known.H, new.H]),
-        X=np.vstack([known.X, new.X]),
-        W=np.block([[known.W, cross], [cross.T, new.W]]),
-        delta_free=np.concatenate([known.delta_free, new.delta_free]),
+    X = np.ascontiguousarray(system.factorisation.solve(H.T).T)  # (r, n)
+    rows, m, n = len(known) + len(H), len(known), H.shape[1]
+    found = Compliance(
+        np.empty((rows, n)), np.empty((rows, n)), np.empty((rows, rows)), np.empty(rows)
     )
+    found.H[:m], found.X[:m], found.W[:m, :m] = known.H, known.X, known.W
+    found.H[m:], found.X[m:], found.delta_free[:m] = H, X, known.delta_free
+    cross = system.h**2 * (known.H @ X.T)  # (m, r)
+    found.W[:m, m:], found.W[m:, :m] = cross, cross.T
+    free = system.h, system.v_free
+    _condense(H, X, delta, free, found.W[m:, m:], found.delta_free[m:])
+    return found
