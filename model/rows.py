@@ -42,7 +42,9 @@ class Rows:
 
     def chosen(self, rows: Ints) -> Array:
         """Some rows (r,) of H as a dense array: (r, n)."""
-        return dense(self.H[rows])
+        if isinstance(self.H, np.ndarray):
+            return self.H[rows]
+        return _chosen(rows, self.H.indptr, self.H.indices, self.H.data, self.n)
 
     def after(self, h: float, v: Array) -> Array:
         """Row values after a time h [s] at velocity v (n,), to first order: δ + h H v (m,)."""
@@ -183,6 +185,18 @@ def _after(
             change += data[place] * v[indices[place]]
         values[i] += h * change
     return values
+
+
+@kernel
+def _chosen(
+    rows: Ints, indptr: NDArray[np.int32], indices: NDArray[np.int32], data: Array, n: int
+) -> Array:
+    """`Rows.chosen` of a sparse H, whose entries may occur twice."""
+    H = np.zeros((len(rows), n))
+    for i in range(len(rows)):
+        for place in range(indptr[rows[i]], indptr[rows[i] + 1]):
+            H[i, indices[place]] += data[place]
+    return H
 
 
 @kernel

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tauten.model.constraints.followers import GluedNodes, follow_matrix, joined_followers
 from tauten.model.constraints.frames import Frames, PinnedRegion
+from tauten.model.constraints.kernels import transposed_product
 from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.system import Pattern
 
@@ -107,9 +108,8 @@ class NodeMap:
 
     def forces(self, on_nodes: Array) -> Array:
         """Tᵀ f (n,) for forces f on nodes, rotations of beam nodes and drums; the last may be left out."""
-        others = np.zeros(len(self.coordinates.indptr) - 1 - len(on_nodes))
-        forces: Array = self.coordinates.matrix(self.T).T @ np.concatenate([on_nodes, others])
-        return forces
+        map_ = self.coordinates
+        return transposed_product(map_.indptr, map_.indices, self.T, on_nodes, map_.n)
 
 
 @kernel

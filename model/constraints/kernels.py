@@ -1,4 +1,4 @@
-"""Kernels of `Frames`: loops over the nodes that move with a frame."""
+"""Kernels of `Frames` and of the map to the nodes: loops over what moves with a frame."""
 
 from __future__ import annotations
 
@@ -126,3 +126,21 @@ def lever_stiffness(
             for c in range(3):
                 blocks[owner[i], r, c] -= 0.5 * (a[r] * f[c] + f[r] * a[c])
     return drives
+
+
+@kernel
+def transposed_product(indptr: Ints, indices: Ints, T: Array, f: Array, n: int) -> Array:
+    """Tᵀ f (n,) for the first rows of T, as many as f has entries.
+
+    Args:
+        indptr: row starts of T.
+        indices: its columns.
+        T: its values.
+        f: vector.
+        n: columns of T.
+    """
+    product = np.zeros(n)
+    for i in range(len(f)):
+        for place in range(indptr[i], indptr[i + 1]):
+            product[indices[place]] += T[place] * f[i]
+    return product
