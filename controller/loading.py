@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 from tauten.controller.bases import PARTS, load_contact, load_states, part_files, part_states
 from tauten.controller.settings import ControllerSettings, ModelSettings, controller_settings
@@ -77,7 +77,10 @@ def controller_setup(
         MeshError: its mesh cannot be used.
         BasisError: its contact basis cannot be used.
         StateBasisError: its state basis cannot be used.
+        ValueError: there is no such model.
     """
+    if model not in (None, *get_args(Order)):
+        raise ValueError(f"model: found {model!r}, expected one of {', '.join(get_args(Order))}")
     changes = validated(Changes, {"rate": rate, "young_scale": young_scale}, f"{path}: load_setup")
     controller = controller_settings(contents, path)
     kind = validated(ModelSettings, contents.get("model", {}), path, "model")

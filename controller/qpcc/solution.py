@@ -32,7 +32,9 @@ class Status(Enum):
         "no descent in sight, seeking contact: everything sticks or touches nothing, and no efforts that "
         "bring the effectors nearer were found"
     )
-    NOT_FINITE = "NaN or infinity in the problem: check the target and the model state"
+    NOT_FINITE = (
+        "no target of these effectors, by its shape or NaN, or NaN or infinity in the model's state"
+    )
 
     @property
     def ok(self) -> bool:

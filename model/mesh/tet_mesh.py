@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import logging
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +16,7 @@ from tauten.model.mesh.groups import CellGroup, divided, read_groups
 from tauten.model.mesh.node_numbers import NodeNumbers, consecutive
 from tauten.model.mesh.surface import FACES
 from tauten.model.numerics import Array, Ints, row_keys
+from tauten.model.printing import kept_from_terminal
 from tauten.model.schema import LARGEST_COORDINATE
 
 EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])  # of corners, in VTK's order
@@ -219,22 +218,18 @@ def read_with_meshio(path: Path) -> Any:
     if path.suffix.lower() == ".ply" and b"end_header" not in path.read_bytes():
         # meshio reads on for ever
         raise MeshError(f"{path}: not readable as a mesh (its header has no end)")
-    printed = (
-        io.StringIO()
-    )  # meshio prints why it cannot read a file and then exits the interpreter
-    try:
-        with (
-            contextlib.redirect_stdout(printed),
-            contextlib.redirect_stderr(io.StringIO()),
-            np.errstate(over="ignore"),  # a text STL whose first bytes meshio multiplies as a size
-        ):
+    with (
+        kept_from_terminal() as printed,
+        np.errstate(over="ignore"),  # a text STL whose first bytes meshio multiplies as a size
+    ):
+        try:
             return meshio.read(path)
-    except SystemExit as error:
-        reason = " ".join(printed.getvalue().split()) or "its contents are not of this format"
-        raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
-    except Exception as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
+        except SystemExit as error:  # meshio has printed why it cannot read the file
+            reason = " ".join(printed.getvalue().split()) or "its contents are not of this format"
+            raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
+        except Exception as error:
+            reason = " ".join(str(error).split()) or type(error).__name__
+            raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
 
 
 def read_triangles(path: Path) -> tuple[Array, Ints]:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from tauten.service.cli.terminal import progress_bar
 
@@ -132,10 +131,7 @@ def show_states(file: str) -> None:
         StateBasisError: it cannot be read.
     """
     from tauten.reduction.state import StateBasis
+    from tauten.service.tables import origin_table
 
-    table = Table("", file, title="state basis")
-    for name, value in asdict(StateBasis.load(file).origin).items():
-        if name == "versions":
-            value = ", ".join(" ".join(pair) for pair in value)
-        table.add_row(name.replace("_", " "), str(value))
-    Console(markup=False).print(table)
+    origin = asdict(StateBasis.load(file).origin)
+    Console(markup=False).print(origin_table("state basis", file, origin))

@@ -31,6 +31,7 @@ _FIRST_PORT = 17_447
 # Errors of Zenoh, but not "Received Data for unknown expr_id": a message of a process that has just ended.
 _LOG = "error,zenoh::net::routing::dispatcher::pubsub=off"
 _RETRY = 0.05  # s between two looks for a token
+_QUIET = 1.0  # s of waiting that nobody is told: a connection takes some tenths
 _MAX_MESSAGE = 2**20  # bytes; the description of a robot is the largest
 _PORTS = 10_000  # two for each robot
 # Time for which a message that must not be lost, an answer for instance, waits for a peer that does not read;
@@ -215,12 +216,12 @@ def await_token(
         ended: whether to wait no longer.
         retry: time between two looks [s].
     """
-    waiting = False
+    announced, begin = False, time.monotonic()
     while not is_alive(session, token):
         if ended():
             return False
-        if not waiting:
+        if not announced and time.monotonic() > begin + _QUIET:
             log.info("waiting for %s", token)
-        waiting = True
+            announced = True
         time.sleep(retry)
     return True

@@ -276,8 +276,8 @@ def warm_plant(robot: Robot, settings: PlantSettings, model: str = "full") -> Wa
         return Warm(DrivenRobot(simulator, 1), None, seconds, model)
     own = own_steps(simulator)
     log.info(
-        "%d steps a period of %g ms: twice as many move %s by %.2g %% of its way in a trial; %.2g times real "
-        "time", own.count, 1e3 * robot.h, robot.name, 100.0 * own.error, own.speed,
+        "%d step%s a period of %g ms: twice as many move %s by %.2g %% of its way in a trial; %.2g times "
+        "real time", own.count, "s"[: own.count > 1], 1e3 * robot.h, robot.name, 100.0 * own.error, own.speed,
     )  # fmt: skip
     return Warm(DrivenRobot(simulator, own.count), own, seconds, model)
 

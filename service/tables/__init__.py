@@ -1,6 +1,6 @@
 """Numbers as tables, for the terminal and for pages."""
 
-from tauten.service.tables.basis import basis_tables, found_robot, kept_curve
+from tauten.service.tables.basis import basis_tables, found_robot, kept_curve, origin_table
 from tauten.service.tables.benches import (
     closed_loop_page,
     node_page,
@@ -33,6 +33,7 @@ __all__ = [
     "millimetres",
     "milliseconds",
     "new_page",
+    "origin_table",
     "node_page",
     "percent",
     "reduced_page",

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -93,13 +94,32 @@ def basis_tables(basis: ContactBasis, name: str, robot: Robot | None) -> list[Ta
 
 
 def _provenance(basis: ContactBasis, name: str) -> Table:
-    table = Table("", name, title="contact basis")
-    for entry, value in asdict(basis.provenance).items():
-        if entry == "curve":  # has a table of its own
+    entries = asdict(basis.provenance)
+    del entries["curve"]  # has a table of its own
+    return origin_table("contact basis", name, entries)
+
+
+def origin_table(title: str, name: str, entries: dict[str, Any]) -> Table:
+    """Where a basis comes from, one entry a row: three digits, lengths in mm, nothing that is not known.
+
+    Args:
+        title: of the table.
+        name: of the file.
+        entries: names and values; those that begin with "tip" or "pressed" are lengths [m].
+    """
+    table = Table("", title=title)
+    table.add_column(name, overflow="fold")  # digests are never cut
+    for entry, value in entries.items():
+        words = entry.replace("_", " ")
+        if value is None or value != value:  # nobody computed it
             continue
         if isinstance(value, list | tuple):
-            value = ", ".join(f"{first} {second}" for first, second in value)
-        table.add_row(entry.replace("_", " "), str(value))
+            text = ", ".join(f"{first} {second}" for first, second in value)
+        elif isinstance(value, float) and words.startswith(("tip", "pressed")):
+            text = f"{1e3 * value:.3g} mm"
+        else:
+            text = f"{value:.3g}" if isinstance(value, float) else str(value)
+        table.add_row(words, text)
     return table
 
 

@@ -115,3 +115,9 @@ def test_a_robot_that_does_not_settle_starts_at_rest_and_says_why(
     assert not controller.settled
     np.testing.assert_array_equal(controller.state.q, setup.robot.rest().q)
     assert "starts undeformed and moves at first: it finds no equilibrium" in caplog.text
+
+
+def test_a_model_that_there_is_not_is_refused(heavy_file: Path) -> None:
+    for made in (Controller, Simulator):
+        with pytest.raises(ValueError, match="model: found 'nope', expected one of full, reduced"):
+            made.of(heavy_file, "nope")  # type: ignore[arg-type]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import time
 from pathlib import Path
@@ -70,7 +71,12 @@ def test_inspect_prints_where_a_state_basis_comes_from(
     assert run_main("inspect", states) == 0
     said = capsys.readouterr().out
     assert "ramp: each cable" in said
-    assert f"{StateBasis.load(states).origin.tip_max}" in said
+    origin = StateBasis.load(states).origin
+    assert re.search(rf"tip max *│ {1e3 * origin.tip_max:.3g} mm ", said)
+    assert "None" not in said  # nothing was pressed
+    digest = re.search(r"robot digest *│ (\w+) *│\n│ *│ (\w+)", said)
+    assert digest is not None
+    assert "".join(digest.groups()) == origin.robot_digest
 
 
 def test_switch_is_in_file_and_arguments(thumb_file: Path) -> None:

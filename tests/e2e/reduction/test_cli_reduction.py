@@ -82,7 +82,11 @@ def test_inspect_prints_where_it_comes_from_and_what_it_misses(
     assert run_main("inspect", original.basis, *arguments) == 0
     text = capsys.readouterr().out
     basis = ContactBasis.load(original.basis)
-    assert basis.provenance.robot_digest[:40] in text
+    digest = re.search(r"robot digest *│ (\w+) *│\n│ *│ (\w+)", text)
+    assert digest is not None
+    assert "".join(digest.groups()) == basis.provenance.robot_digest
+    assert re.search(rf"tip error *│ {1e3 * basis.provenance.tip_error:.3g} mm ", text)
+    assert "None" not in text  # of what nobody computed
     row = next(line for line in text.splitlines() if re.search(r"│ all ", line))
     assert re.findall(r"\d+", row) == [str(basis.k), "48", str(len(basis.untouched()))]
     assert "notch1_below" in text

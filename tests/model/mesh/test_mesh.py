@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import meshio
@@ -148,6 +153,33 @@ def test_files_that_are_no_mesh_are_refused(
     assert capfd.readouterr() == ("", ""), "meshio prints why it cannot read a file"
     with pytest.raises(MeshError, match="no such mesh file"):
         read_mesh(tmp_path / "missing.vtu")
+
+
+def test_what_is_printed_while_meshes_are_read_in_threads_is_not_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    inside, before = threading.Barrier(2), sys.stdout
+
+    def read(path: Path) -> None:
+        with suppress(threading.BrokenBarrierError):  # both at once, where they are let
+            inside.wait(0.5)
+        print(f"meshio about {path.name}")
+        sys.exit(1)
+
+    monkeypatch.setattr(meshio, "read", read)
+    (tmp_path / "a.vtu").write_text("")
+    (tmp_path / "b.vtu").write_text("")
+    with ThreadPoolExecutor(2) as pool:
+        tasks = [pool.submit(read_mesh, tmp_path / name) for name in ("a.vtu", "b.vtu")]
+        while any(not task.done() for task in tasks):
+            print("main", end=" ")
+            time.sleep(0.01)
+        for task, name in zip(tasks, "ab", strict=True):
+            with pytest.raises(MeshError, match=rf"\(meshio about {name}.vtu\)"):
+                task.result()
+    assert sys.stdout is before
+    print("and after")
+    assert set(capsys.readouterr().out.split()) == {"main", "and", "after"}
 
 
 def test_attached_points_are_where_they_were_put() -> None:
