@@ -1,56 +1,25 @@
-"""Exact contact forces at efforts, and their derivative on the piece that they belong to.
-
-Newton's steps on the exact law fail at some efforts where contacts are redundant. The smoothed law (I4) at
-these efforts, with widths that shrink, has a system that is never singular: its end is a start from which the
-exact law takes a step or two.
-"""
+"""Exact contact forces at efforts, and their derivative on the piece that they belong to."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from tauten.controller.friction.law import (
-    LinearLaw,
-    Widths,
-    law_error,
-    law_size,
-    linear_law,
-    smoothed_law,
-    widths,
-)
-from tauten.controller.friction.problem import InverseContacts, displacements
+from tauten.controller.friction.problem import InverseContacts, cones_at
 from tauten.controller.qpcc import Budget
-from tauten.model.friction import Cones, natural_error, newton_forces
+from tauten.model.friction import Width, error_of, newton_forces, smoothed_forces, velocities
 from tauten.model.numerics import Array, kernel, solve_linear
 
 PRECISELY = 1e-9  # of the largest |q|, error that exact forces are asked for
 NEWTON = 45  # steps on the exact law, at most
 SMOOTHED = 60  # steps on the smoothed law, at most
-NARROWEST = 1e-7  # of the largest |q|, width κ l of the slip at the end of the smoothed law
-FASTER, SLOWER = 0.25, 0.5  # factors of κ after a full step, and after a shortened one
 LENGTH = 1e-2  # of the largest |q|: displacement that sets the widths
-INSIDE = 0.05  # share of a normal force that a step leaves
-SHORTEST = 1.0 / 64.0  # of a step's line search
+NARROWER = 0.25  # of κ, after a full step on the smoothed law
 STILL = 1e-7  # of the largest |q|, slip that counts as none
 OPEN = 1e-8  # of the largest |q|, w r_n that counts as none
 PROXIMAL = 1e-10  # of the largest compliance, by which redundant contacts yield
-
-
-class Width(NamedTuple):
-    """How wide the smoothed law is at first.
-
-    Attributes:
-        share: κ.
-        length: displacement that sets the widths; 0: a part of the largest |q|.
-    """
-
-    share: float
-    length: float
-
-
-WIDE = Width(1.0, 0.0)
+WIDE = Width(
+    1.0, 0.0, NARROWER
+)  # of the smoothed law; a length of zero: `LENGTH` of the largest |q|
 
 
 def exact_forces(
@@ -71,10 +40,29 @@ def exact_forces(
     budget.count(spent, begin)
     if not found and (needed or (not budget.exhausted and budget.allows(SMOOTHED + NEWTON))):
         begin = budget.time.clock()
-        near, systems = smoothed_forces(contacts, lam, start, wide)
+        near, systems = smoothed_at(contacts, lam, start, wide)
         found, r, spent = forces_at(contacts, lam, near)
         budget.count(systems + spent, begin)
     return r if found else None
+
+
+@kernel
+def smoothed_at(
+    contacts: InverseContacts, lam: Array, start: Array, wide: Width
+) -> tuple[Array, int]:
+    """Forces (3 m,) at efforts at the end of a path through smoothed laws, and linear systems.
+
+    Args:
+        contacts: the contacts.
+        lam: (n_a,) efforts.
+        start: (3 m,) forces to start from.
+        wide: at first.
+    """
+    cones = cones_at(contacts, lam)
+    length = wide.length if wide.length > 0.0 else LENGTH * np.abs(cones.q).max()
+    return smoothed_forces(
+        cones, contacts.G, start, Width(wide.share, length, wide.shrink), SMOOTHED
+    )
 
 
 @kernel
@@ -86,9 +74,8 @@ def forces_at(contacts: InverseContacts, lam: Array, start: Array) -> tuple[bool
         lam: (n_a,) efforts.
         start: (3 m,) forces to start from.
     """
-    q = contacts.q + np.dot(contacts.W_ca, lam)
-    cones = Cones(contacts.W, q, contacts.mu, contacts.w)
-    error = min(PRECISELY * np.abs(q).max(), 0.3 * contacts.exact)
+    cones = cones_at(contacts, lam)
+    error = min(PRECISELY * np.abs(cones.q).max(), 0.3 * contacts.exact)
     found = newton_forces(cones, start, error, NEWTON, bool(np.any(start)))
     return found.error <= contacts.exact, found.r, found.newton
 
@@ -102,91 +89,7 @@ def forces_error(contacts: InverseContacts, lam: Array, r: Array) -> float:
         lam: (n_a,) efforts.
         r: (3 m,) forces.
     """
-    u = displacements(contacts, lam, r)
-    return natural_error(u, r.reshape(u.shape), contacts.mu, contacts.w)
-
-
-@kernel
-def smoothed_forces(
-    contacts: InverseContacts, lam: Array, start: Array, wide: Width
-) -> tuple[Array, int]:
-    """Forces (3 m,) at efforts under the smoothed law, at the end of its widths, and linear systems.
-
-    Args:
-        contacts: the contacts.
-        lam: (n_a,) efforts.
-        start: (3 m,) forces to start from.
-        wide: at first.
-    """
-    size = np.abs(contacts.q + np.dot(contacts.W_ca, lam)).max()
-    length = wide.length if wide.length > 0.0 else LENGTH * size
-    narrowest, none = NARROWEST * size / length, np.empty((len(start), 0))
-    width = widths(contacts, start, wide.share, length)
-    r = lifted(contacts, start, width)
-    for step in range(SMOOTHED):
-        law = linear_law(contacts, lam, r, width, none)
-        F, r, share = shortened(contacts, r, law, width)
-        if law_error(width, F) <= 1.0:
-            if width.share <= narrowest:
-                return r, step + 1
-            factor = FASTER if share > 0.9 else SLOWER
-            width = widths(contacts, r, factor * width.share, length)
-    return r, SMOOTHED
-
-
-@kernel
-def lifted(contacts: InverseContacts, r: Array, width: Widths) -> Array:
-    """Forces (3 m,) with normal forces that are positive, as the smoothed law has them.
-
-    Args:
-        contacts: the contacts.
-        r: (3 m,) forces.
-        width: of the law.
-    """
-    lifted = r.copy()
-    for i in range(len(contacts.w)):
-        least = 0.1 * width.share * width.normal[i] / contacts.w[i]
-        lifted[3 * i] = max(r[3 * i], least)
-    return lifted
-
-
-@kernel
-def inside(r: Array, change: Array, left: float) -> float:
-    """The longest step, at most 1, that leaves a share of each normal force.
-
-    Args:
-        r: (3 m,) forces.
-        change: (3 m,) of them.
-        left: share that is left at least.
-    """
-    longest = 1.0
-    for i in range(0, len(r), 3):
-        if change[i] < 0.0:
-            longest = min(longest, (1.0 - left) * max(r[i], 0.0) / -change[i])
-    return longest
-
-
-@kernel
-def shortened(
-    contacts: InverseContacts, r: Array, law: LinearLaw, width: Widths
-) -> tuple[Array, Array, float]:
-    """A step of the forces by line search on |F|: F (m, 3) and r (3 m,) after it, and its share.
-
-    Args:
-        contacts: the contacts.
-        r: (3 m,) forces.
-        law: linearised at these.
-        width: of the law.
-    """
-    change = law.residual
-    share, before = inside(r, change, INSIDE), law_size(width, law.F)
-    du, least = np.dot(contacts.W, change).reshape(law.u.shape), share * SHORTEST
-    while True:
-        there = r + share * change
-        after = smoothed_law(contacts, law.u + share * du, there, width)
-        if law_size(width, after) < (1.0 - 1e-4 * share) * before or 0.5 * share < least:
-            return after, there, share
-        share *= 0.5
+    return error_of(cones_at(contacts, lam), r)
 
 
 def exact_slope(contacts: InverseContacts, lam: Array, r: Array, budget: Budget) -> Array:
@@ -216,8 +119,8 @@ def slope_at(contacts: InverseContacts, lam: Array, r: Array) -> tuple[int, Arra
         lam: (n_a,) efforts.
         r: (3 m,) exact forces.
     """
-    slope, u = np.zeros((len(r), len(lam))), displacements(contacts, lam, r)
-    largest = np.abs(contacts.q + np.dot(contacts.W_ca, lam)).max()
+    slope, cones = np.zeros((len(r), len(lam))), cones_at(contacts, lam)
+    u, largest = velocities(cones, r), np.abs(cones.q).max()
     closed = np.flatnonzero(contacts.w * r[::3] > OPEN * largest)
     if len(closed) == 0:
         return 0, slope

@@ -16,18 +16,21 @@ from typing import NamedTuple
 import numpy as np
 
 from tauten.controller.friction.effort_step import EffortArrays, effort_step
-from tauten.controller.friction.exact import Width, inside, lifted, shortened
-from tauten.controller.friction.law import (
+from tauten.controller.friction.exact import NARROWER
+from tauten.controller.friction.problem import EffortPoint, InverseContacts, cones_at
+from tauten.controller.friction.search import EffortSearch
+from tauten.model.friction import (
+    Cones,
     LinearLaw,
+    Width,
     Widths,
     law_error,
     law_size,
     linear_law,
+    shortened,
     smoothed_law,
     widths,
 )
-from tauten.controller.friction.problem import EffortPoint, InverseContacts
-from tauten.controller.friction.search import EffortSearch
 from tauten.model.numerics import Array, kernel
 
 NARROWEST = 1e-2  # κ at the end
@@ -37,6 +40,7 @@ SHRINK = 0.6  # of κ, where the law is met
 GATE = 0.1  # error of the law, of its widths, below which they shrink
 ASTRAY = 20.0  # the same above which the efforts wait
 LEFT = 0.1  # of a normal force, by a step
+INSIDE = 0.05  # the same, of the nested form
 SHORTEST = 1.0 / 32.0
 TRUST = 0.1  # of the span of the efforts, a step at first
 WIDEST = 4.0  # of that, later
@@ -112,7 +116,7 @@ def one_shot_path(
         taken += spent
         cut = budget.exhausted or not budget.allows(AT_ONCE)
     cut &= state.narrow < ENOUGH_NARROW and budget.spent < end
-    return PathEnd(state, taken, Width(state.share, length), cut)
+    return PathEnd(state, taken, Width(state.share, length, NARROWER), cut)
 
 
 def _begin(
@@ -128,11 +132,43 @@ def _begin(
     """
     contacts, length = search.contacts, displacement_scale(search, start)
     if before is None:
-        r = lifted(contacts, start.r, widths(contacts, start.r, share, length))
+        r = lifted(contacts.w, start.r, widths(contacts.w, start.r, share, length))
         return PathState(start.lam, r, TRUST * search.span, share, 0), 0
     state = before.state
-    r = lifted(contacts, state.r, widths(contacts, state.r, state.share, length))
+    r = lifted(contacts.w, state.r, widths(contacts.w, state.r, state.share, length))
     return state._replace(lam=search.bounded(state.lam), r=r), before.steps
+
+
+@kernel
+def lifted(W_ii: Array, r: Array, width: Widths) -> Array:
+    """Forces (3 m,) with normal forces that are positive, as the smoothed law has them.
+
+    Args:
+        W_ii: (m,) largest compliance of each contact's rows.
+        r: (3 m,) forces.
+        width: of the law.
+    """
+    lifted = r.copy()
+    for i in range(len(W_ii)):
+        least = 0.1 * width.share * width.normal[i] / W_ii[i]
+        lifted[3 * i] = max(r[3 * i], least)
+    return lifted
+
+
+@kernel
+def inside(r: Array, change: Array, left: float) -> float:
+    """The longest step, at most 1, that leaves a share of each normal force.
+
+    Args:
+        r: (3 m,) forces.
+        change: (3 m,) of them.
+        left: share that is left at least.
+    """
+    longest = 1.0
+    for i in range(0, len(r), 3):
+        if change[i] < 0.0:
+            longest = min(longest, (1.0 - left) * max(r[i], 0.0) / -change[i])
+    return longest
 
 
 @kernel
@@ -156,14 +192,15 @@ def path_steps(
     """
     lam, r, trust, share, narrow = state
     for step in range(steps):
-        width = widths(contacts, r, share, length)
-        law = linear_law(contacts, lam, r, width, contacts.W_ca)
+        width = widths(contacts.w, r, share, length)
+        cones = cones_at(contacts, lam)
+        law = linear_law(cones, contacts.G, r, width, contacts.W_ca)
         change = np.zeros(len(lam))
         if law_error(width, law.F) <= ASTRAY:
             ahead = r + law.residual
             solved, found, _ = effort_step(arrays, lam, ahead, law.slope, trust)
             change = found if solved else change
-        taken, error, lam, r = line_search(contacts, lam, r, change, law, width)
+        taken, error, lam, r = line_search(cones, contacts.W_ca, lam, r, change, law, width)
         trust = np.minimum(GROW * trust, widest) if taken > ENOUGH else CUT * trust
         if error <= GATE:
             narrow += int(share <= NARROWEST)
@@ -175,12 +212,13 @@ def path_steps(
 
 @kernel
 def line_search(
-    contacts: InverseContacts, lam: Array, r: Array, change: Array, law: LinearLaw, width: Widths
+    cones: Cones, W_ca: Array, lam: Array, r: Array, change: Array, law: LinearLaw, width: Widths
 ) -> tuple[float, float, Array, Array]:
     """The share of a step, the error of the law after it, efforts (n_a,) and forces (3 m,) there.
 
     Args:
-        contacts: the contacts.
+        cones: the contacts at these efforts.
+        W_ca: (3 m, n_a) of contacts under efforts.
         lam: (n_a,) efforts.
         r: (3 m,) forces.
         change: (n_a,) of the efforts.
@@ -188,12 +226,12 @@ def line_search(
         width: of the law.
     """
     follow = law.residual + np.dot(law.slope, change)
-    du = (np.dot(contacts.W_ca, change) + np.dot(contacts.W, follow)).reshape(law.u.shape)
+    du = (np.dot(W_ca, change) + np.dot(cones.W, follow)).reshape(law.u.shape)
     taken, before = inside(r, follow, LEFT), law_size(width, law.F)
     least = taken * SHORTEST
     while True:
         there = r + taken * follow
-        F = smoothed_law(contacts, law.u + taken * du, there, width)
+        F = smoothed_law(cones, law.u + taken * du, there, width)
         error = law_error(width, F)
         better = error <= GATE or law_size(width, F) < (1.0 - 1e-4 * taken) * before
         if better or 0.5 * taken < least:
@@ -216,7 +254,7 @@ def nested_path(
     (lam, r, trust, share, _), taken = _begin(search, start, share, before)
     widest, first, end = TRUST * search.span, budget.spent, budget.spent + NESTED - taken
     while True:
-        width = widths(contacts, r, share, length)
+        width = widths(contacts.w, r, share, length)
         r, slope, _ = _meet(search, lam, r, width)
         objective, cut = search.objective(lam, r), False
         for _ in range(4):
@@ -243,7 +281,7 @@ def nested_path(
             cut = budget.spent - first >= AT_ONCE and budget.exhausted
         if cut or arrived:
             state = PathState(lam, r, trust, share, ENOUGH_NARROW if arrived else 0)
-            return PathEnd(state, taken + budget.spent - first, Width(share, length), cut)
+            return PathEnd(state, taken + budget.spent - first, Width(share, length, NARROWER), cut)
 
 
 def _meet(search: EffortSearch, lam: Array, r: Array, width: Widths) -> tuple[Array, Array, bool]:
@@ -274,10 +312,11 @@ def meet_law(
         width: of the law.
         systems: at most.
     """
-    law = linear_law(contacts, lam, r, width, contacts.W_ca)
+    cones = cones_at(contacts, lam)
+    law = linear_law(cones, contacts.G, r, width, contacts.W_ca)
     spent, error = 1, law_error(width, law.F)
     while error > MET and spent < systems:
-        _, r, _ = shortened(contacts, r, law, width)
-        law = linear_law(contacts, lam, r, width, contacts.W_ca)
+        _, r, _ = shortened(cones, r, law, width, inside(r, law.residual, INSIDE))
+        law = linear_law(cones, contacts.G, r, width, contacts.W_ca)
         spent, error = spent + 1, law_error(width, law.F)
     return r, law.slope, error, spent

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg.lapack import dpstrf
 
 from tauten.controller.qpcc import Qpcc
-from tauten.model.friction import padded_places, padded_rows
+from tauten.model.friction import Cones, padded_places, padded_rows
 from tauten.model.numerics import Array, Ints, kernel
 
 RANK = 1e-12  # of the largest diagonal entry, pivots of the factor of W_cc below which it ends
@@ -94,16 +94,10 @@ class InverseContacts(NamedTuple):
 
 
 @kernel
-def displacements(contacts: InverseContacts, lam: Array, r: Array) -> Array:
-    """Displacements u (m, 3) at efforts (n_a,) and contact forces (3 m,).
-
-    Args:
-        contacts: the contacts.
-        lam: (n_a,) efforts.
-        r: (3 m,) contact forces.
-    """
-    u: Array = contacts.q + np.dot(contacts.W_ca, lam) + np.dot(contacts.W, r)
-    return u.reshape((len(contacts.mu), 3))
+def cones_at(contacts: InverseContacts, lam: Array) -> Cones:
+    """The contacts at efforts (n_a,)."""
+    q = contacts.q + np.dot(contacts.W_ca, lam)
+    return Cones(contacts.W, q, contacts.mu, contacts.w)
 
 
 def normals_alone(problem: FrictionInverse) -> tuple[Qpcc, Ints]:

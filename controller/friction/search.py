@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.controller.friction.effort_step import EffortProgram, EffortStep, effort_arrays
-from tauten.controller.friction.exact import WIDE, Width, exact_forces, exact_slope
+from tauten.controller.friction.exact import WIDE, exact_forces, exact_slope
 from tauten.controller.friction.problem import (
     EffortPoint,
     FrictionInverse,
@@ -16,6 +16,7 @@ from tauten.controller.friction.problem import (
     inverse_contacts,
 )
 from tauten.controller.qpcc import Backend, Budget
+from tauten.model.friction import Width
 from tauten.model.numerics import Array, Ints
 
 WITHIN = 1e-7  # of the largest limit, by which a point may exceed one

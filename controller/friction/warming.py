@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.controller.friction.exact import WIDE, smoothed_forces
+from tauten.controller.friction.exact import WIDE, smoothed_at
 from tauten.controller.friction.problem import FrictionInverse, inverse_contacts
 from tauten.controller.friction.solve import FrictionSettings, solve_friction_inverse
 from tauten.controller.qpcc import Qpcc
@@ -14,7 +14,7 @@ def warm_search() -> None:
     """Compile or load all kernels of a search, those for contact that nothing touches yet too."""
     problem = stuck_block()
     contacts = inverse_contacts(problem)
-    smoothed_forces(contacts, np.zeros(1), np.zeros(len(contacts.q)), WIDE)
+    smoothed_at(contacts, np.zeros(1), np.zeros(len(contacts.q)), WIDE)
     for warm in (False, True):
         solve_friction_inverse(problem, np.zeros(1), settings=FrictionSettings(warm=warm))
 

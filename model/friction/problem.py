@@ -12,6 +12,7 @@ not be unique.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -69,6 +70,37 @@ class FrictionProblem:
         W_ii, shape = self.diagonal, (len(self.mu), self.dim)
         u = (self.W @ r + self.q).reshape(shape)
         return natural_error(u, r.reshape(shape), self.mu, W_ii)
+
+
+class Cones(NamedTuple):
+    """The arrays of a `FrictionProblem`.
+
+    Attributes:
+        W: (m d, m d) compliance.
+        q: (m d,) velocities or displacements without contact forces.
+        mu: (m,) coefficients of friction.
+        W_ii: (m,) largest compliance of each contact's rows.
+    """
+
+    W: Array
+    q: Array
+    mu: Array
+    W_ii: Array
+
+
+@kernel
+def velocities(cones: Cones, r: Array) -> Array:
+    """Velocities u (m, d) under forces (m d,)."""
+    m = len(cones.mu)
+    u: Array = np.dot(cones.W, r) + cones.q
+    return u.reshape((m, len(r) // m))
+
+
+@kernel
+def error_of(cones: Cones, r: Array) -> float:
+    """Error of the natural map of forces (m d,) [unit of q]."""
+    u = velocities(cones, r)
+    return natural_error(u, r.reshape(u.shape), cones.mu, cones.W_ii)
 
 
 @kernel

@@ -18,17 +18,14 @@ simulation do not start so: contacts that open and close decide there.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from tauten.model.friction.alart_curnier import newton_step, residual
-from tauten.model.friction.problem import FrictionProblem, natural_error
+from tauten.model.friction.problem import Cones, error_of
 from tauten.model.numerics import Array, kernel
 
-TOLERANCE = 1e-9  # of the natural map, relative to the largest |q|
-BUDGET = 100  # Newton steps
 WIDEST, LEAST = 1e-1, 1e-14  # α at a start from zero, and the smallest
 WARM = 3e-2  # α from forces that are nearly a solution
 EASIER, HARDER = 0.1, 5.0  # factors of α after a round that succeeds, and one that fails
@@ -39,69 +36,6 @@ WARM_WEIGHTS = (30.0, 3.0, 0.3)  # the same from forces that are nearly a soluti
 HALVINGS = 10  # of a Newton step
 ARMIJO = 1e-4
 MEMORY = 4  # squares of residuals that a step may not exceed
-
-
-@dataclass(frozen=True, slots=True)
-class FrictionSolution:
-    """Contact forces with friction.
-
-    Attributes:
-        r: (m d,) forces.
-        u: (m d,) velocities or displacements.
-        error: of the natural map, in the unit of q; see `FrictionProblem.error`.
-        newton: linear systems that were solved; a round without one counts as one.
-        rounds: of the proximal point.
-        converged: whether the error is within the tolerance.
-    """
-
-    r: Array
-    u: Array
-    error: float
-    newton: int
-    rounds: int
-    converged: bool
-
-
-def solve_friction(
-    problem: FrictionProblem,
-    start: Array | None = None,
-    tolerance: float = TOLERANCE,
-    budget: int = BUDGET,
-) -> FrictionSolution:
-    """Solve contact with friction; the best forces found, whether they meet the tolerance or not.
-
-    Args:
-        problem: the contacts.
-        start: (m d,) forces to start from, as of the last step; None: zero. They are returned where they
-            hold.
-        tolerance: of the natural map, relative to the largest |q|.
-        budget: Newton steps, at most.
-    """
-    first = np.zeros(len(problem.q)) if start is None else np.array(start, dtype=float)
-    given = (problem.W, problem.q, problem.mu, problem.diagonal)
-    cones = Cones(*(np.ascontiguousarray(values, dtype=float) for values in given))
-    error = tolerance * float(np.abs(cones.q).max())
-    found = newton_forces(cones, first, error, budget, False)
-    u = cones.W @ found.r + cones.q
-    return FrictionSolution(
-        found.r, u, found.error, found.newton, found.rounds, found.error <= error
-    )
-
-
-class Cones(NamedTuple):
-    """The arrays of a `FrictionProblem`.
-
-    Attributes:
-        W: (m d, m d) compliance.
-        q: (m d,) velocities or displacements without contact forces.
-        mu: (m,) coefficients of friction.
-        W_ii: (m,) largest compliance of each contact's rows.
-    """
-
-    W: Array
-    q: Array
-    mu: Array
-    W_ii: Array
 
 
 class NewtonForces(NamedTuple):
@@ -124,7 +58,7 @@ class NewtonForces(NamedTuple):
 def newton_forces(
     cones: Cones, start: Array, error: float, budget: int, warm: bool
 ) -> NewtonForces:
-    """Solve contact with friction, as `solve_friction` does.
+    """Contact forces by rounds of Newton steps; the best ones found, whether they are exact or not.
 
     Args:
         cones: the contacts.
@@ -152,14 +86,6 @@ def newton_forces(
         else:
             failures, alpha = failures + 1, HARDER * alpha
     return NewtonForces(best, least, newton, rounds)
-
-
-@kernel
-def error_of(cones: Cones, r: Array) -> float:
-    """Error of the natural map of forces (m d,) [unit of q]."""
-    shape = (len(cones.mu), len(cones.q) // len(cones.mu))
-    u = (np.dot(cones.W, r) + cones.q).reshape(shape)
-    return natural_error(u, r.reshape(shape), cones.mu, cones.W_ii)
 
 
 @kernel

@@ -24,15 +24,15 @@ from tauten.controller.friction import (
     solve_friction_inverse,
 )
 from tauten.controller.friction.exact import WIDE, exact_forces, exact_slope
-from tauten.controller.friction.law import linear_law, smoothed_law, widths
 from tauten.controller.friction.problem import (
     InverseContacts,
+    cones_at,
     contact_rows,
-    displacements,
     inverse_contacts,
     normals_alone,
 )
 from tauten.controller.qpcc import Budget, Qpcc, Status, TimeLimit, solve_qpcc
+from tauten.model.friction import linear_law, smoothed_law, velocities, widths
 from tauten.model.numerics import Array
 
 EXACT = 1e-8  # of the natural map
@@ -113,8 +113,11 @@ def test_a_block_that_cannot_be_moved_stays_and_the_status_says_so() -> None:
     assert found.objective == found.held
 
 
+@pytest.mark.parametrize("state_form", [True, False])
 @pytest.mark.parametrize("singles", [0, 3])
-def test_the_linearised_law_is_the_derivative_of_the_smoothed_law(singles: int) -> None:
+def test_the_linearised_law_is_the_derivative_of_the_smoothed_law(
+    singles: int, state_form: bool
+) -> None:
     rng = np.random.default_rng(1)
     problem = random_problem(2, singles)
     contacts = inverse_contacts(problem)
@@ -122,12 +125,13 @@ def test_the_linearised_law_is_the_derivative_of_the_smoothed_law(singles: int) 
     place = contact_rows(problem)
     r[place] = rng.normal(size=len(place))
     r[::3] = np.abs(r[::3])
-    width = widths(contacts, r, 0.5, 1.0)
-    law = linear_law(contacts, lam, r, width, contacts.W_ca)
+    G = contacts.G if state_form else np.empty((len(r), 0))
+    width = widths(contacts.w, r, 0.5, 1.0)
+    law = linear_law(cones_at(contacts, lam), G, r, width, contacts.W_ca)
 
     def law_at(efforts: Array, forces: Array) -> Array:
-        u = displacements(contacts, efforts, forces)
-        return smoothed_law(contacts, u, forces, width)
+        cones = cones_at(contacts, efforts)
+        return smoothed_law(cones, velocities(cones, forces), forces, width)
 
     np.testing.assert_allclose(law.F, law_at(lam, r), atol=1e-14)
     change = rng.normal(size=3)

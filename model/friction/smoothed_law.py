@@ -1,12 +1,13 @@
-"""A smoothed law of contact with friction, and how forces follow efforts under it.
+"""A smoothed law of contact with friction, and how forces follow what pushes the contacts under it.
 
 With w the compliance of a contact, x = w r_n, y = u_n, and widths k for the normal and l for the slip:
 
-    F_n = (x + y − sqrt((x − y)² + 4 (κ k)²)) / 2
-    F_t = w r_t + μ w r_n⁺ u_t / sqrt(|u_t|² + (κ l)²)                                         (I4)
+    p = (x − y + sqrt((x − y)² + 4 (κ k)²)) / 2,   F_n = x − p,
+    F_t = w r_t + μ p u_t / sqrt(|u_t|² + (κ l)²)                                              (F2)
 
-F = 0 is contact with friction where κ = 0: x y = (κ k)² is the central path of the normal law, and slip is
-against its force with a friction that rises over the width l.
+F = 0 is contact with friction where κ = 0: x y = (κ k)² is the central path of the normal law, x = p is
+positive, and slip is against its force with a friction that rises over the width l. Friction is that of p
+rather than of x, so that forces on the way to a solution may have any sign.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauten.controller.friction.problem import InverseContacts, displacements
+from tauten.model.friction.problem import Cones, velocities
 from tauten.model.numerics import Array, kernel, solve_linear
 
 
@@ -34,19 +35,19 @@ class Widths(NamedTuple):
 
 
 @kernel
-def widths(contacts: InverseContacts, r: Array, share: float, length: float) -> Widths:
+def widths(W_ii: Array, r: Array, share: float, length: float) -> Widths:
     """Widths of the law at given forces, one scale of force for all contacts.
 
     A scale for each would hide a contact that carries little beside one that carries the weight.
 
     Args:
-        contacts: the contacts.
+        W_ii: (m,) largest compliance of each contact's rows.
         r: (3 m,) forces.
         share: κ.
-        length: displacement that matters, that from the target.
+        length: displacement that matters.
     """
     largest = max(r[::3].max(), 0.0)
-    normal = np.sqrt(length * np.maximum(length, contacts.w * largest))
+    normal = np.sqrt(length * np.maximum(length, W_ii * largest))
     return Widths(share, normal, length)
 
 
@@ -76,7 +77,7 @@ class LinearLaw(NamedTuple):
 
     Attributes:
         u: (m, 3) displacements.
-        F: (m, 3) of (I4).
+        F: (m, 3) of (F2).
         residual: (3 m,).
         slope: (3 m, n_a).
     """
@@ -88,87 +89,91 @@ class LinearLaw(NamedTuple):
 
 
 @kernel
-def smoothed_law(contacts: InverseContacts, u: Array, r: Array, width: Widths) -> Array:
-    """F (m, 3) of (I4).
+def smoothed_law(cones: Cones, u: Array, r: Array, width: Widths) -> Array:
+    """F (m, 3) of (F2).
 
     Args:
-        contacts: the contacts.
+        cones: the contacts.
         u: (m, 3) displacements.
         r: (3 m,) forces.
         width: of the law.
     """
-    w, mu, F = contacts.w, contacts.mu, np.empty(u.shape)
+    w, mu, F = cones.W_ii, cones.mu, np.empty(u.shape)
     slip = width.share * width.slip
     for i in range(len(w)):
-        x, y, k = w[i] * r[3 * i], u[i, 0], width.share * width.normal[i]
-        F[i, 0] = 0.5 * (x + y - np.sqrt((x - y) ** 2 + 4.0 * k * k))
+        z, k = w[i] * r[3 * i] - u[i, 0], width.share * width.normal[i]
+        pushed = 0.5 * (z + np.sqrt(z * z + 4.0 * k * k))
+        F[i, 0] = w[i] * r[3 * i] - pushed
         speed = np.sqrt(u[i, 1] ** 2 + u[i, 2] ** 2 + slip * slip)
-        pull = mu[i] * max(x, 0.0) / speed
-        F[i, 1] = w[i] * r[3 * i + 1] + pull * u[i, 1]
-        F[i, 2] = w[i] * r[3 * i + 2] + pull * u[i, 2]
+        for j in range(1, 3):
+            F[i, j] = w[i] * r[3 * i + j] + mu[i] * pushed * u[i, j] / speed
     return F
 
 
 @kernel
-def linear_law(
-    contacts: InverseContacts, lam: Array, r: Array, width: Widths, W_ca: Array
-) -> LinearLaw:
-    """Linearise (I4) in the state form: one system of the rank of W_cc, with 1 + n_a right-hand sides.
+def linear_law(cones: Cones, G: Array, r: Array, width: Widths, W_ca: Array) -> LinearLaw:
+    """Linearise (F2): one system with 1 + n_a right-hand sides.
 
-    With A = ∂F/∂u and B = ∂F/∂r, which has an inverse, dr = −B⁻¹ (F + A (G y + W_ca dλ)) where y = Gᵀ dr.
+    With A = ∂F/∂u and B = ∂F/∂r, which has an inverse, dr = −B⁻¹ (F + A (W dr + W_ca dλ)): a system in the
+    forces, or, where W = G Gᵀ, the state form in y = Gᵀ dr, a system of the rank of W.
 
     Args:
-        contacts: the contacts.
-        lam: (n_a,) efforts.
+        cones: the contacts.
+        G: (3 m, rank) of the state form; no columns: the system is that of the forces.
         r: (3 m,) forces.
         width: of the law.
-        W_ca: (3 m, n) columns of `contacts.W_ca`, all or none, whose slope is asked for.
+        W_ca: (3 m, n_a) how efforts move the contacts; no columns where no slope is asked for.
     """
-    n_a, u, G = W_ca.shape[1], displacements(contacts, lam, r), contacts.G
-    F = smoothed_law(contacts, u, r, width)
-    start, blocks = law_blocks(contacts, u, r, width, F)
+    n_a, u = W_ca.shape[1], velocities(cones, r)
+    F = smoothed_law(cones, u, r, width)
+    start, blocks = law_blocks(cones, u, r, width, F)
     known = np.empty((len(r), 1 + n_a))  # B⁻¹ (F, A W_ca)
     known[:, 0] = start
     known[:, 1:] = through_blocks(blocks, W_ca)
-    moved = through_blocks(blocks, G)  # B⁻¹ A G
-    system = np.dot(G.T, moved)
+    moved = through_blocks(blocks, G if G.shape[1] > 0 else cones.W)  # B⁻¹ A G
+    system = np.dot(G.T, moved) if G.shape[1] > 0 else moved
     for i in range(len(system)):
         system[i, i] += 1.0
-    solved, y = solve_linear(system, np.dot(G.T, known))
-    change = np.dot(moved, y) - known if solved else np.full(known.shape, np.nan)
+    if G.shape[1] > 0:
+        solved, y = solve_linear(system, np.dot(G.T, known))
+        change = np.dot(moved, y) - known
+    else:
+        solved, y = solve_linear(system, known)
+        change = -y
+    if not solved:
+        change[:] = np.nan
     return LinearLaw(u, F, change[:, 0].copy(), change[:, 1:].copy())
 
 
 @kernel
-def law_blocks(
-    contacts: InverseContacts, u: Array, r: Array, width: Widths, F: Array
-) -> tuple[Array, Array]:
-    """B⁻¹ F (3 m,) and the blocks B⁻¹ A (m, 3, 3) of (I4); they have no entries (0, 1) and (0, 2).
+def law_blocks(cones: Cones, u: Array, r: Array, width: Widths, F: Array) -> tuple[Array, Array]:
+    """B⁻¹ F (3 m,) and the blocks B⁻¹ A (m, 3, 3) of (F2); they have no entries (0, 1) and (0, 2).
 
     Args:
-        contacts: the contacts.
+        cones: the contacts.
         u: (m, 3) displacements.
         r: (3 m,) forces.
         width: of the law.
-        F: (m, 3) of (I4).
+        F: (m, 3) of (F2).
     """
-    w, mu = contacts.w, contacts.mu
+    w, mu = cones.W_ii, cones.mu
     first, blocks, slip = np.empty(len(r)), np.zeros((len(w), 3, 3)), width.share * width.slip
     for i in range(len(w)):
         row, k = 3 * i, width.share * width.normal[i]
-        x, y, r_n = w[i] * r[row], u[i, 0], r[row]
-        root = (x - y) ** 2 + 4.0 * k * k
-        s = (x - y) / np.sqrt(root)
+        z = w[i] * r[row] - u[i, 0]
+        root = z * z + 4.0 * k * k
+        s = z / np.sqrt(root)
         # 1 − s without cancellation where the contact is closed
         away = 1.0 - s if s < 0.9 else 4.0 * k * k / (root * (1.0 + s))
         speed = np.sqrt(u[i, 1] ** 2 + u[i, 2] ** 2 + slip * slip)
-        push, ahead = mu[i] * max(r_n, 0.0) / speed, mu[i] / speed if r_n > 0.0 else 0.0
+        # where F_n is met to first order p is x: friction is that of x + dx
+        push = mu[i] * (r[row] - F[i, 0] / w[i]) / speed
         e_1, e_2 = u[i, 1] / speed, u[i, 2] / speed
-        h_1, h_2 = ahead * u[i, 1], ahead * u[i, 2]
+        h_1, h_2 = mu[i] * e_1, mu[i] * e_2
         ratio = (1.0 + s) / (w[i] * away)
         first[row] = F[i, 0] / (0.5 * w[i] * away)
-        first[row + 1] = F[i, 1] / w[i] - h_1 * first[row]
-        first[row + 2] = F[i, 2] / w[i] - h_2 * first[row]
+        first[row + 1] = (F[i, 1] + h_1 * F[i, 0]) / w[i] - h_1 * first[row]
+        first[row + 2] = (F[i, 2] + h_2 * F[i, 0]) / w[i] - h_2 * first[row]
         blocks[i, 0, 0], blocks[i, 1, 0], blocks[i, 2, 0] = ratio, -h_1 * ratio, -h_2 * ratio
         blocks[i, 1, 1], blocks[i, 2, 2] = push * (1.0 - e_1 * e_1), push * (1.0 - e_2 * e_2)
         blocks[i, 1, 2] = blocks[i, 2, 1] = -push * e_1 * e_2
