@@ -16,6 +16,7 @@ from tauten.model.numerics import Array, FactorisationError
 from tauten.reduction.campaign.designs import Run
 from tauten.reduction.campaign.snapshots import Origin, Snapshots
 from tauten.reduction.campaign.touched import pressed_by
+from tauten.reduction.campaign.within_limits import settle_within_limits
 
 TOLERANCE = 1e-6  # largest movement in the last step of an equilibrium [m]
 MAX_ITERATIONS = 60  # neighbours on a path are a few steps apart; more iterations mean oscillation
@@ -89,7 +90,7 @@ def _column(
     try:
         position = run.position[:, i]
         effort = None if run.effort is None else run.effort[:, i]
-        report = simulator.settle(position, effort, TOLERANCE, MAX_ITERATIONS)
+        report = settle_within_limits(simulator, position, effort, TOLERANCE, MAX_ITERATIONS)
         lam_c = simulator.smooth_contact_forces()
         converged = report.converged and bool(np.isfinite(lam_c).all())
     except FactorisationError:

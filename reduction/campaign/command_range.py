@@ -12,6 +12,7 @@ import numpy as np
 
 from tauten.model import Command, Robot, Simulator, row_compliance
 from tauten.model.numerics import Array, Bools
+from tauten.reduction.campaign.within_limits import settle_within_limits
 
 BEYOND = 3.0  # how much farther than to first order an effort may lead
 OPPOSES = 0.01  # share of two cables' own compliances that the compliance between them is at least
@@ -104,6 +105,6 @@ def _effort(robot: Robot, actuator: int, effort: float, position: float, softnes
     positions, efforts = np.full(robot.n_a, np.nan), np.zeros(robot.n_a)
     positions[actuator] = bound if abs(bound) < abs(position) else position
     efforts[actuator] = np.nan
-    simulator.settle(positions, efforts, TOLERANCE * robot.size, ITERATIONS)
+    settle_within_limits(simulator, positions, efforts, TOLERANCE * robot.size, ITERATIONS)
     found = float(simulator.effort[actuator])
     return found if abs(found) < abs(effort) else effort

@@ -4,12 +4,12 @@ from tauten.reduction.reduced_body import ElementSample, ReducedBody, StateBasis
 from tauten.reduction.state.attempts import step_times
 from tauten.reduction.state.basis import SUFFIX, StateBasis, StateOrigin, reduced_robot
 from tauten.reduction.state.bodies import reducible
+from tauten.reduction.state.held_out import held_out_snapshots
 from tauten.reduction.state.model_error import TipCheck
 from tauten.reduction.state.modes import enriched, pod, responses
 from tauten.reduction.state.parts import ReducedParts, reduced_parts
 from tauten.reduction.state.reduce import (
     StateSettings,
-    held_out_snapshots,
     n_elements,
     reduce_states,
 )

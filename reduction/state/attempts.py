@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
 
 import numpy as np
@@ -77,9 +77,16 @@ class Attempt:
     states: StateBasis
     failure: str = ""
 
+    def within(self, share: float) -> Attempt:
+        """The same of a basis for a share of the actuators' positions."""
+        origin = replace(self.states.origin, position_share=share)
+        return replace(self, states=replace(self.states, origin=origin))
+
     def __str__(self) -> str:
         origin = self.states.origin
         size = f"{origin.r} modes and {origin.sample} elements"
+        if origin.position_share < 1.0:
+            size += f" within {origin.position_share:.0%} of the positions"
         if self.failure:
             return f"{size} {self.failure}"
         return (

@@ -44,6 +44,8 @@ class StateOrigin:
         versions: (package, version) pairs, Python among them.
         pressed_mean, pressed_max: the same where spheres of the campaign are in the way, which counts in the
             others too [m]; None: nowhere.
+        position_share: largest positions of the actuators in the snapshots, as a share of those in the
+            campaign.
     """
 
     robot: str
@@ -64,6 +66,7 @@ class StateOrigin:
     versions: tuple[tuple[str, str], ...]
     pressed_mean: float | None = None
     pressed_max: float | None = None
+    position_share: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

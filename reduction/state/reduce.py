@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
-from itertools import count
 from typing import Literal
 
 import numpy as np
 
-from tauten.model import ContactSpace, Robot, default_enrichment, one_blas_thread
-from tauten.model.numerics import Array, Bools
-from tauten.reduction.campaign import Snapshots, pressed_columns
-from tauten.reduction.contact import TipErrors, tip_errors
+from tauten.model import ContactSpace, Robot, one_blas_thread
+from tauten.model.numerics import Array
+from tauten.reduction.campaign import Snapshots
 from tauten.reduction.provenance import package_versions
 from tauten.reduction.reduced_body import ElementSample, Reducible, StateBasisError
 from tauten.reduction.state.attempts import Attempt, ModelTimes, best_of, step_times
-from tauten.reduction.state.basis import StateBasis, StateOrigin, reduced_robot
+from tauten.reduction.state.basis import StateBasis, StateOrigin
 from tauten.reduction.state.bodies import reducible
+from tauten.reduction.state.held_out import (
+    CHOOSING,
+    HELD_OUT,
+    Report,
+    checked_on_held_out,
+    held_out_snapshots,
+    within_share,
+)
 from tauten.reduction.state.modes import (
     Pod,
     campaign_responses,
@@ -30,21 +35,16 @@ from tauten.reduction.state.modes import (
     without_own,
 )
 
-HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
-MANY_RUNS = 20  # from so many runs on, what is held out has neighbours in the training
 FIRST_MODES, MOST_MODES = 100, 200  # largest r of the first attempt, and of further ones
 MOST_ELEMENTS = 3000  # of a sample, from which on no finer one is tried
-CHECKS = 100  # largest number of held-out equilibria compared
 ATTEMPTS = 6  # at most, until the error on held-out equilibria is within the goal
-CHOOSING = 0.3  # of the time of an attempt, for modes and elements
+STALLED = 0.9  # of the error of the last attempt, above which more elements alone are of no use
+RANGES = (1.0, 0.5, 0.25)  # of the positions of a campaign, tried one after the other
+LEAST_WITHIN = 15  # snapshots within such a range
 FINER_MOTION, FINER_SAMPLE = (
     0.4,
     0.5,
 )  # what an attempt may leave out, of what the last one left out
-
-Report = Callable[
-    [float, str], None
-]  # the share that is done since the last call, and what is being done
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,8 @@ class StateSettings:
         sample: relative residual of the sampled elements, see `tauten.reduction.state.tetra.ecsw`.
         seed: of the random directions.
         goal: largest error of the tip on held-out equilibria [m]. Above it more elements, and with "auto"
-            more modes, are tried up to a budget; None: whatever the error is.
+            more modes, are tried up to a budget, and then smaller ranges of the actuators' positions; None:
+            whatever the error is.
     """
 
     r: int | Literal["auto"] = "auto"
@@ -91,7 +92,8 @@ def reduce_states(
 
     Where the errors are above the goal of the settings, modes and elements are chosen again, to leave out
     less, until the goal is reached, the budget is spent, or steps of the reduced model take longer than
-    those of the full one.
+    those of the full one. Then only snapshots within a half, and a quarter, of the actuators' positions
+    count: a body that coils at the ends of its range needs more modes there than its motion elsewhere.
 
     All linear algebra runs on one thread, so that the same snapshots give the same basis to the last bit.
 
@@ -133,6 +135,40 @@ def _best(
     report: Report,
 ) -> StateBasis:
     """As `reduce_states`, arguments checked."""
+    attempts: list[Attempt] = []
+    times: ModelTimes | None = None
+    goal = settings.goal
+    for share in RANGES if goal is not None else RANGES[:1]:
+        within = snapshots if share == 1.0 else within_share(snapshots, share)
+        if share < 1.0 and len(within) < LEAST_WITHIN:
+            break
+        size = 1.0 if goal is None else 1.0 / len(RANGES)
+        title = "" if share == 1.0 else f"within {share:.0%} of the positions, "
+        found, times = _attempts(
+            robot, within, basis, settings, partial(_part, report, size, title)
+        )
+        attempts += [one.within(share) for one in found]
+        if goal is None or any(one.states.origin.tip_max <= goal for one in found):
+            break
+    return best_of(attempts, goal, times)
+
+
+def _attempts(
+    robot: Robot,
+    snapshots: Snapshots,
+    basis: ContactSpace,
+    settings: StateSettings,
+    report: Report,
+) -> tuple[list[Attempt], ModelTimes | None]:
+    """Attempts until one has an error within the goal, or another one is of no use; times of the last one.
+
+    Args:
+        robot: the full model.
+        snapshots: of a campaign.
+        basis: contact modes.
+        settings: numbers of modes and tolerances.
+        report: called with the share that is done, and what is being done.
+    """
     report(0.0, "modes of motion and responses")
     training = _training(robot, snapshots, basis)
     held_out = snapshots.select(held_out_snapshots(snapshots))
@@ -155,10 +191,20 @@ def _best(
         if goal is None or attempt.states.origin.tip_max <= goal:
             break
         times = step_times(robot, states, basis)
-        if times.useless or len(states.elements) >= min(MOST_ELEMENTS, training.body.n_elements):
+        every = len(states.elements) >= min(MOST_ELEMENTS, training.body.n_elements)
+        if times.useless or every or stalled(attempts):
             break
         motion, sample = motion * FINER_MOTION, sample * FINER_SAMPLE
-    return best_of(attempts, goal, times)
+    return attempts, times
+
+
+def stalled(attempts: list[Attempt]) -> bool:
+    """Whether the last two attempts have as many modes as allowed, and the last error is hardly smaller."""
+    if len(attempts) < 2:
+        return False
+    before, last = (one.states.origin for one in attempts[-2:])
+    full = last.r == before.r >= MOST_MODES
+    return full and last.tip_max > STALLED * before.tip_max
 
 
 def _part(report: Report, size: float, title: str, share: float, what: str) -> None:
@@ -286,16 +332,6 @@ def origin_of(
     )
 
 
-def held_out_snapshots(snapshots: Snapshots) -> Bools:
-    """Which snapshots are held out of the training: (s,) bool; whole runs where there are enough."""
-    runs = np.unique(snapshots.run)
-    if len(runs) >= MANY_RUNS:
-        held: Bools = np.searchsorted(runs, snapshots.run) % HELD_OUT == HELD_OUT - 1
-    else:
-        held = np.arange(len(snapshots)) % HELD_OUT == HELD_OUT - 1
-    return held
-
-
 def chosen_modes(found: Pod, r: int | Literal["auto"], allowed: float, limit: int) -> Pod:
     """The first r modes, or for "auto" the fewest within the allowed projection error.
 
@@ -312,67 +348,3 @@ def chosen_modes(found: Pod, r: int | Literal["auto"], allowed: float, limit: in
         good = np.flatnonzero(left_out <= allowed * np.linalg.norm(found.strength))
         r = max(1, int(good[0])) if len(good) else found.Phi.shape[1]
     return Pod(np.ascontiguousarray(found.Phi[:, : min(r, limit)]), found.strength)
-
-
-def check_errors(
-    robot: Robot,
-    states: StateBasis,
-    basis: ContactSpace,
-    held_out: Snapshots,
-    each: Callable[[], None] = lambda: None,
-) -> TipErrors:
-    """Tip errors of the reduced model, with the enrichment of a controller, at full-order equilibria.
-
-    At equal positions of the actuators, and where the robot holds some by their effort at equal efforts too,
-    as of chambers at equal volume and at equal pressure: the larger of both.
-
-    Args:
-        robot: the full model.
-        states: state basis and sample.
-        basis: contact modes.
-        held_out: equilibria of the full model.
-        each: called after each of them at equal positions.
-    """
-    tolerance = robot.tolerance
-    enrichment = default_enrichment(tolerance)
-    reduced = reduced_robot(robot, states)
-    found = tip_errors(reduced, held_out, basis, enrichment, each=each)
-    if not robot.actuators.laws.held_by_force.any():
-        return found
-    other = tip_errors(reduced, held_out, basis, enrichment, held="as held")
-    return TipErrors(
-        error=np.maximum(found.error, other.error),  # NaN where one of both was not found
-        converged=found.converged & other.converged,
-        extra_columns=np.maximum(found.extra_columns, other.extra_columns),
-    )
-
-
-def checked_on_held_out(
-    robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots, report: Report
-) -> StateBasis:
-    """The basis with its tip errors on held-out equilibria.
-
-    Args:
-        robot: the full model.
-        states: state basis without tip errors.
-        basis: contact modes.
-        held_out: equilibria of the full model.
-        report: called with the share of the attempt that is done since the last call, and in words.
-
-    Raises:
-        StateBasisError: the reduced model does not converge at half of them or more.
-    """
-    checks = held_out.select(np.arange(0, len(held_out), -(-len(held_out) // CHECKS)))
-    size = f"{states.r} modes, {len(states.elements)} elements, held-out loads"
-    number = count(1)
-
-    def each() -> None:
-        report((1.0 - CHOOSING) / len(checks), f"{size} {next(number)} of {len(checks)}")
-
-    errors = check_errors(robot, states, basis, checks, each)
-    good = np.isfinite(errors.error)  # (s,)
-    if 2 * good.sum() <= len(checks):
-        raise StateBasisError(f"converge at only {good.sum()} of {len(checks)} held-out equilibria")
-    found, touched = errors.error[good], errors.error[good & pressed_columns(robot, checks)]
-    pressed = (float(touched.mean()), float(touched.max())) if len(touched) else None
-    return states.with_tip_errors(float(found.mean()), float(found.max()), pressed)

@@ -115,10 +115,13 @@ def save_states(
     if origin.pressed_mean is not None and origin.pressed_max is not None:
         mean, largest = 1e3 * origin.pressed_mean, 1e3 * origin.pressed_max
         pressed = f" ({mean:.3g} and {largest:.3g} mm where spheres are in the way)"
+    within = ""
+    if origin.position_share < 1.0:
+        within = f", for positions within {origin.position_share:.0%} of what the actuators reach"
     typer.echo(
         f"{saved}: {origin.r} state modes ({origin.responses} of them responses) of "
         f"{origin.snapshots} snapshots, {origin.sample} of "
-        f"{n_elements(robot)} elements; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
+        f"{n_elements(robot)} elements{within}; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
         f"{1e3 * origin.tip_max:.3g} mm at most on paths held out{pressed}; {times}"
         + (": serve the full model" if times.useless else "")
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tauten.model import Robot
@@ -12,6 +13,7 @@ from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import StateBasisError, StateSettings, attempts, reduce, reduce_states
+from tauten.reduction.state.held_out import within_share
 
 COARSE = StateSettings(motion=3e-2, responses=0, sample=0.2)
 
@@ -32,7 +34,8 @@ def test_modes_and_elements_are_added_until_the_error_is_within_the_goal(
     size = f"{more.r} modes, {len(more.elements)} elements, held-out loads"
     (number, checks) = re.fullmatch(rf"attempt (\d): {size} \d+ of (\d+)", said[-1][1]).groups()
     assert (f"attempt {number}: {size} 1 of {checks}") in [what for _, what in said]
-    assert sum(share for share, _ in said) == pytest.approx(int(number) / reduce.ATTEMPTS)
+    done = int(number) / reduce.ATTEMPTS / len(reduce.RANGES)
+    assert sum(share for share, _ in said) == pytest.approx(done)
 
 
 def test_refusal_names_every_attempt_and_what_a_step_takes(
@@ -42,6 +45,7 @@ def test_refusal_names_every_attempt_and_what_a_step_takes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(reduce, "ATTEMPTS", 2)
+    monkeypatch.setattr(reduce, "RANGES", (1.0,))
     with pytest.raises(StateBasisError, match=r"where 1e-06 mm are allowed. 2 tried") as refused:
         reduce_states(thumb, thumb_ramp, thumb_basis, replace(COARSE, goal=1e-9))
     tried = re.findall(r"(\d+) modes and (\d+) elements take the tip up to", str(refused.value))
@@ -58,7 +62,29 @@ def test_no_modes_are_added_to_a_model_that_is_slower_than_the_full_one(
     thumb_basis: ContactBasis,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr(reduce, "RANGES", (1.0,))
     monkeypatch.setattr(attempts, "FAST", 0.0)
     monkeypatch.setattr(attempts, "SLOWER", 0.0)
     with pytest.raises(StateBasisError, match=r"1 tried.*Serve the full model"):
         reduce_states(thumb, thumb_ramp, thumb_basis, replace(COARSE, goal=1e-9))
+
+
+def test_a_smaller_range_is_taken_where_the_whole_one_needs_too_many_modes(
+    thumb: Robot[NodalBody],
+    thumb_ramp: Snapshots,
+    thumb_basis: ContactBasis,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two modes follow the first half of the way, not all of it; the origin says so."""
+    monkeypatch.setattr(reduce, "ATTEMPTS", 1)
+    few = replace(COARSE, r=2, sample=0.01)
+    whole = reduce_states(thumb, thumb_ramp, thumb_basis, few)
+    assert whole.origin.position_share == 1.0
+    half = reduce_states(
+        thumb, thumb_ramp, thumb_basis, replace(few, goal=0.9 * whole.origin.tip_max)
+    )
+    assert half.origin.position_share == 0.5
+    assert half.origin.tip_max <= 0.9 * whole.origin.tip_max
+    used = within_share(thumb_ramp, 0.5)
+    assert 0.4 < len(used) / len(thumb_ramp) < 0.6
+    assert np.abs(used.position).max() <= 0.5 * np.abs(thumb_ramp.position).max()

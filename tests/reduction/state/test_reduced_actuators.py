@@ -15,7 +15,7 @@ from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Design, Run, run_campaign
 from tauten.reduction.contact import tip_errors
 from tauten.reduction.state import ReducedBody, pod, reduced_robot, reducible
-from tauten.reduction.state.reduce import check_errors
+from tauten.reduction.state.held_out import check_errors
 
 PUSH = {"name": "push", "point": [0.1, 0.01, 0.01], "direction": [0.0, 3.0, 4.0],
         "max_force": 1.0, "max_travel": 0.1, "max_rate": 1.0}  # fmt: skip

@@ -1,0 +1,104 @@
+"""Snapshots that are held out of the training, and the errors of a reduced model there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import count
+
+import numpy as np
+
+from tauten.model import ContactSpace, Robot, default_enrichment
+from tauten.model.numerics import Bools
+from tauten.reduction.campaign import Snapshots, pressed_columns
+from tauten.reduction.contact import TipErrors, tip_errors
+from tauten.reduction.reduced_body import StateBasisError
+from tauten.reduction.state.basis import StateBasis, reduced_robot
+
+HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
+MANY_RUNS = 20  # from so many runs on, what is held out has neighbours in the training
+CHECKS = 100  # largest number of held-out equilibria compared
+CHOOSING = 0.3  # of the time of an attempt, for modes and elements
+
+Report = Callable[
+    [float, str], None
+]  # the share that is done since the last call, and what is being done
+
+
+def within_share(snapshots: Snapshots, share: float) -> Snapshots:
+    """The snapshots in which each position of an actuator is at most a share of its largest one in all."""
+    size = np.abs(snapshots.position)  # (n_a, s)
+    return snapshots.select((size <= share * size.max(axis=1, keepdims=True)).all(axis=0))
+
+
+def held_out_snapshots(snapshots: Snapshots) -> Bools:
+    """Which snapshots are held out of the training: (s,) bool; whole runs where there are enough."""
+    runs = np.unique(snapshots.run)
+    if len(runs) >= MANY_RUNS:
+        held: Bools = np.searchsorted(runs, snapshots.run) % HELD_OUT == HELD_OUT - 1
+    else:
+        held = np.arange(len(snapshots)) % HELD_OUT == HELD_OUT - 1
+    return held
+
+
+def check_errors(
+    robot: Robot,
+    states: StateBasis,
+    basis: ContactSpace,
+    held_out: Snapshots,
+    each: Callable[[], None] = lambda: None,
+) -> TipErrors:
+    """Tip errors of the reduced model, with the enrichment of a controller, at full-order equilibria.
+
+    At equal positions of the actuators, and where the robot holds some by their effort at equal efforts too,
+    as of chambers at equal volume and at equal pressure: the larger of both.
+
+    Args:
+        robot: the full model.
+        states: state basis and sample.
+        basis: contact modes.
+        held_out: equilibria of the full model.
+        each: called after each of them at equal positions.
+    """
+    tolerance = robot.tolerance
+    enrichment = default_enrichment(tolerance)
+    reduced = reduced_robot(robot, states)
+    found = tip_errors(reduced, held_out, basis, enrichment, each=each)
+    if not robot.actuators.laws.held_by_force.any():
+        return found
+    other = tip_errors(reduced, held_out, basis, enrichment, held="as held")
+    return TipErrors(
+        error=np.maximum(found.error, other.error),  # NaN where one of both was not found
+        converged=found.converged & other.converged,
+        extra_columns=np.maximum(found.extra_columns, other.extra_columns),
+    )
+
+
+def checked_on_held_out(
+    robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots, report: Report
+) -> StateBasis:
+    """The basis with its tip errors on held-out equilibria.
+
+    Args:
+        robot: the full model.
+        states: state basis without tip errors.
+        basis: contact modes.
+        held_out: equilibria of the full model.
+        report: called with the share of the attempt that is done since the last call, and in words.
+
+    Raises:
+        StateBasisError: the reduced model does not converge at half of them or more.
+    """
+    checks = held_out.select(np.arange(0, len(held_out), -(-len(held_out) // CHECKS)))
+    size = f"{states.r} modes, {len(states.elements)} elements, held-out loads"
+    number = count(1)
+
+    def each() -> None:
+        report((1.0 - CHOOSING) / len(checks), f"{size} {next(number)} of {len(checks)}")
+
+    errors = check_errors(robot, states, basis, checks, each)
+    good = np.isfinite(errors.error)  # (s,)
+    if 2 * good.sum() <= len(checks):
+        raise StateBasisError(f"converge at only {good.sum()} of {len(checks)} held-out equilibria")
+    found, touched = errors.error[good], errors.error[good & pressed_columns(robot, checks)]
+    pressed = (float(touched.mean()), float(touched.max())) if len(touched) else None
+    return states.with_tip_errors(float(found.mean()), float(found.max()), pressed)
