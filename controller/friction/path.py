@@ -36,8 +36,8 @@ from tauten.model.numerics import Array, kernel
 NARROWEST = 1e-2  # κ at the end
 ENOUGH_NARROW = 2  # steps that meet the law there
 AT_ONCE = 8  # steps between two looks at the clock
-SHRINK = 0.6  # of κ, where the law is met
-GATE = 0.1  # error of the law, of its widths, below which they shrink
+SHRINK = 0.5  # of κ, where the law is met
+GATE = 0.3  # error of the law, of its widths, below which they shrink
 ASTRAY = 20.0  # the same above which the efforts wait
 LEFT = 0.1  # of a normal force, by a step
 INSIDE = 0.05  # the same, of the nested form
