@@ -36,8 +36,7 @@ from tauten.model.numerics import Array, kernel
 NARROWEST = 1e-2  # κ at the end
 ENOUGH_NARROW = 2  # steps that meet the law there
 AT_ONCE = 8  # steps between two looks at the clock
-SHRINK = 0.5  # of κ, where the law is met
-GATE = 0.3  # error of the law, of its widths, below which they shrink
+SHRINK = 0.6  # of κ, in the nested form
 ASTRAY = 20.0  # the same above which the efforts wait
 LEFT = 0.1  # of a normal force, by a step
 INSIDE = 0.05  # the same, of the nested form
@@ -55,6 +54,22 @@ def displacement_scale(search: EffortSearch, start: EffortPoint) -> float:
     """Displacement that matters: that from the target, at least a millionth of the largest one."""
     least = 1e-6 * float(np.abs(search.contacts.q).max())
     return max(float(np.sqrt(2.0 * max(start.objective, 0.0))), least, 1e-300)
+
+
+class Pace(NamedTuple):
+    """How fast a path goes.
+
+    Attributes:
+        shrink: factor of κ where the law is met.
+        gate: error of the law, of its widths, up to which it counts as met.
+    """
+
+    shrink: float
+    gate: float
+
+
+SLOW = Pace(0.6, 0.1)  # more of the best known minima
+FAST = Pace(0.5, 0.3)  # nearer to targets that move with the steps that a control loop has time for
 
 
 class PathState(NamedTuple):
@@ -93,7 +108,12 @@ class PathEnd:
 
 
 def one_shot_path(
-    search: EffortSearch, start: EffortPoint, share: float, steps: int, before: PathEnd | None
+    search: EffortSearch,
+    start: EffortPoint,
+    share: float,
+    pace: Pace,
+    steps: int,
+    before: PathEnd | None,
 ) -> PathEnd:
     """The end of a path.
 
@@ -101,6 +121,7 @@ def one_shot_path(
         search: the problem.
         start: an exact point.
         share: κ at first; 1 is wide.
+        pace: how fast it shrinks.
         steps: linear systems, at most; some of them are solved whatever the budget.
         before: where the path was cut; None: it begins.
     """
@@ -111,7 +132,9 @@ def one_shot_path(
     while state.narrow < ENOUGH_NARROW and budget.spent < end and not cut:
         number = min(AT_ONCE, end - budget.spent)
         begin = budget.time.clock()
-        state, spent = path_steps(contacts, search.program.arrays, state, length, widest, number)
+        state, spent = path_steps(
+            contacts, search.program.arrays, state, length, widest, pace, number
+        )
         budget.count(spent, begin)
         taken += spent
         cut = budget.exhausted or not budget.allows(AT_ONCE)
@@ -178,6 +201,7 @@ def path_steps(
     state: PathState,
     length: float,
     widest: Array,
+    pace: Pace,
     steps: int,
 ) -> tuple[PathState, int]:
     """Where some steps of a path lead to, and how many were taken until its end.
@@ -188,6 +212,7 @@ def path_steps(
         state: where the path is.
         length: displacement that matters.
         widest: (n_a,) largest trust region.
+        pace: how fast κ shrinks.
         steps: at most.
     """
     lam, r, trust, share, narrow = state
@@ -200,19 +225,28 @@ def path_steps(
             ahead = r + law.residual
             solved, found, _ = effort_step(arrays, lam, ahead, law.slope, trust)
             change = found if solved else change
-        taken, error, lam, r = line_search(cones, contacts.W_ca, lam, r, change, law, width)
+        taken, error, lam, r = line_search(
+            cones, contacts.W_ca, lam, r, change, law, width, pace.gate
+        )
         trust = np.minimum(GROW * trust, widest) if taken > ENOUGH else CUT * trust
-        if error <= GATE:
+        if error <= pace.gate:
             narrow += int(share <= NARROWEST)
             if narrow == ENOUGH_NARROW:
                 return PathState(lam, r, trust, share, narrow), step + 1
-            share = max(SHRINK * share, NARROWEST)
+            share = max(pace.shrink * share, NARROWEST)
     return PathState(lam, r, trust, share, narrow), steps
 
 
 @kernel
 def line_search(
-    cones: Cones, W_ca: Array, lam: Array, r: Array, change: Array, law: LinearLaw, width: Widths
+    cones: Cones,
+    W_ca: Array,
+    lam: Array,
+    r: Array,
+    change: Array,
+    law: LinearLaw,
+    width: Widths,
+    gate: float,
 ) -> tuple[float, float, Array, Array]:
     """The share of a step, the error of the law after it, efforts (n_a,) and forces (3 m,) there.
 
@@ -224,6 +258,7 @@ def line_search(
         change: (n_a,) of the efforts.
         law: linearised.
         width: of the law.
+        gate: error of the law that is accepted.
     """
     follow = law.residual + np.dot(law.slope, change)
     du = (np.dot(W_ca, change) + np.dot(cones.W, follow)).reshape(law.u.shape)
@@ -233,7 +268,7 @@ def line_search(
         there = r + taken * follow
         F = smoothed_law(cones, law.u + taken * du, there, width)
         error = law_error(width, F)
-        better = error <= GATE or law_size(width, F) < (1.0 - 1e-4 * taken) * before
+        better = error <= gate or law_size(width, F) < (1.0 - 1e-4 * taken) * before
         if better or 0.5 * taken < least:
             return taken, error, lam + taken * change, there
         taken *= 0.5

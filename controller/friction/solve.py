@@ -19,7 +19,7 @@ from tauten.controller.friction.nearest import nearest_to_limits
 from tauten.controller.friction.path import AT_ONCE, PathEnd, nested_path, one_shot_path
 from tauten.controller.friction.problem import EffortPoint, FrictionInverse, normals_alone
 from tauten.controller.friction.search import EffortSearch, effort_search
-from tauten.controller.friction.trials import CONTINUED, FLAT, SLOPED, WARM, CutSearch, PathTrial
+from tauten.controller.friction.trials import FLAT, SLOPED, WARM, CutSearch, PathTrial
 from tauten.controller.qpcc import (
     Backend,
     Budget,
@@ -244,7 +244,7 @@ def _best(
     enough = max(GONE * held.objective, search.problem.enough)
     first = 0 if before is None else before.trial
     for number in range(first, len(trials) if settings.path_steps > 0 else 0):
-        continued = number < CONTINUED or best is held
+        continued = best is held or not trials[number].fallback
         spent = number > first and search.budget.exhausted
         if spent or not continued or (allowed and best.objective <= enough):
             break
@@ -286,7 +286,7 @@ def _tried(
     elif trial.nested:
         path = replace(nested_path(search, start, trial.share, before), wide=WIDE)
     else:
-        path = one_shot_path(search, start, trial.share, settings.path_steps, before)
+        path = one_shot_path(search, start, trial.share, trial.pace, settings.path_steps, before)
     # nothing else moves the robot where descent is out of sight: then time must not prevent it for ever
     needed = trial.nested and path is before
     found = search.exact(path.state.lam, path.state.r, path.wide, needed)

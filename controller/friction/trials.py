@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.friction.path import PathEnd
+from tauten.controller.friction.path import FAST, SLOW, Pace, PathEnd
 from tauten.controller.friction.search import EffortSearch
 from tauten.model.numerics import Array
 
@@ -19,24 +19,32 @@ class PathTrial:
         share: κ at the start of the path.
         nested: whether the smoothed law is solved at each width.
         from_hold: whether the path starts from holding; else from the best point.
+        fallback: whether it is left out where something has been gained.
+        pace: of a path that is not nested.
     """
 
     share: float
     nested: bool = False
     from_hold: bool = False
+    fallback: bool = False
+    pace: Pace = SLOW
 
 
-# the second continues from where the first has arrived
-SLOPED = (PathTrial(1.0, from_hold=True), PathTrial(0.3))
-# where nothing that the efforts do at first changes the objective; others only while nothing is gained
+# other starts find other minima; the second and the fourth go on from the best point so far
+SLOPED = (
+    PathTrial(1.0, from_hold=True),
+    PathTrial(0.3),
+    PathTrial(1.0, from_hold=True, pace=FAST),
+    PathTrial(1.0, pace=FAST),
+)
+# where nothing that the efforts do at first changes the objective
 FLAT = (
     PathTrial(1.0, nested=True, from_hold=True),
     PathTrial(0.3),
-    PathTrial(3.0, nested=True, from_hold=True),
-    PathTrial(0.3, nested=True, from_hold=True),
+    PathTrial(3.0, nested=True, from_hold=True, fallback=True),
+    PathTrial(0.3, nested=True, from_hold=True, fallback=True),
 )
-WARM = (PathTrial(0.3, from_hold=True),)
-CONTINUED = 2  # trials that run although something has been gained
+WARM = (PathTrial(0.3, from_hold=True, pace=FAST),)
 
 
 @dataclass(frozen=True, slots=True)
