@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
@@ -66,6 +67,9 @@ def robot_path(name_or_path: str | Path) -> Path:
         return path
     shipped = {item.stem: item for item in sorted(shipped_folder().glob("*.toml"))}
     if (name := str(name_or_path)) not in shipped:
+        inside = path / f"{path.name}.toml"  # as `tauten new` writes it
+        if os.path.isfile(inside):  # noqa: PTH113  (pathlib raises for "a" * 5000)
+            raise RobotFileError(f"{path}: is a folder; its robot file is {inside}")
         raise RobotFileError(
             f"no robot {name[:40]!r}: give a path to a .toml file or one of {', '.join(shipped)}"
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable
 from time import perf_counter
 
@@ -14,6 +15,7 @@ log = logging.getLogger(__name__)
 
 _STEPS = 25
 _SHARE = 0.8  # of the period that a step may take at the rate that is recommended
+_ROUNDING = 1e-9  # relative
 
 
 class RateError(ValueError):
@@ -43,13 +45,15 @@ def step_seconds(
 
 
 def rate_for(seconds: float) -> float:
-    """Rate [Hz] at which a step of this time leaves a fifth of the period, to two digits."""
-    return float(f"{_SHARE / seconds:.2g}")
+    """Largest rate [Hz] of two digits at which a step of this time leaves a fifth of the period."""
+    rate = _SHARE / seconds
+    digit = 10.0 ** (math.floor(math.log10(rate)) - 1)
+    return float(f"{digit * math.floor(rate / digit * (1.0 + _ROUNDING)):.2g}")
 
 
 def fits(rate: float, seconds: float) -> bool:
     """Whether a control step of this time leaves a part of the period [Hz, s] for all else."""
-    return seconds * rate <= _SHARE
+    return seconds * rate <= _SHARE * (1.0 + _ROUNDING)
 
 
 def faster(robot_file: str, seconds: float, reduced: bool) -> str:

@@ -72,6 +72,10 @@ def view(
     is_log = robot.endswith(".mcap")
     if not simulate and not is_log and (path or export):
         raise typer.BadParameter("--path needs --simulate, --export needs a log or --simulate")
+    if not simulate and robot.endswith(".toml"):
+        raise typer.BadParameter(
+            f"{robot} is a robot file: add --simulate; a robot that is served has a name"
+        )
     if (simulate or is_log) and port is not None:
         raise typer.BadParameter("--port is Zenoh's, of a served robot; the page's is --web-port")
     with stop_on_signals() as stop:

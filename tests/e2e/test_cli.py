@@ -103,6 +103,11 @@ def test_errors_are_a_sentence(
     assert message in lines[0]
 
 
+def test_a_robot_file_is_viewed_with_simulate(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_main("view", "part.toml") == 2
+    assert "add --simulate" in " ".join(capsys.readouterr().err.split())
+
+
 def test_a_folder_that_cannot_be_made_says_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -20,7 +20,7 @@ from support.nodes import send_until_followed
 from support.processes import Served, run_main, start
 
 from tauten.model import Robot
-from tauten.service.check import RateError, check_rate, rate_for
+from tauten.service.check import RateError, check_rate, fits, rate_for
 from tauten.service.cli.terminal.logs import JsonLines
 from tauten.service.link import (
     Keys,
@@ -168,6 +168,10 @@ def test_a_rate_the_computer_cannot_hold_is_refused_when_it_was_requested(
     check_rate(100.0, 0.015, requested=False)
     assert "100 Hz cannot be held" in caplog.text
     assert rate_for(0.015) == 53.0
+    for seconds in (0.016, 0.0267, 0.000801, 0.8, 9.0):  # 0.0267 s: 29, not 30, which would not fit
+        assert fits(rate_for(seconds), seconds)
+        assert not fits(1.1 * rate_for(seconds), seconds)
+    assert rate_for(0.016) == 50.0
 
 
 def test_serve_refuses_such_a_rate(beam_file: Path, capsys: pytest.CaptureFixture[str]) -> None:

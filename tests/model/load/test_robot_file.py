@@ -183,6 +183,15 @@ def test_arguments_are_validated_as_the_file_is(
         load_robot(folder / "beam.toml", **changes)  # type: ignore[arg-type]
 
 
+def test_a_folder_is_refused_with_its_robot_file(tmp_path: Path) -> None:
+    (tmp_path / "part").mkdir()
+    (tmp_path / "part" / "part.toml").write_text("")  # as `tauten new part` does
+    with pytest.raises(
+        RobotFileError, match=r"part: is a folder; its robot file is .*/part\.toml$"
+    ):
+        load_robot(tmp_path / "part")
+
+
 def test_unknown_robots_are_refused_with_the_shipped_ones() -> None:
     with pytest.raises(RobotFileError, match=r"no robot 'hand': .* one of .*finger"):
         load_robot("hand")
