@@ -35,7 +35,7 @@ def test_a_period_that_is_too_short_is_doubtful_and_says_what_to_do(tmp_path: Pa
     assert f"tauten reduce {tmp_path / 'beam.toml'} --states" in step.advice
     assert "controller.rate = " in step.advice
     reduced = step_time(0.03, 0.02, "finger", reduced=True)
-    assert reduced.advice == "set controller.rate = 27, or reduce with fewer modes"
+    assert reduced.advice == "set controller.rate = 26, or reduce with fewer modes"
 
 
 def test_a_robot_that_no_cable_of_its_strength_holds_is_wrong(tmp_path: Path) -> None:
