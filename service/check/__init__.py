@@ -18,6 +18,7 @@ from tauten.service.check.rate import (
     faster,
     fits,
     rate_for,
+    reducing,
     step_seconds,
 )
 from tauten.service.check.region_findings import RegionParts
@@ -46,6 +47,7 @@ __all__ = [
     "make_loads",
     "mesh_error_text",
     "rate_for",
+    "reducing",
     "selected",
     "step_seconds",
     "variant_robot",

@@ -9,12 +9,11 @@ from time import thread_time
 
 from tauten.controller import Controller, Status, controller_setup, target_beside, warm_controller
 from tauten.model import MeshError, RobotFileError
-from tauten.model.load import command_name
 from tauten.model.schema import read_toml
 from tauten.reduction import BasisError
 from tauten.reduction.state import StateBasisError
 from tauten.service.check.findings import Finding
-from tauten.service.check.rate import faster, fits, step_seconds
+from tauten.service.check.rate import faster, fits, reducing, step_seconds
 
 DECISION = "first decision"  # subject of a finding
 STEPS = 10  # of which each must be usable
@@ -38,7 +37,7 @@ def control_findings(path: Path) -> Iterator[Finding]:
     controller = warm_controller(setup)
     yield first_decision(controller)
     seconds = step_seconds(controller, TIMED, thread_time)
-    yield step_time(seconds, controller.period, command_name(path), bool(setup.states))
+    yield step_time(seconds, controller.period, reducing(path), bool(setup.states))
 
 
 def first_decision(controller: Controller) -> Finding:
@@ -71,7 +70,7 @@ def first_decision(controller: Controller) -> Finding:
     return Finding(DECISION, "doubtful" if advice else "fine", found, advice)
 
 
-def step_time(seconds: float, period: float, robot_file: str, reduced: bool) -> Finding:
+def step_time(seconds: float, period: float, commands: str, reduced: bool) -> Finding:
     """The time of a control step against the period.
 
     It is processor time: what else the computer does at the moment is no property of the robot. A step that
@@ -80,7 +79,7 @@ def step_time(seconds: float, period: float, robot_file: str, reduced: bool) -> 
     Args:
         seconds: time of a control step.
         period: of the controller [s].
-        robot_file: as it is named on a command line.
+        commands: that reduce the robot (`reducing`).
         reduced: whether the model is reduced.
     """
     rate = 1.0 / period
@@ -88,5 +87,5 @@ def step_time(seconds: float, period: float, robot_file: str, reduced: bool) -> 
     found = f"{1e3 * seconds:.1f} ms of {1e3 * period:.3g} ms on this processor, {model} model"
     if fits(rate, seconds):
         return Finding("control step against period", "fine", found)
-    advice = faster(robot_file, seconds, reduced)
+    advice = faster(commands, seconds, reduced)
     return Finding("control step against period", "doubtful", found, advice)

@@ -5,11 +5,14 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 
-from tauten.controller import Controller, target_beside
+from tauten.controller import Controller, part_files, target_beside
+from tauten.model.load import command_name
+from tauten.model.schema import read_toml
 
 log = logging.getLogger(__name__)
 
@@ -56,18 +59,31 @@ def fits(rate: float, seconds: float) -> bool:
     return seconds * rate <= _SHARE * (1.0 + _ROUNDING)
 
 
-def faster(robot_file: str, seconds: float, reduced: bool) -> str:
+def reducing(path: Path) -> str:
+    """The commands that make a reduced model of a robot: of one of parts they are those of its parts.
+
+    Args:
+        path: the robot file.
+
+    Raises:
+        RobotFileError: it cannot be read.
+    """
+    files = dict.fromkeys(part_files(read_toml(path), path) or [path])
+    return " and ".join(f"tauten reduce {command_name(file)} --states --write" for file in files)
+
+
+def faster(commands: str, seconds: float, reduced: bool) -> str:
     """How the steps of a robot come to fit its period, in one sentence.
 
     Args:
-        robot_file: as it is named on a command line.
+        commands: that reduce it (`reducing`).
         seconds: time of a control step.
         reduced: whether its model is reduced already.
     """
     rate = f"controller.rate = {rate_for(seconds):g}"
     if reduced:
         return f"set {rate}, or reduce with fewer modes"
-    return f"tauten reduce {robot_file} --states --write makes a model with faster steps; or set {rate}"
+    return f"{commands} makes a model with faster steps; or set {rate}"
 
 
 def check_rate(rate: float, seconds: float, requested: bool, advice: str = "") -> None:

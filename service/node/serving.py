@@ -12,8 +12,7 @@ from pathlib import Path
 import zenoh
 
 from tauten.controller import warm_controller
-from tauten.model.load import command_name
-from tauten.service.check import check_rate, faster, step_seconds
+from tauten.service.check import check_rate, faster, reducing, step_seconds
 from tauten.service.describing import log_metadata
 from tauten.service.log import LogRecorder
 from tauten.service.node.loop import ControlLoop
@@ -93,7 +92,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
             controller = warm_controller(setup)
             setup = replace(setup, start="settled" if controller.settled else "rest")
             step = step_seconds(controller)
-            advice = faster(command_name(setup.path), step, bool(setup.states))
+            advice = faster(reducing(setup.path), step, bool(setup.states))
             check_rate(rate, step, settings.rate_requested, advice)
             loop = ControlLoop(controller, not settings.wait, setup.service, timed=True)
             typestore()

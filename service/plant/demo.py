@@ -14,8 +14,7 @@ from pathlib import Path
 
 from tauten.controller import Order, Status, warm_controller
 from tauten.model import Actuators
-from tauten.model.load import command_name
-from tauten.service.check import faster, first_decision, rate_for
+from tauten.service.check import faster, first_decision, rate_for, reducing
 from tauten.service.describing import describe
 from tauten.service.link import step_at_start
 from tauten.service.plant.copying import robot_copies, write_copies
@@ -236,7 +235,7 @@ def _started(
 def _too_slow(step: float, rate: float, setup: Setup) -> str:
     """That the period cannot be held, by how much all is slower, and what to do."""
     own = setup.robot.integration.rate
-    advice = faster(command_name(setup.path), step, bool(setup.states))
+    advice = faster(reducing(setup.path), step, bool(setup.states))
     return (
         f"a control step takes {1e3 * step:.0f} ms, the period is {1e3 / own:.0f} ms: the demo runs at "
         f"{rate:g} Hz, its targets move {own / rate:.1f} times slower; {advice}"

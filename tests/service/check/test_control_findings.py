@@ -10,6 +10,7 @@ from support.robots.hanging import hanging_beam
 
 from tauten.service.check import CheckSettings, Finding, check_robot
 from tauten.service.check.control_findings import step_time
+from tauten.service.check.rate import reducing
 from tauten.service.process import StopFlag
 
 
@@ -36,6 +37,14 @@ def test_a_period_that_is_too_short_is_doubtful_and_says_what_to_do(tmp_path: Pa
     assert "controller.rate = " in step.advice
     reduced = step_time(0.03, 0.02, "finger", reduced=True)
     assert reduced.advice == "set controller.rate = 26, or reduce with fewer modes"
+
+
+def test_of_a_robot_of_parts_the_parts_are_reduced(tmp_path: Path) -> None:
+    """`tauten reduce` refuses the file of all parts."""
+    pair = tmp_path / "pair.toml"
+    parts = [f'[[parts]]\nname = "{name}"\nrobot = "one.toml"\n' for name in ("left", "right")]
+    pair.write_text("\n".join(('name = "pair"', *parts)))
+    assert reducing(pair) == f"tauten reduce {tmp_path / 'one.toml'} --states --write"
 
 
 def test_a_robot_that_no_cable_of_its_strength_holds_is_wrong(tmp_path: Path) -> None:
