@@ -387,7 +387,7 @@ def digits(value: float | None) -> str:
     """Three significant digits, and all of those before the point; "-" without a value."""
     if value is None:
         return "-"
-    value += 0.0  # without the sign of a zero
+    value = 0.0 if abs(value) < 1e-9 else value  # rounding, and the sign of a zero
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:#.3g}".rstrip(".")
 
 

@@ -148,6 +148,7 @@ def test_the_figure_starts_where_the_robot_follows(
     [
         (0.0, "0.00"), (-0.0, "0.00"), (4.1e-5, "4.10e-05"), (0.0123, "0.0123"), (1.0, "1.00"),
         (41.46, "41.5"), (412.3, "412"), (31254.0, "31254"), (-0.5, "-0.500"), (None, "-"),
+        (-8.67e-16, "0.00"), (2.0e-9, "2.00e-09"),
     ],
 )  # fmt: skip
 def test_values_of_small_and_large_robots_have_digits(value: float | None, text: str) -> None:
