@@ -12,8 +12,10 @@ nothing stands in the way of larger steps: γ decreases, to zero while a moving 
 that become smaller and smaller converge, and γ remains.
 
 Where a cable is taut in one plan and slack in the next, plans jump between two pieces of the problem, and no
-γ ends that: commands go to and fro from tick to tick, for ever. While the target is constant, actuators then
-go a smaller share of the way, half of the last where two ways in a row turn back, so that they end between.
+γ ends that: commands go to and fro for ever. While the target is constant, actuators therefore go a share of
+the way that is adapted as trust regions are (Conn, Gould and Toint, Trust-Region Methods, 2000): by how much
+the objective of holding has decreased over the last ticks, of what plans have predicted. They go all of the
+way again where the target or a lock has changed, or much more can be gained than before.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.controller.friction import CutPlan
+from tauten.controller.plan import Aim, Plan, Prepared
 from tauten.model import ContactForces, ContactSpace, ForceLimits, Grasp, PredictedStep
 from tauten.model.numerics import Array
 
@@ -31,9 +34,40 @@ REPEATED = 0.6  # and above which as one of a series
 LARGEST_GROWTH = 2.0  # of 1 + γ in a step
 DECREASE = 0.8
 LARGEST = 100.0  # γ
-BACK = (-2.0, -0.5)  # w_k·w_(k-1) / |w_(k-1)|² of ways commanded, between which one turns back
-GROWTH = 1.1  # of the share of the way where a way repeats the one before
+POOR, GOOD = (
+    0.1,
+    0.5,
+)  # actual of predicted decrease below which the share of the way decreases, or grows above
+SHRINKAGE, GROWTH = 0.7, 1.1  # of the share of the way in a tick
+SMALL, MORE = (
+    1e-3,
+    2.0,
+)  # share of the way below which this multiple of the mean gain makes it 1 again
+RECENT = 0.2  # weight of the last tick in the mean of decreases
+JUMP = 1e-3  # of the robot's size: a goal that changes by more in a tick is another one
 STILL = 1e-9  # of the robot's size; smaller changes are rounding
+
+
+@dataclass(frozen=True, slots=True)
+class Objective:
+    """The objective of (T1) at the end of the horizon.
+
+    Attributes:
+        holding: where all actuators hold [m²].
+        before: the same for the goal of the decision before [m²].
+        planned: where they go to the plan [m²].
+        share: of the way there that they go in the tick.
+    """
+
+    holding: float
+    before: float
+    planned: float
+    share: float
+
+    @property
+    def predicted(self) -> float:
+        """Decrease in the tick, as the first order has it [m²]."""
+        return self.share * (self.holding - self.planned)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,39 +79,53 @@ class Damping:
         change: (n_e + n_a,) predicted change d of the decision before, of effector rows and efforts as (T1)
             weighs them [m]; empty: none.
         share: of the way to the plan that actuators go in a tick, 0 to 1.
-        way: (n_a,) that actuators went in the tick before, as multiples of what rates allow; empty: none.
-        turned: whether that way turned back.
+        objective: of the decision before; None: the goal has jumped.
+        actual: mean decrease of the objective of holding in a tick [m²].
+        predicted: mean of what plans predicted [m²].
+        gain: mean of what all of the way would decrease it by [m²].
         goal: (n_v,) of the decision before; empty: none.
     """
 
     gamma: float
     change: Array
     share: float
-    way: Array
-    turned: bool
+    objective: Objective | None
+    actual: float
+    predicted: float
+    gain: float
     goal: Array
 
-    def towards(self, goal: Array) -> Damping:
-        """The damping of a decision for a goal (n_v,): all of the way where it is another one than before."""
-        if np.array_equal(goal, self.goal):
-            return self
-        return replace(self, share=1.0, way=np.zeros(0), turned=False, goal=goal)
+    def towards(self, goal: Array, size: float) -> Damping:
+        """The damping of a decision for a goal (n_v,): all of the way where it has jumped.
+
+        Args:
+            goal: of the decision.
+            size: of the robot [m].
+        """
+        before = self.goal
+        if len(before) != len(goal) or np.abs(goal - before).max() > JUMP * size:
+            return self.starting(goal)
+        return replace(self, goal=goal)
+
+    def starting(self, goal: Array) -> Damping:
+        """The same for a goal (n_v,) that nothing is known of: all of the way."""
+        return Damping(self.gamma, self.change, 1.0, None, 0.0, 0.0, 0.0, goal)
 
 
 def undamped() -> Damping:
     """The start."""
     none = np.zeros(0)
-    return Damping(0.0, none, 1.0, none, False, none)
+    return Damping(0.0, none, 1.0, None, 0.0, 0.0, 0.0, none)
 
 
-def adapted(damping: Damping, change: Array, size: float, way: Array) -> Damping:
+def adapted(damping: Damping, change: Array, size: float, objective: Objective) -> Damping:
     """The damping of the next decision.
 
     Args:
         damping: of this one, see `Damping.towards`.
         change: (n_e + n_a,) that this one predicts [m].
         size: of the robot [m].
-        way: (n_a,) that actuators go in this tick, as a multiple of what their rates allow.
+        objective: that this one predicts.
     """
     before, gamma = damping.change, damping.gamma
     if len(before) == len(change) and float(before @ before) > (STILL * size) ** 2:
@@ -87,22 +135,78 @@ def adapted(damping: Damping, change: Array, size: float, way: Array) -> Damping
             gamma = min((1.0 + gamma) * growth - 1.0, LARGEST)
         elif repeated > REPEATED:
             gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
-    share, turned = _next_share(damping, way)
-    return Damping(gamma, change, share, way, turned, damping.goal)
+    damping = replace(damping, gamma=gamma, change=change)
+    return _with_share(damping, objective, (STILL * size) ** 2)
 
 
-def _next_share(damping: Damping, way: Array) -> tuple[float, bool]:
-    """The share of the way in the next tick, and whether the way (n_a,) of this one turned back."""
-    before, share = damping.way, damping.share
-    if len(before) != len(way) or not before.any():
-        return share, False
-    repeated = float(way @ before) / float(before @ before)
-    turned = BACK[0] < repeated < BACK[1]
-    if turned and damping.turned:
-        share *= 0.5
-    elif repeated > REPEATED:
-        share = min(GROWTH * share, 1.0)
-    return share, turned
+def _with_share(damping: Damping, now: Objective, still: float) -> Damping:
+    """The damping with the share of the way of the next decision.
+
+    Args:
+        damping: of this one.
+        now: what this one predicts.
+        still: a decrease that is rounding [m²].
+    """
+    before, share, gain = damping.objective, damping.share, now.holding - now.planned
+    if before is None:
+        return replace(damping, objective=now, gain=gain)
+    actual = damping.actual + RECENT * (before.holding - now.before - damping.actual)
+    predicted = damping.predicted + RECENT * (before.predicted - damping.predicted)
+    if share < SMALL and gain > MORE * damping.gain + still:
+        return damping.starting(damping.goal)
+    if predicted > still:
+        if actual < POOR * predicted:
+            share *= SHRINKAGE
+        elif actual > GOOD * predicted:
+            share = min(GROWTH * share, 1.0)
+    mean = damping.gain + RECENT * (gain - damping.gain)
+    return replace(
+        damping, share=share, objective=now, actual=actual, predicted=predicted, gain=mean
+    )
+
+
+def change_of(prepared: Prepared, plan: Plan, scale: Array, weight: float) -> Array:
+    """How a plan differs from holding: (n_e + n_a,) [m], effector rows and efforts as (T1) weighs them.
+
+    Args:
+        prepared: the step.
+        plan: over the horizon.
+        scale: (n_e,) weights times units of the effector rows.
+        weight: of the energy, ε s [m/N].
+    """
+    step, held, planned = prepared.held.step, prepared.held, plan.predicted
+    effectors, actuators = step.layout.effectors, step.layout.actuators
+    moved = scale * (planned.delta[effectors] - held.delta[effectors])
+    diagonal = step.compliance.W.diagonal()[actuators]
+    pulled = np.sqrt(weight * diagonal) * (planned.lam[actuators] - held.lam[actuators])
+    return np.concatenate([moved, pulled])
+
+
+def objective_of(
+    prepared: Prepared, plan: Plan, aim: Aim, before: Array, weight: float, way: Array
+) -> Objective:
+    """What a plan predicts beside holding.
+
+    Args:
+        prepared: the step.
+        plan: over the horizon.
+        aim: targets and weights of the effector rows.
+        before: (n_e,) targets of the goal of the decision before.
+        weight: of the energy, ε s [m/N].
+        way: (n_a,) of the actuators in the tick [m].
+    """
+    step, held, planned = prepared.held.step, prepared.held, plan.predicted
+    effectors, actuators = step.layout.effectors, step.layout.actuators
+    diagonal = weight * step.compliance.W.diagonal()[actuators]
+
+    def objective(there: PredictedStep, target: Array) -> float:
+        away = aim.scale * (there.delta[effectors] - target)
+        return float(away @ away + diagonal @ there.lam[actuators] ** 2)
+
+    whole = float(np.linalg.norm(planned.delta[actuators] - held.delta[actuators]))
+    share = min(float(np.linalg.norm(way)) / max(whole, 1e-300), 1.0)
+    holding = objective(held, aim.target)
+    return Objective(holding, objective(held, before), objective(planned, aim.target), share)
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +226,10 @@ class Carried:
     def exceeded(self, step: PredictedStep, space: ContactSpace) -> tuple[str, ...]:
         """The names of the limits that the contact forces of a step are beyond."""
         return () if self.grasp is None else self.grasp.exceeded(step.touching(space))
+
+    def undamped(self) -> Carried:
+        """The same for a decision among other actuators: nothing is held back."""
+        return replace(self, damping=undamped())
 
     def letting_go(self, found: ContactForces) -> Carried:
         """The same where all is let go that pushes in a step with these forces."""

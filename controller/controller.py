@@ -317,6 +317,7 @@ class Controller(RobotModel):
             LockError: no such actuator, not one of position and force, or a value beyond the limits.
         """
         self._locks = locked(self.robot, self._locks, actuator, position, force)
+        self._carried = self._carried.undamped()
 
     def unlock(self, actuator: str) -> None:
         """Decide a locked actuator again.
@@ -325,6 +326,7 @@ class Controller(RobotModel):
             LockError: no such actuator, or one that is not locked.
         """
         self._locks = unlocked(self.robot, self._locks, actuator)
+        self._carried = self._carried.undamped()
 
     def _step_locks(self) -> Command | None:
         """What locked actuators keep in the prepared step; None: none is locked."""

@@ -19,7 +19,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.controller.actuation import Actuation
-from tauten.controller.carried import Carried, adapted, nothing_carried
+from tauten.controller.carried import (
+    Carried,
+    adapted,
+    change_of,
+    nothing_carried,
+    objective_of,
+)
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.course import largest_share, share_that_goes_on
 from tauten.controller.locks import ahead_of_locks
@@ -217,8 +223,8 @@ def decide(
         carried: from the decisions before; None: nothing.
     """
     layout, carried = robot.effector_layout, carried or nothing_carried(settings.forces)
-    damping = carried.damping.towards(goal)
-    target = layout.row_targets(prepared.step.rows.effectors.values, goal)  # (n_e,)
+    damping, values = carried.damping.towards(goal, robot.size), prepared.step.rows.effectors.values
+    target = layout.row_targets(values, goal)  # (n_e,)
     aim = Aim(target, layout.scale, layout.exact, damping.gamma, carried.grasp, carried.cut)
     kept = None if locks is None else ahead_of_locks(locks, position)
     plan = make_plan(robot, prepared, aim, position, settings, kept)
@@ -237,8 +243,12 @@ def decide(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
     after = tick.solved.prediction
-    change = _change(prepared, plan, layout.scale, settings.epsilon * prepared.scale)
-    way = (tick.position - position) / (robot.h * robot.limits.rate)
+    weight = settings.epsilon * prepared.scale
+    change = change_of(prepared, plan, layout.scale, weight)
+    before = (
+        target if damping.objective is None else layout.row_targets(values, carried.damping.goal)
+    )
+    objective = objective_of(prepared, plan, aim, before, weight, tick.position - position)
     certificate = replace(
         plan.certificate, deepest_gap=after.deepest_gap, extra_columns=len(after.step.extra)
     )
@@ -250,26 +260,9 @@ def decide(
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.position, status, certificate, conflict, stalled, plan,
-        Carried(adapted(damping, change, robot.size, way), carried.grasp, plan.cut), goal,
+        Carried(adapted(damping, change, robot.size, objective), carried.grasp, plan.cut), goal,
         given_in(tick, supplied, robot.limits),
     )  # fmt: skip
-
-
-def _change(prepared: Prepared, plan: Plan, scale: Array, weight: float) -> Array:
-    """How a plan differs from holding: (n_e + n_a,) [m], effector rows and efforts as (T1) weighs them.
-
-    Args:
-        prepared: the step.
-        plan: over the horizon.
-        scale: (n_e,) weights times units of the effector rows.
-        weight: of the energy, ε s [m/N].
-    """
-    step, held, planned = prepared.held.step, prepared.held, plan.predicted
-    effectors, actuators = step.layout.effectors, step.layout.actuators
-    moved = scale * (planned.delta[effectors] - held.delta[effectors])
-    diagonal = step.compliance.W.diagonal()[actuators]
-    pulled = np.sqrt(weight * diagonal) * (planned.lam[actuators] - held.lam[actuators])
-    return np.concatenate([moved, pulled])
 
 
 def _nearest(

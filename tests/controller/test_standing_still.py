@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from tauten.controller import Controller, Status
-from tauten.controller.carried import adapted, undamped
+from tauten.controller.carried import Damping, Objective, adapted, undamped
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.service.setup import load_setup
@@ -92,7 +92,7 @@ def test_robots_stand_still_far_out_of_reach(name: str, offset: float) -> None:
 
 
 def test_damping_grows_where_changes_reverse_and_decreases_where_they_repeat() -> None:
-    step, still = np.array([1e-3, 0.0, 0.0]), np.zeros(1)
+    step, still = np.array([1e-3, 0.0, 0.0]), Objective(0.0, 0.0, 0.0, 1.0)
     grown = adapted(replace(undamped(), change=step), -step, 0.1, still)
     assert grown.gamma == pytest.approx(1.0)
     damping = replace(undamped(), gamma=4.0, change=step)
@@ -105,15 +105,30 @@ def test_damping_grows_where_changes_reverse_and_decreases_where_they_repeat() -
     assert undamped().gamma == 0.0
 
 
-def test_ways_to_and_fro_become_shorter_until_the_target_changes() -> None:
-    change, way = np.array([1e-3]), np.array([0.5, -1.0])
-    damping = undamped().towards(np.zeros(3))
-    for sign in (1.0, -1.0, 1.0, -1.0, 1.0):
-        damping = adapted(damping, change, 0.1, sign * way)
-    assert damping.share == 0.125
-    assert adapted(damping, change, 0.1, way).share == pytest.approx(0.1375)
-    assert damping.towards(np.zeros(3)).share == 0.125
-    assert damping.towards(np.ones(3)).share == 1.0
+def test_ways_become_shorter_where_nothing_is_gained_until_something_is() -> None:
+    """The objective of holding goes to and fro, as if plans jumped between two pieces."""
+    change = np.array([1e-3])
+
+    def after(damping: Damping, objectives: list[float], gain: float = 1e-6) -> Damping:
+        for holding in objectives:
+            damping = adapted(
+                damping, change, 0.1, Objective(holding, holding, holding - gain, damping.share)
+            )
+        return damping
+
+    damping = after(undamped().towards(np.zeros(3), 0.1), [2e-4, 2.01e-4] * 8)
+    assert damping.share < 0.1
+    assert damping.towards(np.array([1e-5, 0.0, 0.0]), 0.1).share == damping.share
+    assert damping.towards(np.array([1e-3, 0.0, 0.0]), 0.1).share == 1.0
+    falling = [2e-4 - 1e-6 * k for k in range(60)]  # decreases by more than what is predicted
+    assert after(damping, falling).share > 2.0 * damping.share
+    small = after(damping, [2e-4, 2.01e-4] * 20)
+    assert small.share < 1e-3
+    assert after(small, [2e-4], gain=1e-5).share == 1.0, "an obstacle has gone: much can be gained"
+    damping = undamped()
+    for k in range(10):  # as predicted
+        damping = adapted(damping, change, 0.1, Objective(1e-4 * 0.5**k, 1e-4 * 0.5**k, 0.0, 0.5))
+    assert damping.share == 1.0
 
 
 def test_plans_that_jump_between_taut_and_slack_cables_end_in_between() -> None:

@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import zenoh
 from jsonschema import Draft201909Validator
 from ruamel.yaml import YAML
 
+from tauten.service.link import Keys
 from tauten.service.wire import read_config
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -71,6 +73,26 @@ def test_every_configuration_is_one_for_zenoh() -> None:
     assert len(files) == 4
     for file in files:
         read_config(file)
+
+
+@pytest.mark.parametrize("name", ["router.json5", "router-password.json5"])
+def test_routers_let_pass_every_key(name: str) -> None:
+    """The rule of questions allows all keys, but no message that somebody publishes."""
+    config = read_config(DOCKER / "zenoh" / name)
+    rules = json.loads(config.get_json("access_control/rules"))
+    allowed = [
+        zenoh.KeyExpr(key)
+        for rule in rules
+        if {"put", "reply", "liveliness_token"} & set(rule["messages"])
+        and "ingress" in rule["flows"]
+        for key in rule["key_exprs"]
+    ]
+    keys = Keys("finger")
+    properties = {key for key, value in vars(Keys).items() if isinstance(value, property)}
+    assert {"open_contacts", "starting"} <= properties
+    for key in sorted(properties - {"all", "plant"}):  # these two stand for several
+        expression = zenoh.KeyExpr(getattr(keys, key))
+        assert any(one.includes(expression) for one in allowed), key
 
 
 def test_the_dockerfile_is_pinned_multi_stage_and_not_root() -> None:
