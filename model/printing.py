@@ -9,9 +9,8 @@ import threading
 from collections.abc import Iterator
 from typing import TextIO
 
-_ONE = (
-    threading.Lock()
-)  # `sys.stdout` belongs to the process: who changes it has to change it back first
+# `sys.stdout` belongs to the process: who changes it has to change it back before another does.
+_ONE = threading.Lock()
 
 
 class _Split(io.TextIOBase):
