@@ -20,6 +20,7 @@ way again where the target or a lock has changed, or much more can be gained tha
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,7 +45,7 @@ SMALL, MORE = (
     2.0,
 )  # share of the way below which this multiple of the mean gain makes it 1 again
 RECENT = 0.2  # weight of the last tick in the mean of decreases
-JUMP = 1e-3  # of the robot's size: a goal that changes by more in a tick is another one
+JUMP = 1e-4  # of the robot's size: a goal that changes by more in a tick is another one
 STILL = 1e-9  # of the robot's size; smaller changes are rounding
 
 
@@ -105,7 +106,9 @@ class Damping:
         before = self.goal
         if len(before) != len(goal) or np.abs(goal - before).max() > JUMP * size:
             return self.starting(goal)
-        return replace(self, goal=goal)
+        share, objective = self.share, self.objective
+        numbers = (self.actual, self.predicted, self.gain)
+        return Damping(self.gamma, self.change, share, objective, *numbers, goal)
 
     def starting(self, goal: Array) -> Damping:
         """The same for a goal (n_v,) that nothing is known of: all of the way."""
@@ -135,34 +138,21 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
             gamma = min((1.0 + gamma) * growth - 1.0, LARGEST)
         elif repeated > REPEATED:
             gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
-    damping = replace(damping, gamma=gamma, change=change)
-    return _with_share(damping, objective, (STILL * size) ** 2)
-
-
-def _with_share(damping: Damping, now: Objective, still: float) -> Damping:
-    """The damping with the share of the way of the next decision.
-
-    Args:
-        damping: of this one.
-        now: what this one predicts.
-        still: a decrease that is rounding [m²].
-    """
-    before, share, gain = damping.objective, damping.share, now.holding - now.planned
-    if before is None:
-        return replace(damping, objective=now, gain=gain)
-    actual = damping.actual + RECENT * (before.holding - now.before - damping.actual)
-    predicted = damping.predicted + RECENT * (before.predicted - damping.predicted)
+    last, share, goal, still = damping.objective, damping.share, damping.goal, (STILL * size) ** 2
+    gain = objective.holding - objective.planned
+    if last is None:
+        return Damping(gamma, change, share, objective, 0.0, 0.0, gain, goal)
     if share < SMALL and gain > MORE * damping.gain + still:
-        return damping.starting(damping.goal)
+        return damping.starting(goal)
+    actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
+    predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
     if predicted > still:
         if actual < POOR * predicted:
             share *= SHRINKAGE
         elif actual > GOOD * predicted:
             share = min(GROWTH * share, 1.0)
     mean = damping.gain + RECENT * (gain - damping.gain)
-    return replace(
-        damping, share=share, objective=now, actual=actual, predicted=predicted, gain=mean
-    )
+    return Damping(gamma, change, share, objective, actual, predicted, mean, goal)
 
 
 def change_of(prepared: Prepared, plan: Plan, scale: Array, weight: float) -> Array:
@@ -197,16 +187,18 @@ def objective_of(
     """
     step, held, planned = prepared.held.step, prepared.held, plan.predicted
     effectors, actuators = step.layout.effectors, step.layout.actuators
-    diagonal = weight * step.compliance.W.diagonal()[actuators]
-
-    def objective(there: PredictedStep, target: Array) -> float:
-        away = aim.scale * (there.delta[effectors] - target)
-        return float(away @ away + diagonal @ there.lam[actuators] ** 2)
-
-    whole = float(np.linalg.norm(planned.delta[actuators] - held.delta[actuators]))
-    share = min(float(np.linalg.norm(way)) / max(whole, 1e-300), 1.0)
-    holding = objective(held, aim.target)
-    return Objective(holding, objective(held, before), objective(planned, aim.target), share)
+    root = np.sqrt(weight * step.compliance.W.diagonal()[actuators])
+    here, there = held.delta[effectors], planned.delta[effectors]
+    effort, ahead = (root * held.lam[actuators]).tolist(), (root * planned.lam[actuators]).tolist()
+    whole = math.dist(planned.delta[actuators].tolist(), held.delta[actuators].tolist())
+    lengths = (  # whose squares may be infinite
+        math.hypot(*(aim.scale * (here - aim.target)).tolist(), *effort),
+        math.hypot(*(aim.scale * (here - before)).tolist(), *effort),
+        math.hypot(*(aim.scale * (there - aim.target)).tolist(), *ahead),
+    )
+    squares = [length * length for length in lengths]
+    share = min(math.hypot(*way.tolist()) / max(whole, 1e-300), 1.0)
+    return Objective(squares[0], squares[1], squares[2], share)
 
 
 @dataclass(frozen=True, slots=True)

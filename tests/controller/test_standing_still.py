@@ -118,8 +118,8 @@ def test_ways_become_shorter_where_nothing_is_gained_until_something_is() -> Non
 
     damping = after(undamped().towards(np.zeros(3), 0.1), [2e-4, 2.01e-4] * 8)
     assert damping.share < 0.1
-    assert damping.towards(np.array([1e-5, 0.0, 0.0]), 0.1).share == damping.share
-    assert damping.towards(np.array([1e-3, 0.0, 0.0]), 0.1).share == 1.0
+    assert damping.towards(np.array([5e-6, 0.0, 0.0]), 0.1).share == damping.share
+    assert damping.towards(np.array([1e-4, 0.0, 0.0]), 0.1).share == 1.0
     falling = [2e-4 - 1e-6 * k for k in range(60)]  # decreases by more than what is predicted
     assert after(damping, falling).share > 2.0 * damping.share
     small = after(damping, [2e-4, 2.01e-4] * 20)

@@ -85,11 +85,13 @@ def interrupted(line: int, files: set[str], action: Callable[[], None]) -> int:
         return trace
 
     before = sys.gettrace()
+    gc.disable()  # the end of an archive that was interrupted earlier has lines too
     sys.settrace(trace)
     try:
         action()
     finally:
         sys.settrace(before)
+        gc.enable()
     return seen
 
 

@@ -249,7 +249,7 @@ class ModalBody(ReducedBody[ModePoints]):
             load = load - self.springs.K @ beta - self.springs.p
         respond = (damped, self.sampled, response)
         assemble_response(beta[:own], rate[:own], load[:own], *respond)
-        force, resisting = load.copy(), np.zeros_like(load)
+        force, resisting = load.copy(), np.zeros(len(load))
         force[:own], resisting[:own] = response.force, response.resisting
         if damped and self.springs is not None:
             resisting += self.springs.K @ rate
