@@ -190,7 +190,7 @@ def test_the_past_is_one_time_and_nothing_is_dragged_there(page: Page, shown: Sh
         slider.press("ArrowLeft")
     page.get_by_text("PAST:").wait_for()
     assert wait_until(lambda: not gizmo.visible)
-    page.wait_for_timeout(2000.0)  # the slider sends its last value late; after "now" it would pause again
+    page.wait_for_timeout(2000.0)  # the slider sends its last value late, which pauses
     page.get_by_role("button", name="now", exact=True).click()
     page.get_by_text("follows the target").wait_for()
     assert wait_until(lambda: gizmo.visible)
