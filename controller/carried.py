@@ -4,12 +4,12 @@ How much it holds back is adapted from step to step: the weight γ on the change
 share of the way to the plan that actuators go in a tick.
 
 (T1) with γ > 0 is a damped Gauss-Newton step: the change of effectors and efforts counts γ times as much as
-their values. Where a target is out of reach, the curvature of the effectors'
-paths that a linearised step leaves out is as large as what it contains; an undamped step overshoots, and the
-next one comes back. Let d be the change of the effectors that a decision predicts, compared with what holding
-would do. A change that reverses the one before shows an overshoot: γ grows. One that repeats it shows that
-nothing stands in the way of larger steps: γ decreases, to zero while a moving target is followed. Changes
-that become smaller and smaller converge, and γ remains.
+their values. Where a target is out of reach, the curvature of the effectors' paths that a linearised step
+leaves out is as large as what it contains; an undamped step overshoots, and the next one comes back. Let d be
+the change of the effectors that a decision predicts, compared with what holding would do. A change that
+reverses the one before shows an overshoot: γ grows. One that repeats it shows that nothing stands in the way
+of larger steps: γ decreases, to zero while a moving target is followed. Changes that become smaller and
+smaller converge, and γ remains.
 
 Where a cable is taut in one plan and slack in the next, plans jump between two pieces of the problem, and no
 γ ends that: commands go to and fro for ever. While the target is constant, actuators therefore go a share of
@@ -35,15 +35,11 @@ REPEATED = 0.6  # and above which as one of a series
 LARGEST_GROWTH = 2.0  # of 1 + γ in a step
 DECREASE = 0.8
 LARGEST = 100.0  # γ
-POOR, GOOD = (
-    0.1,
-    0.5,
-)  # actual of predicted decrease below which the share of the way decreases, or grows above
+POOR = 0.1  # of the predicted decrease: where less is reached, the share of the way shrinks,
+GOOD = 0.5  # and where more is reached, it grows
 SHRINKAGE, GROWTH = 0.7, 1.1  # of the share of the way in a tick
-SMALL, MORE = (
-    1e-3,
-    2.0,
-)  # share of the way below which this multiple of the mean gain makes it 1 again
+SMALL = 1e-3  # share of the way below which it becomes 1 again
+MORE = 2.0  # where the gain is this multiple of its mean
 RECENT = 0.2  # weight of the last tick in the mean of decreases
 JUMP = 1e-4  # of the robot's size: a goal that changes by more in a tick is another one
 STILL = 1e-9  # of the robot's size; smaller changes are rounding
@@ -66,9 +62,14 @@ class Objective:
     share: float
 
     @property
+    def gain(self) -> float:
+        """What all of the way would decrease it by [m²]."""
+        return self.holding - self.planned
+
+    @property
     def predicted(self) -> float:
         """Decrease in the tick, as the first order has it [m²]."""
-        return self.share * (self.holding - self.planned)
+        return self.share * self.gain
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +140,7 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
         elif repeated > REPEATED:
             gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
     last, share, goal, still = damping.objective, damping.share, damping.goal, (STILL * size) ** 2
-    gain = objective.holding - objective.planned
+    gain = objective.gain
     if last is None:
         return Damping(gamma, change, share, objective, 0.0, 0.0, gain, goal)
     if share < SMALL and gain > MORE * damping.gain + still:
