@@ -18,6 +18,7 @@ from tauten.service.view.locks import LockPanel
 from tauten.service.view.picture import legend_html
 from tauten.service.view.program import WaypointProgram
 from tauten.service.view.viewing import Viewing
+from tauten.service.view.web import LoopbackServer
 from tauten.service.view.words import Words
 from tauten.service.wire import DescribedEffector, places_of
 
@@ -52,7 +53,7 @@ class ViewPanel:
 
     def __init__(
         self,
-        server: viser.ViserServer,
+        server: LoopbackServer,
         look: RobotLook,
         targets: TargetStore | None,
         draws: bool = False,
@@ -101,7 +102,7 @@ class ViewPanel:
             self._buttons(server, (Request.NOW,), "Show the newest moment.")
         self.program = None if targets is None else WaypointProgram(server, look, targets)
         self.locks = None if targets is None else LockPanel(gui, look)
-        self.viewing = Viewing(gui, look, reaches)
+        self.viewing = Viewing(server, look, reaches)
         self.for_all |= self.viewing.for_all
         self._drawing: viser.GuiCheckboxHandle | None = None
         if draws:

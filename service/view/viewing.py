@@ -9,12 +9,14 @@ import viser
 
 from tauten.service.frames import ReachSet, RobotLook
 from tauten.service.view.picture import PRESETS, SHEET, Preset, show_preset, strain_bar
-from tauten.service.view.web import set_theme
+from tauten.service.view.web import LoopbackServer
 
 _LIGHT, _DARK = "light", "dark"
 # On a phone viser puts the panel at the bottom, over more than half of the window and not as wide as it.
 _SHEET = '[style*="bottom: 0"][style*="max-height: 60%"]'
-_STYLE = f"""<style>@media (max-width: 36em) {{
+# The field beside a slider has room for five characters: a run has more than 100.00 s.
+_STYLE = f"""<style>.mantine-Slider-root + .mantine-NumberInput-root {{ width: 4.5rem !important }}
+@media (max-width: 36em) {{
 {_SHEET} {{ max-height: {100 * SHEET:.0f}% !important; width: 100% !important }}
 {_SHEET} [style*="width: 20em"] {{ width: 100% !important }}
 }}</style>"""
@@ -27,14 +29,15 @@ class Viewing:
         for_all: what every browser may give its inputs, those that look on included.
     """
 
-    def __init__(self, gui: viser.GuiApi, look: RobotLook, reaches: bool) -> None:
+    def __init__(self, server: LoopbackServer, look: RobotLook, reaches: bool) -> None:
         """Add the inputs.
 
         Args:
-            gui: that gets them.
+            server: whose panel gets them.
             look: of the robot.
             reaches: whether the reach of effectors can be shown.
         """
+        gui = server.gui
         presets: dict[str, Preset] = {one: one for one in PRESETS}
 
         async def look_from(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
@@ -44,13 +47,15 @@ class Viewing:
 
         async def colour(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
             if event.client is not None:
-                set_theme(event.client.gui, event.target.value == _DARK)
+                await server.colours.choose(event.client, event.target.value == _DARK)
 
         gui.add_html(_STYLE)
         self._reach: viser.GuiCheckboxHandle | None = None
         with gui.add_folder("View"):
             camera = gui.add_button_group("from", PRESETS, hint="Where one looks from.")
-            theme = gui.add_button_group("colours", (_LIGHT, _DARK), hint="Of this browser.")
+            theme = gui.add_button_group(
+                "colours", (_LIGHT, _DARK), hint="Until one chooses, as the browser prefers."
+            )
             self._forces = gui.add_checkbox(
                 "forces", False, hint="Numbers of forces, and arrows of those along cables."
             )

@@ -1,12 +1,12 @@
 """The web server of the viewer, and what stands between it and browsers."""
 
+from tauten.service.view.web.colours import Colours
 from tauten.service.view.web.guard import Guard
 from tauten.service.view.web.server import (
     FIRST_PORT,
     HOST,
     LoopbackServer,
     open_server,
-    set_theme,
 )
 
-__all__ = ["FIRST_PORT", "Guard", "HOST", "LoopbackServer", "open_server", "set_theme"]
+__all__ = ["Colours", "FIRST_PORT", "Guard", "HOST", "LoopbackServer", "open_server"]

@@ -13,6 +13,7 @@ from typing import Any
 import viser
 import websockets.asyncio.server
 
+from tauten.service.view.web.colours import Colours, set_theme
 from tauten.service.view.web.guard import ORIGINS, Guard, Handler
 from tauten.service.view.web.messages import LARGEST_FRAME
 from tauten.service.view.web.policy import with_policy
@@ -27,7 +28,13 @@ class ViewError(OSError):
 
 
 class LoopbackServer(viser.ViserServer):
-    """viser's server without its public tunnel."""
+    """viser's server without its public tunnel.
+
+    Attributes:
+        colours: of its pages.
+    """
+
+    colours: Colours
 
     def request_share_url(self, verbose: bool = True) -> None:
         """Refuse: a tunnel would let anybody drive the robot."""
@@ -94,12 +101,12 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
         ViewError: the port is taken.
     """
     listening = _listening(port)
-    guard = Guard()
+    guard, colours = Guard(), Colours()
     serve = websockets.asyncio.server.serve
 
     def guarded(handler: Handler, _host: str, _port: int, **settings: Any) -> Any:
         settings |= {
-            "process_request": with_policy(settings["process_request"], ORIGINS),
+            "process_request": with_policy(colours.answering(settings["process_request"]), ORIGINS),
             "sock": listening,
             "origins": [ORIGINS],
             "max_size": LARGEST_FRAME,
@@ -115,33 +122,20 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
             server = LoopbackServer(HOST, listening.getsockname()[1], label=label, verbose=False)
     finally:
         websockets.asyncio.server.serve = serve  # type: ignore[misc]
+    server.colours = colours
     guard.check_inputs(server.takes)
     messages = server._websock_server._broadcast_buffer
     before, messages.message_event = messages.message_event, LoopEvent()
     messages.event_loop.call_soon_threadsafe(before.set)  # who waits for it already
     try:
         set_theme(server.gui, dark=False)
+        server.on_client_connect(colours.ask)
+        server.on_client_disconnect(colours.forget)
         yield server, guard
     finally:
         with contextlib.redirect_stdout(io.StringIO()):
             server.stop()
         listening.close()
-
-
-def set_theme(gui: viser.GuiApi, dark: bool) -> None:
-    """Set the colours of the page.
-
-    Args:
-        gui: of all browsers, or of one.
-        dark: whether the background is dark.
-    """
-    gui.configure_theme(
-        control_width="medium",
-        dark_mode=dark,
-        show_logo=False,
-        show_share_button=False,
-        brand_color=(40, 90, 160),
-    )
 
 
 def _listening(port: int) -> socket.socket:

@@ -1,0 +1,76 @@
+"""The page around the picture: its colours are those that the browser prefers, and no number is cut."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from support.browsers import HEIGHT, page_of, pixels
+from support.viewers import wait_until
+
+from tauten.service.frames import SimulatedRobot
+from tauten.service.setup import load_setup
+from tauten.service.view import open_server
+from tauten.service.view.panel import ViewPanel
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+CUT = "one => one.scrollWidth > one.clientWidth"
+
+
+@pytest.fixture(scope="module")
+def panel(beam_file: Path) -> Iterator[tuple[ViewPanel, str]]:
+    """A panel without a scene, and its address."""
+    look = SimulatedRobot(*(load_setup(beam_file, rate=10.0) for _ in range(2))).look
+    with open_server(0, "test") as (server, _):
+        yield ViewPanel(server, look, targets=None), f"http://127.0.0.1:{server.get_port()}"
+
+
+@pytest.fixture(scope="module")
+def page(panel: tuple[ViewPanel, str]) -> Iterator[Page]:
+    with page_of(panel[1], "Time") as found:
+        yield found
+
+
+def is_dark(page: Page) -> bool:
+    """Whether the background is."""
+    return bool(pixels(page)[HEIGHT - 5, 5].mean() < 0.3)
+
+
+@pytest.mark.parametrize("last", [9.98, 123.46, 9999.98])
+def test_no_time_of_a_long_run_is_cut(
+    panel: tuple[ViewPanel, str], page: Page, last: float
+) -> None:
+    panel[0].show_time(0.0, last, last)
+    field = page.locator(".mantine-NumberInput-input").first
+    assert wait_until(lambda: field.input_value() == f"{last:g}")
+    assert not field.evaluate(CUT)
+
+
+def test_a_page_is_as_its_browser_prefers_until_somebody_chooses(page: Page) -> None:
+    assert not is_dark(page)
+    page.emulate_media(color_scheme="dark")
+    assert wait_until(lambda: is_dark(page))
+    page.emulate_media(color_scheme="light")
+    assert wait_until(lambda: not is_dark(page))
+    page.get_by_role("button", name="dark", exact=True).click()
+    assert wait_until(lambda: is_dark(page))
+    page.emulate_media(color_scheme="dark")
+    page.emulate_media(color_scheme="light")
+    page.wait_for_timeout(1_000.0)
+    assert is_dark(page)
+    page.emulate_media(color_scheme="dark")
+    page.reload()
+    assert wait_until(lambda: page.get_by_text("Time").count() > 0 and is_dark(page))
+
+
+def test_an_address_of_no_page_changes_none(page: Page, panel: tuple[ViewPanel, str]) -> None:
+    page.emulate_media(color_scheme="light")
+    page.reload()
+    assert wait_until(lambda: page.get_by_text("Time").count() > 0 and not is_dark(page))
+    assert page.request.get(f"{panel[1]}/colours/another/dark").ok
+    page.wait_for_timeout(1_000.0)
+    assert not is_dark(page)
