@@ -49,6 +49,7 @@ ORDER = (
     "controller.friction",
     "controller",
     "service.link",
+    "service.codec",
     "service.process",
     "service.check",
     "service.new",

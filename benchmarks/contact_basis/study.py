@@ -21,7 +21,7 @@ from benchmarks.contact_basis.results import (
     TrainingError,
 )
 from tauten.controller import Controller, ControllerSettings, decide, prepare
-from tauten.model import Enrichment, Robot, default_enrichment, worst_rows
+from tauten.model import Enrichment, Robot, default_enrichment, one_blas_thread, worst_rows
 from tauten.model.numerics import (
     Array,
     LcpResult,
@@ -45,7 +45,7 @@ from tauten.reduction.contact import (
     tip_errors,
 )
 from tauten.service.plant import PathSettings, make_path
-from tauten.service.process import Progress, StopFlag, host_info, one_blas_thread
+from tauten.service.process import Progress, StopFlag, host_info
 from tauten.service.replay import spread
 
 KS = (2, 5, 10, 15, 20, 25, 30, 40, 60)

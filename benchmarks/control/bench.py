@@ -14,10 +14,10 @@ from typing import Literal
 from benchmarks.control.outcome import Outcome, case_outcome
 from benchmarks.control.targets import Case, equilibria, make_cases
 from tauten.controller import Controller
-from tauten.model import ContactSpace, Simulator, load_robot
+from tauten.model import ContactSpace, Simulator, load_robot, one_blas_thread
 from tauten.service.bench import Trace, follow, warmed
 from tauten.service.plant import Drive, DrivenRobot, own_steps
-from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, StopFlag, host_info
 from tauten.service.setup import Setup
 
 CONTACTS = ("reduced", "full", "none")

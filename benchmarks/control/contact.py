@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from benchmarks.control.lift import CUBES, LiftBench, LiftRun
 from benchmarks.control.wall import CONTROLLERS, WallBench, WallRun
-from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
+from tauten.model import one_blas_thread
+from tauten.service.process import HostInfo, Progress, StopFlag, host_info
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from time import perf_counter
 
 import numpy as np
 
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, Simulator, one_blas_thread
 from tauten.model.load import robot_path
 from tauten.model.materials import SILICONES
 from tauten.model.numerics import Array
@@ -21,7 +21,7 @@ from tauten.model.schema import (
 )
 from tauten.model.tetra import TetBody
 from tauten.service.check import Variant, variant_robot
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.replay import Spread, spread
 
 ELEMENTS: tuple[ElementName, ...] = ("linear", "smoothed", "quadratic")

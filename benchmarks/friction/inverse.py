@@ -26,7 +26,8 @@ from tauten.controller.friction import (
     solve_friction_inverse,
 )
 from tauten.controller.qpcc import Start, solve_qpcc
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.model import one_blas_thread
+from tauten.service.process import HostInfo, host_info
 
 CUTS = (2, 4, 8)  # linear systems
 DRIFTS = (

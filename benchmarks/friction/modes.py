@@ -13,7 +13,7 @@ from time import thread_time
 
 import numpy as np
 
-from tauten.model import EmptySpace, Robot, Simulator, State
+from tauten.model import EmptySpace, Robot, Simulator, State, one_blas_thread
 from tauten.model.friction import FrictionProblem, solve_friction
 from tauten.model.load import make_robot, robot_path
 from tauten.model.numerics import Array, Ints
@@ -21,7 +21,7 @@ from tauten.model.schema import Changes, read_toml
 from tauten.model.step import Forces, condense_step
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import StateBasis, reduced_robot
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.process import HostInfo, host_info
 
 FRICTION = 0.5
 STEPS, EVERY = 48, 3  # of a motion, and which of them are measured

@@ -11,9 +11,10 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from benchmarks.friction.admm import AdmmRun, admm, pinocchio_is_installed
+from tauten.model import one_blas_thread
 from tauten.model.friction import FrictionProblem, certify_friction, solve_friction
 from tauten.model.numerics import Array
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.process import HostInfo, host_info
 
 SWEEPS = 1000  # of Gauss-Seidel over all contacts
 REPEATS = 5  # of a timed solution, at most

@@ -13,11 +13,11 @@ from benchmarks.manipulator.accuracy import PostureError, errors_over_k, posture
 from benchmarks.manipulator.postures import bent_tensions, random_postures
 from benchmarks.manipulator.speed import Speed, measure_speed, stage_times
 from benchmarks.steps import StepTimes
-from tauten.model import Robot, load_robot
+from tauten.model import Robot, load_robot, one_blas_thread
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Ranges, Snapshots, plackett_burman, run_campaign
 from tauten.service.bench import Comparison, Equilibrium, compare_equilibria, equilibrium
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 
 ROBOTS = ("manipulator_1290", "manipulator")
 STEPS = 120  # of a run of the campaign

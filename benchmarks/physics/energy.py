@@ -15,10 +15,10 @@ from benchmarks.physics.step_length import (
     step_length_errors,
 )
 from tauten.controller import warm_controller
-from tauten.model import Robot, Simulator, State, load_robot
+from tauten.model import Robot, Simulator, State, load_robot, one_blas_thread
 from tauten.model.numerics import Array
 from tauten.service.plant import PathSettings, make_path, own_steps
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.replay import Distances, Series, Spread, spread
 from tauten.service.setup import load_setup
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from benchmarks.physics.loads import CableLoad
 from benchmarks.physics.sofa_robots import TRUNK_CABLES, diamond, trunk
-from tauten.model import Integration, Robot, Simulator, State, load_robot
+from tauten.model import Integration, Robot, Simulator, State, load_robot, one_blas_thread
 from tauten.model.body import SparseBody
 from tauten.model.numerics import Array, Factorisation
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 
 LoadedStart: TypeAlias = tuple[State | None, CableLoad]  # None: at rest
 

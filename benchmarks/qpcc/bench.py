@@ -18,7 +18,8 @@ from benchmarks.qpcc.times import (
     time_solves,
 )
 from tauten.controller.qpcc import available_backends
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.model import one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 
 COMPARED = ((1, 5), (3, 10), (9, 23), (9, 40))  # cables and modes at which libraries are compared
 ONE_START: tuple[Kind, ...] = ("descent", "warm")  # the homotopy is daqp's, whatever the library

@@ -8,12 +8,12 @@ import numpy as np
 
 from benchmarks.steps.stages import StepTimes, time_steps
 from tauten.controller import ControllerSettings
-from tauten.model import Enrichment, Robot, Simulator, default_enrichment
+from tauten.model import Enrichment, Robot, Simulator, default_enrichment, one_blas_thread
 from tauten.model.numerics import Array, Bools
 from tauten.reduction import ContactBasis
 from tauten.service.bench import Sizes, sizes_of
 from tauten.service.plant import PathSettings, make_path
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 
 
 @dataclass(frozen=True, slots=True)

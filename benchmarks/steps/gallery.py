@@ -8,11 +8,11 @@ from time import perf_counter
 import numpy as np
 
 from tauten.controller import Controller, Order
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, Simulator, one_blas_thread
 from tauten.model.numerics import Array
 from tauten.reduction.campaign import TOLERANCE, Design, exploring
 from tauten.service.plant import PathSettings, make_path
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.replay import Spread, spread
 from tauten.service.setup import Setup, load_setup
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from benchmarks.steps.load_comparison import LoadKind, load_errors
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.model import one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.setup import load_setup
 
 

@@ -8,9 +8,10 @@ from time import perf_counter
 
 import numpy as np
 
+from tauten.model import one_blas_thread
 from tauten.model.contact import MeshShape
 from tauten.model.numerics import Array, Ints
-from tauten.service.process import HostInfo, host_info, one_blas_thread
+from tauten.service.process import HostInfo, host_info
 
 CANDIDATES, REACH = 2000, 2e-3  # number, and alarm distance [m]
 RADIUS, TUBE, AROUND, ACROSS = 0.05, 0.02, 100, 50  # of a ring of 10,000 triangles [m]

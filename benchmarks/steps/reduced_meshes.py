@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.steps.stages import StepTimes, time_steps
-from tauten.model import load_robot
+from tauten.model import load_robot, one_blas_thread
 from tauten.reduction import ContactBasis
 from tauten.reduction.contact import ReduceSettings, make_basis
 from tauten.reduction.state import StateSettings, reduce_states, reduced_robot
@@ -19,7 +19,7 @@ from tauten.service.bench import (
     sizes_of,
     unseen,
 )
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 
 RAMP_STEPS, FINE_STEPS = 200, 100  # equilibria of the training campaign; on refined meshes
 FAST = 1000.0  # rate of the last column [Hz]

@@ -9,6 +9,7 @@ import numpy as np
 
 from benchmarks.physics import diamond, finger, trunk
 from benchmarks.steps.stages import StepTimes, time_steps
+from tauten.model import one_blas_thread
 from tauten.model.numerics import Array
 from tauten.service.bench import (
     WARM_UP,
@@ -17,7 +18,7 @@ from tauten.service.bench import (
     sizes_of,
     time_forward,
 )
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.replay import Spread
 
 # Median of SOFA v25.06 with SoftRobots.Inverse on a quiet AMD EPYC at 2.25 GHz with 2 cores, one thread, as

@@ -20,13 +20,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.robots.make_finger import FingerShape, make_finger
-from tauten.model import load_robot
+from tauten.model import load_robot, one_blas_thread
 from tauten.model.load import build_robot, robot_path
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig, model_tables, read_toml, validated
 from tauten.service.check import Load, LoadedState, MeshCertificate, equilibria, make_loads
-from tauten.service.process import one_blas_thread
 from tauten.service.tables import Numbers, Page
 
 DOCS = Path(__file__).resolve().parents[1]

@@ -23,8 +23,8 @@ from matplotlib.figure import Figure
 from sofa_differences import CHANGES, difference, difference_table
 from sofa_robots import MM, Robot, port, settled
 
+from tauten.model import one_blas_thread
 from tauten.model.numerics import Array
-from tauten.service.process import one_blas_thread
 from tauten.service.tables import Page
 
 DOCS = Path(__file__).resolve().parents[1]

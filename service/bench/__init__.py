@@ -8,6 +8,7 @@ from tauten.service.bench.comparison import (
     compare_equilibria,
     equilibrium,
 )
+from tauten.service.bench.doctor import examine
 from tauten.service.bench.following import Trace, follow, rms, warmed
 from tauten.service.bench.node import Deadlines, NodeBench, NodeBenchSettings, bench_node
 from tauten.service.bench.reduced import (
@@ -56,6 +57,7 @@ __all__ = [
     "bench_still",
     "compare_equilibria",
     "equilibrium",
+    "examine",
     "follow",
     "forward_tips",
     "path_accuracy",

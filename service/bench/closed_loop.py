@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.controller import Controller
-from tauten.model import Robot, Simulator, load_robot
+from tauten.model import Robot, Simulator, load_robot, one_blas_thread
 from tauten.model.numerics import Array
 from tauten.service.bench.following import Trace, follow, moved, rms, warmed
 from tauten.service.plant import DrivenRobot, PathError, PathSettings, make_path, own_steps
-from tauten.service.process import HostInfo, Progress, StopFlag, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, StopFlag, host_info
 from tauten.service.replay import Spread, spread
 from tauten.service.settings import ServiceSettings
 from tauten.service.setup import Setup

@@ -13,6 +13,7 @@ from tauten.model import (
     Simulator,
     default_enrichment,
     load_robot,
+    one_blas_thread,
 )
 from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis
@@ -20,7 +21,7 @@ from tauten.reduction.campaign import Ranges, Snapshots, latin_hypercube, ramp, 
 from tauten.reduction.state import StateSettings, held_out_snapshots, reduce_states, reduced_robot
 from tauten.service.bench.steps import time_control
 from tauten.service.plant import PathSettings, make_path
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.replay import Spread
 
 RAMP_STEPS = 200  # equilibria of the training campaign

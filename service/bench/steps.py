@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 
 from tauten.controller import Controller
-from tauten.model import ContactSpace, Robot, Simulator, load_robot
+from tauten.model import ContactSpace, Robot, Simulator, load_robot, one_blas_thread
 from tauten.model.numerics import Array
-from tauten.service.process import HostInfo, Progress, host_info, one_blas_thread
+from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.replay import Spread, spread
 
 WARM_UP = 5  # steps that are not measured

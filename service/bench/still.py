@@ -21,19 +21,12 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from tauten.controller import Actuation, Controller, Order
-from tauten.model import Robot, Simulator
+from tauten.model import Robot, Simulator, one_blas_thread
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.bench.orders import OrderRun, order_run
 from tauten.service.node import LARGEST, Feedback
 from tauten.service.plant import DrivenRobot
-from tauten.service.process import (
-    HostInfo,
-    Interrupted,
-    Progress,
-    StopFlag,
-    host_info,
-    one_blas_thread,
-)
+from tauten.service.process import HostInfo, Interrupted, Progress, StopFlag, host_info
 from tauten.service.setup import Setup, load_setup
 
 Loop = Literal["open", "closed"]

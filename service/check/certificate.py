@@ -12,8 +12,8 @@ from pydantic.dataclasses import dataclass
 
 from tauten.model.load import command_name
 from tauten.model.schema import differences
+from tauten.reduction import write_text
 from tauten.service.check.mesh_error import MeshErrorEstimate
-from tauten.service.process import write_text
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from tauten.model import MeshError, Robot, RobotFileError, load_robot
+from tauten.model import MeshError, Robot, RobotFileError, load_robot, one_blas_thread
 from tauten.model.load import build_bodies, part_path, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import PartsConfig, RobotConfig, model_tables, read_toml, validated
@@ -27,7 +27,7 @@ from tauten.service.check.mesh_variants import (
     variant_robot,
 )
 from tauten.service.check.region_findings import RegionParts, region_parts
-from tauten.service.process import Interrupted, Progress, StopFlag, one_blas_thread
+from tauten.service.process import Interrupted, Progress, StopFlag
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,8 +62,9 @@ def new(
 
     The exit code is 1 where its first decisions cannot be used. Ctrl-C chooses among the meshes so far.
     """
+    from tauten.model import one_blas_thread
     from tauten.service.new import LARGE, Made, NewRobot, make_new_robot, read_part
-    from tauten.service.process import Interrupted, one_blas_thread, stop_on_signals
+    from tauten.service.process import Interrupted, stop_on_signals
     from tauten.service.tables import new_page
 
     writable(folder or Path())  # before minutes of meshing

@@ -12,7 +12,7 @@ from rich.table import Table
 from tauten.service.cli.terminal import Port, ServedName, ZenohConfig
 
 if TYPE_CHECKING:
-    from tauten.service.wire import LockOrder
+    from tauten.service.link import LockOrder
 
 Actuator = Annotated[str, typer.Argument(help="Name of the actuator.")]
 
@@ -51,7 +51,7 @@ def lock(
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Lock an actuator while the node runs; the others are decided. It gets there within its rate."""
-    from tauten.service.wire import LockOrder
+    from tauten.service.link import LockOrder
 
     if (position is None) == (force is None):
         raise typer.BadParameter("give either --position or --force")
@@ -62,16 +62,15 @@ def unlock(
     robot: ServedName, actuator: Actuator, port: Port = None, zenoh_config: ZenohConfig = None
 ) -> None:
     """Decide an actuator again that is locked."""
-    from tauten.service.wire import LockOrder
+    from tauten.service.link import LockOrder
 
     _order(robot, LockOrder(actuator), port, zenoh_config)
 
 
 def _order(robot: str, order: LockOrder, port: int | None, zenoh_config: Path | None) -> None:
-    from tauten.service.operate import send_lock
-    from tauten.service.wire import Mode, Network
+    from tauten.service.link import Mode, Network, send_command
 
-    tick = send_lock(robot, Network(port, zenoh_config), order)
+    tick = send_command(robot, Network(port, zenoh_config), order)
     waits = order.moves and tick.mode is not Mode.RUN
     typer.echo(
         f"{robot}: {order}, {tick.mode}{': it waits until the node follows' if waits else ''}"
@@ -151,9 +150,9 @@ def record(
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Record all messages of a robot's processes until Ctrl-C; replay needs `serve --record` instead."""
-    from tauten.service.operate import record_robot
+    from tauten.service.link import Network
+    from tauten.service.log import record_robot
     from tauten.service.process import stop_on_signals
-    from tauten.service.wire import Network
 
     with stop_on_signals() as stop:
         count = record_robot(robot, file, Network(port, zenoh_config), stop)
@@ -182,7 +181,7 @@ def doctor(
     seconds: Annotated[float, typer.Option(min=0.5, help="Duration of the loop.")] = 3.0,
 ) -> None:
     """Examine this machine: libraries, clock, network, and the rate at which a node can run."""
-    from tauten.service.operate import examine
+    from tauten.service.bench import examine
     from tauten.service.setup import load_setup
 
     table = Table("", "found", "advice", title="tauten doctor")

@@ -4,8 +4,8 @@ A command in an emergency loads this folder and nothing of the model.
 """
 
 from tauten.service.link.commanding import (
-    NodeAnswer,
     OrderError,
+    ask,
     ask_metrics,
     is_there,
     node_of,
@@ -40,11 +40,11 @@ __all__ = [
     "Mode",
     "Network",
     "NetworkError",
-    "NodeAnswer",
     "OperatorCommand",
     "OperatorOrder",
     "OrderError",
     "Role",
+    "ask",
     "ask_metrics",
     "await_token",
     "default_port",

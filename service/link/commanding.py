@@ -225,9 +225,20 @@ def put_command(session: zenoh.Session, robot: str, command: OperatorOrder) -> N
     )
 
 
-def ask_metrics(session: zenoh.Session, robot: str) -> bytes | None:
-    """The node's metrics as Prometheus text; None when it does not answer."""
-    for reply in session.get(Keys(robot).metrics, timeout=1.0):
+def ask(session: zenoh.Session, key: str, patience: float = 1.0) -> bytes | None:
+    """A node's answer to a question; None when it does not answer.
+
+    Args:
+        session: to the robot's node.
+        key: of the question.
+        patience: how long to wait [s].
+    """
+    for reply in session.get(key, timeout=patience):
         if reply.ok is not None:
             return bytes(reply.ok.payload)
     return None
+
+
+def ask_metrics(session: zenoh.Session, robot: str) -> bytes | None:
+    """The node's metrics as Prometheus text; None when it does not answer."""
+    return ask(session, Keys(robot).metrics)

@@ -2,6 +2,7 @@
 
 from tauten.service.log.described import description_metadata, logged_description
 from tauten.service.log.reader import LogError, Logged, LogReader
+from tauten.service.log.record import record_robot
 from tauten.service.log.recorder import Entry, LogRecorder
 
 __all__ = [
@@ -12,4 +13,5 @@ __all__ = [
     "Logged",
     "description_metadata",
     "logged_description",
+    "record_robot",
 ]

@@ -10,8 +10,8 @@ import numpy as np
 
 from tauten.model import RobotFileError, load_robot
 from tauten.model.numerics import Array
+from tauten.reduction import write_text
 from tauten.service.new.template import MOVE_TIME, numbers
-from tauten.service.process import write_text
 
 TEXT = """\
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tauten.model.schema import RobotFileError, read_toml
-from tauten.service.process import write_text
+from tauten.reduction import write_text
 
 Fields = Mapping[str, Mapping[str, str]]
 

@@ -20,10 +20,9 @@ from pathlib import Path
 from typing import Literal
 
 from tauten.controller import Controller, ModelSettings, warm_up
-from tauten.model import ContactSpace, Robot, load_robot
+from tauten.model import ContactSpace, Robot, load_robot, one_blas_thread
 from tauten.reduction.state import ReducedBody, ReducedParts, TipCheck
 from tauten.service.node.loop import ControlLoop
-from tauten.service.process import one_blas_thread
 from tauten.service.setup import Setup
 from tauten.service.wire import Diagnostic, Level
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import zenoh
 
 from tauten.controller import warm_controller
+from tauten.model import one_blas_thread
 from tauten.service.check import check_rate, faster, reducing, step_seconds
 from tauten.service.describing import log_metadata
 from tauten.service.log import LogRecorder
@@ -24,7 +25,6 @@ from tauten.service.process import (
     StopFlag,
     apply_realtime,
     manual_garbage_collection,
-    one_blas_thread,
     short_switch_interval,
 )
 from tauten.service.setup import Setup

@@ -4,22 +4,16 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import zenoh
+from numpy.typing import NDArray
 from prometheus_client.parser import text_string_to_metric_families
+from pydantic import BaseModel, Field, ValidationError
 
-from tauten.model.numerics import Array
-from tauten.service.link import ask_metrics
-from tauten.service.wire import (
-    CERTIFIED,
-    CONTACT_FIELDS,
-    Keys,
-    NetworkError,
-    Rejection,
-    ask_description,
-    decode_cloud,
-)
+from tauten.service.codec import CERTIFIED, CONTACT_FIELDS, Rejection, decode_cloud
+from tauten.service.link import Keys, NetworkError, ask, ask_metrics
 
 _PATIENCE = 3.0  # s for the first contacts
 
@@ -34,11 +28,11 @@ class Touched:
     """
 
     pairs: tuple[str, ...]
-    values: Array
+    values: NDArray[np.float64]
 
-    def column(self, name: str) -> Array:
+    def column(self, name: str) -> NDArray[np.float64]:
         """One of the fields: (m,)."""
-        found: Array = self.values[:, CONTACT_FIELDS.index(name)]
+        found: NDArray[np.float64] = self.values[:, CONTACT_FIELDS.index(name)]
         return found
 
     def pair_of(self, contact: int) -> str:
@@ -59,7 +53,7 @@ def read_contacts(session: zenoh.Session, robot: str, pushing: bool = True) -> T
         NetworkError: the node does not answer, or sends no contacts: its model has none.
     """
     keys = Keys(robot)
-    pairs = ask_description(session, keys).surface.pairs
+    pairs = _pairs(session, keys)
     key = keys.contacts if pushing else keys.open_contacts
     source = session.declare_subscriber(key, zenoh.handlers.RingChannel(1))
     end, wrong = time.monotonic() + _PATIENCE, ""
@@ -76,6 +70,30 @@ def read_contacts(session: zenoh.Session, robot: str, pushing: bool = True) -> T
         f"the node of {robot!r} says nothing of contacts{wrong}: its model has none, or it is stopped; "
         "serve it with --basis full or the name of a basis"
     )
+
+
+class _Surface(BaseModel):
+    pairs: Annotated[tuple[Annotated[str, Field(max_length=1000)], ...], Field(max_length=10_000)]
+
+
+class _Described(BaseModel):
+    """What is needed here of the description, whose other entries need the model."""
+
+    surface: _Surface
+
+
+def _pairs(session: zenoh.Session, keys: Keys) -> tuple[str, ...]:
+    """The names of the contact pairs."""
+    answer = ask(session, keys.description, _PATIENCE)
+    if answer is None:
+        raise NetworkError(f"the node of {keys.robot!r} does not describe itself: see its log")
+    try:
+        return _Described.model_validate_json(answer).surface.pairs
+    except ValidationError as error:
+        raise NetworkError(
+            f"the node of {keys.robot!r} describes itself otherwise than this version does: start node and "
+            "this command from the same version"
+        ) from error
 
 
 def read_certificate(session: zenoh.Session, robot: str) -> str:

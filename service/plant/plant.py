@@ -13,12 +13,12 @@ import numpy as np
 import zenoh
 
 from tauten.controller import Order, start_at_rest
-from tauten.model import Robot, RobotFileError, Simulator
+from tauten.model import Robot, RobotFileError, Simulator, one_blas_thread
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.describing import describe
 from tauten.service.drive import Measured, run_driver
 from tauten.service.plant.drives import DrivenRobot, OwnSteps, own_steps
-from tauten.service.process import StopFlag, one_blas_thread
+from tauten.service.process import StopFlag
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
     Keys,

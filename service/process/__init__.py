@@ -1,7 +1,5 @@
-"""The process around the service: signals, logs, files, host facts, real-time priority."""
+"""The process around the service: signals, host facts, real-time priority. It loads nothing of the model."""
 
-from tauten.model import one_blas_thread
-from tauten.reduction import write_text
 from tauten.service.process.host import HostInfo, host_info
 from tauten.service.process.progress import Progress
 from tauten.service.process.queues import drained
@@ -33,10 +31,8 @@ __all__ = [
     "has_realtime_priority",
     "host_info",
     "manual_garbage_collection",
-    "one_blas_thread",
     "realtime_permitted",
     "short_switch_interval",
     "stop_on_signals",
     "versions",
-    "write_text",
 ]

@@ -7,7 +7,6 @@ import platform
 from dataclasses import dataclass
 from pathlib import Path
 
-from tauten.model.numerics import installed_backends
 from tauten.service.process.runtime import versions
 
 
@@ -37,6 +36,8 @@ class HostInfo:
 
 def host_info() -> HostInfo:
     """Facts about this computer."""
+    from tauten.model.numerics import installed_backends
+
     return HostInfo(
         processor=_processor(),
         cores=len(os.sched_getaffinity(0)),

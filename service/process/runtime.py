@@ -7,8 +7,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from tauten.reduction import package_version
-
 _PACKAGES = (
     "tauten",
     "numpy",
@@ -57,4 +55,6 @@ def manual_garbage_collection() -> Iterator[None]:
 
 def versions() -> dict[str, str]:
     """Versions of the packages that numbers depend on, of those that are installed."""
+    from tauten.reduction import package_version
+
     return {name: package_version(name) for name in _PACKAGES}

@@ -23,10 +23,10 @@ from typing import Literal
 import numpy as np
 
 from tauten.controller import load_contact, load_controller_settings, substeps_of
-from tauten.model import Simulator, default_enrichment, load_robot
+from tauten.model import Simulator, default_enrichment, load_robot, one_blas_thread
 from tauten.model.load import robot_path
 from tauten.service.log import LogError, LogReader
-from tauten.service.process import Progress, one_blas_thread
+from tauten.service.process import Progress
 from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.replay.report import TrackingError, error, held
 from tauten.service.replay.run import RecordedRun, Series, read_run

@@ -7,7 +7,7 @@ import io
 import json
 from pathlib import Path
 
-from tauten.service.process import write_text
+from tauten.reduction import write_text
 from tauten.service.replay.replaying import Replay
 
 VERDICT, TICKS = "replay.json", "replay.csv"

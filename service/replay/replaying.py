@@ -16,13 +16,12 @@ import numpy as np
 
 from tauten.controller import Order, warm_controller
 from tauten.controller.qpcc import write_qpcc
-from tauten.model import Actuators, EffectorLayout
+from tauten.model import Actuators, EffectorLayout, one_blas_thread
 from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
 from tauten.service.describing import describe
 from tauten.service.log import LogError, LogReader
 from tauten.service.node import Action, ControlLoop
-from tauten.service.process import one_blas_thread
 from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.setup import Setup
 from tauten.service.wire import (

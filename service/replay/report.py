@@ -16,7 +16,8 @@ from pydantic import TypeAdapter
 from tauten.model import ActuatorKind, Quantity
 from tauten.model.numerics import Array, Bools
 from tauten.model.schema import EffectorKind
-from tauten.service.process import HostInfo, host_info, write_text
+from tauten.reduction import write_text
+from tauten.service.process import HostInfo, host_info
 from tauten.service.replay.run import RecordedRun, Series
 from tauten.service.wire import Mode, RunDescription, Tick
 
@@ -331,6 +332,7 @@ def table_rows(report: RunReport) -> list[tuple[str, str]]:
         texts = [f"{digits(a)} / {digits(b)} {unit}" for a, b, unit in known]
         return ", ".join(texts)
 
+    counts = report.health.get("targets", {})
     return [
         ("ticks that followed / all", f"{report.following} / {report.ticks}{_hindrance(report)}"),
         ("rate, requested / achieved", f"{report.rate_hz:.1f} / {report.achieved_hz:.2f} Hz"),
@@ -340,7 +342,10 @@ def table_rows(report: RunReport) -> list[tuple[str, str]]:
         ("target to actuation p50 / p99 / max", ms(report.latency_ms)),
         ("tick jitter p50 / p99 / max", ms(report.lateness_ms)),
         ("deadlines missed / ticks", f"{report.missed} / {report.ticks}"),
-        ("targets accepted / refused", _targets(report)),
+        (
+            "targets accepted / refused",
+            f"{counts.get('accepted', '-')} / {counts.get('refused', '-')}",
+        ),
         ("tracking error of the model, RMS / max", mm(report.model_error)),
         ("tracking error of the plant, RMS / max", mm(report.plant_error)),
         ("plant against model, RMS / max", mm(report.model_plant_error)),
@@ -389,11 +394,6 @@ def digits(value: float | None) -> str:
         return "-"
     value = 0.0 if abs(value) < 1e-9 else value  # rounding, and the sign of a zero
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:#.3g}".rstrip(".")
-
-
-def _targets(report: RunReport) -> str:
-    counts = report.health.get("targets", {})
-    return f"{counts.get('accepted', '-')} / {counts.get('refused', '-')}"
 
 
 def _text(value: float | None, form: str) -> str:

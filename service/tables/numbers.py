@@ -9,7 +9,8 @@ from rich.console import JustifyMethod
 from rich.table import Table
 from rich.text import Text
 
-from tauten.service.process import HostInfo, write_text
+from tauten.reduction import write_text
+from tauten.service.process import HostInfo
 from tauten.service.replay import Spread
 
 LONGEST = 24  # characters of a word; longer ones, as paths, are wrapped

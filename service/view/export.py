@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
+from tauten.reduction import write_text
 from tauten.service.frames import RobotLook, ViewFrame
-from tauten.service.process import write_text
 from tauten.service.view.picture import (
     STRAINS,
     TRAIL,

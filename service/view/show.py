@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tauten.controller import Order
+from tauten.model import one_blas_thread
 from tauten.model.schema import read_toml
 from tauten.service.frames import (
     ReachModel,
@@ -21,7 +22,7 @@ from tauten.service.frames import (
 )
 from tauten.service.link import node_of
 from tauten.service.plant import PathError, PathSettings, TargetPath, make_path, plant_robot
-from tauten.service.process import StopFlag, one_blas_thread
+from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
 from tauten.service.view.export import write_html
 from tauten.service.view.playback import PlaybackSession

@@ -142,7 +142,7 @@ def _health(look: RobotLook, frame: ViewFrame, far: bool = True) -> list[str]:
         found.append(f"decision: {frame.status.lower().replace('_', ' ')}")
     count = len(frame.geometry.contacts.points)
     if count:
-        found.append(f"{count} contact points push")
+        found.append(f"{count} contact points push" if count > 1 else "1 contact point pushes")
     return found
 
 

@@ -1,5 +1,42 @@
 """Messages on the wire, and why they are refused; with keys, modes and sessions of `tauten.service.link`."""
 
+from tauten.service.codec import (
+    CDR,
+    CERTIFIED,
+    CLOUD,
+    CONTACT_FIELDS,
+    FLOAT,
+    HEALTH,
+    JOINTS,
+    JSON,
+    LARGEST_CLOUD,
+    ODOMETRY,
+    SKIN_FIELDS,
+    TEXT,
+    TICK,
+    WRENCH,
+    Cloud,
+    Diagnostic,
+    Joints,
+    Level,
+    MessageCounts,
+    Rejection,
+    RejectionReason,
+    Window,
+    contact_cloud,
+    decode_cloud,
+    decode_health,
+    decode_joints,
+    definition,
+    encode_cloud,
+    encode_float,
+    encode_health,
+    encode_joints,
+    from_cdr,
+    payload_format,
+    quoted,
+    typestore,
+)
 from tauten.service.link import (
     Cause,
     Keys,
@@ -15,16 +52,6 @@ from tauten.service.link import (
     is_alive,
     open_session,
     read_config,
-)
-from tauten.service.wire.cloud import (
-    CLOUD,
-    CONTACT_FIELDS,
-    LARGEST_CLOUD,
-    SKIN_FIELDS,
-    Cloud,
-    contact_cloud,
-    decode_cloud,
-    encode_cloud,
 )
 from tauten.service.wire.commands import COMMAND_RING, CommandSubscriber, decode_command
 from tauten.service.wire.description import (
@@ -55,34 +82,6 @@ from tauten.service.wire.effector_subscriber import (
     payload_of,
     reach_of,
 )
-from tauten.service.wire.health import (
-    CERTIFIED,
-    Diagnostic,
-    Level,
-    MessageCounts,
-    Window,
-    decode_health,
-    encode_health,
-)
-from tauten.service.wire.messages import (
-    CDR,
-    FLOAT,
-    HEALTH,
-    JOINTS,
-    JSON,
-    ODOMETRY,
-    TEXT,
-    TICK,
-    WRENCH,
-    Joints,
-    decode_joints,
-    definition,
-    encode_float,
-    encode_joints,
-    from_cdr,
-    payload_format,
-    typestore,
-)
 from tauten.service.wire.obstacle_subscriber import OBSTACLE_RING, ObstacleSubscriber
 from tauten.service.wire.obstacles import (
     ObstacleState,
@@ -93,7 +92,6 @@ from tauten.service.wire.obstacles import (
 )
 from tauten.service.wire.publisher import Publisher
 from tauten.service.wire.questions import ask_description, wait_for
-from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 
 __all__ = [

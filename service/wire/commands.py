@@ -10,12 +10,20 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from tauten.service.codec import (
+    JSON,
+    TEXT,
+    JsonText,
+    MessageCounts,
+    Rejection,
+    RejectionReason,
+    from_cdr,
+    from_json,
+    payload_format,
+    quoted,
+)
 from tauten.service.link import LockOrder, OperatorCommand, OperatorOrder
 from tauten.service.wire.effector_subscriber import Ring, payload_of
-from tauten.service.wire.health import MessageCounts
-from tauten.service.wire.json_messages import JsonText, from_json
-from tauten.service.wire.messages import JSON, TEXT, from_cdr, payload_format
-from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 COMMAND_RING = 16
 _LONGEST_NAME = 100  # characters of an actuator's

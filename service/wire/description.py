@@ -27,11 +27,18 @@ from tauten.model import ROWS, VALUES, ActuatorKind
 from tauten.model.contact import RodOutline
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.schema import EffectorKind, Name
+from tauten.service.codec import (
+    CLOUD,
+    FARTHEST,
+    HEALTH,
+    JOINTS,
+    TEXT,
+    TICK,
+    CodedNumbers,
+    CodedPoints,
+)
 from tauten.service.link import Keys, NetworkError
-from tauten.service.wire.cloud import CLOUD
 from tauten.service.wire.effector_messages import MESSAGE_TYPES
-from tauten.service.wire.json_messages import FARTHEST, CodedNumbers, CodedPoints
-from tauten.service.wire.messages import HEALTH, JOINTS, TEXT, TICK
 
 _Limits = tuple[float, float]
 _Number = Annotated[float, Field(allow_inf_nan=False)]

@@ -18,28 +18,28 @@ from typing import Any
 
 from tauten.model import UNIT_LENGTH
 from tauten.model.schema import EffectorKind
-from tauten.service.wire.json_messages import (
-    NANO,
-    JsonJointState,
-    JsonPointStamped,
-    JsonPoseStamped,
-    from_json,
-)
-from tauten.service.wire.messages import (
+from tauten.service.codec import (
     JOINTS,
     JSON,
+    NANO,
     POINT,
     POSE,
     Joints,
+    JsonJointState,
+    JsonPointStamped,
+    JsonPoseStamped,
+    Rejection,
+    RejectionReason,
     encode_joints,
     from_cdr,
+    from_json,
     header,
     new,
     payload_format,
+    quoted,
     time_of,
     to_cdr,
 )
-from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 MESSAGE_TYPES: dict[EffectorKind, str] = {
     "point": POINT, "centre": POINT, "frame": POSE, "distance": JOINTS, "length": JOINTS,

@@ -16,11 +16,9 @@ import zenoh
 
 from tauten.model import EffectorLayout
 from tauten.model.numerics import Array, Bools
+from tauten.service.codec import MAX_PAYLOAD, MessageCounts, Rejection, RejectionReason, quoted
 from tauten.service.wire.effector_messages import EffectorMessage, decode_effector
-from tauten.service.wire.health import MessageCounts
 from tauten.service.wire.interpolation import TargetCourse
-from tauten.service.wire.messages import MAX_PAYLOAD
-from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 # Samples of a key that are read ahead of a tick, and again when it is due; older ones are dropped unread.
 EFFECTOR_RING = 64

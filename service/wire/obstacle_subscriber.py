@@ -18,10 +18,16 @@ import zenoh
 
 from tauten.model.contact import ObstaclePose, PoseStream, pose_at, velocity_between
 from tauten.model.numerics import Array
+from tauten.service.codec import (
+    Diagnostic,
+    Level,
+    MessageCounts,
+    Rejection,
+    RejectionReason,
+    quoted,
+)
 from tauten.service.wire.effector_messages import decode_effector
 from tauten.service.wire.effector_subscriber import Ring, age_by, payload_of
-from tauten.service.wire.health import Diagnostic, Level, MessageCounts
-from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 OBSTACLE_RING = 8  # samples of a key that are read in a tick; older ones are dropped unread
 SHORTEST = 1e-3  # s between two poses, for their velocity

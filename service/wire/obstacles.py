@@ -16,16 +16,18 @@ import numpy as np
 from tauten.model import UNIT_LENGTH
 from tauten.model.contact import ObstaclePose, pose_at
 from tauten.model.numerics import Array
-from tauten.service.wire.messages import (
+from tauten.service.codec import (
     ODOMETRY,
     WRENCH,
+    Rejection,
+    RejectionReason,
     from_cdr,
     header,
     nanoseconds,
     new,
+    quoted,
     to_cdr,
 )
-from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
 
 
 @dataclass(frozen=True, slots=True)

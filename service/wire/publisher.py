@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zenoh
 
-from tauten.service.wire.messages import CDR
+from tauten.service.codec import CDR
 
 
 class Publisher:

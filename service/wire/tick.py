@@ -12,19 +12,21 @@ from typing import Any
 import numpy as np
 
 from tauten.controller.qpcc import Status
-from tauten.service.link import Cause, Mode
-from tauten.service.wire.messages import (
+from tauten.service.codec import (
     TICK,
     TICK_OF_POINTS,
     UNTIMED_TICK,
+    Rejection,
+    RejectionReason,
     from_cdr,
     header,
     nanoseconds,
     new,
+    quoted,
     time_message,
     to_cdr,
 )
-from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
+from tauten.service.link import Cause, Mode
 
 _MODES, _CAUSES = frozenset(Mode), frozenset(Cause)
 _STATUSES = frozenset({"", *Status.__members__})

@@ -79,6 +79,22 @@ def test_help_waits_for_nothing_that_a_model_needs(words: tuple[str, ...]) -> No
     assert not [name for name in loaded if name.startswith(("tauten.model", "tauten.controller"))]
 
 
+@pytest.mark.parametrize("command", ["alive", "lock", "unlock", "metrics", "contacts"])
+def test_what_an_operator_asks_a_node_needs_no_model(command: str, shared: Served) -> None:
+    """`alive` is the measure: the others load messages besides, and nothing of the model."""
+    words = {"lock": ("lower", "--position", "0"), "unlock": ("lower",)}.get(command, ())
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED, command, "beam", *words, "--port", str(shared.port)],
+        capture_output=True,
+        text=True,
+    )
+    loaded = done.stderr.split()
+    assert "tauten.service.link" in loaded
+    assert "Traceback" not in loaded
+    assert not {"scipy", "numba", "daqp", "meshio", "mcap"} & set(loaded)
+    assert not [name for name in loaded if name.startswith(("tauten.model", "tauten.controller"))]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -14,9 +14,9 @@ from support.processes import ROBOT, Served, write_robot
 
 from tauten.model import load_robot
 from tauten.model.numerics import Array
+from tauten.service.codec.messages import POSE
 from tauten.service.replay import replay
 from tauten.service.wire import CDR, EffectorMessage, Mode, encode_effector
-from tauten.service.wire.messages import POSE
 
 DELAY, BETWEEN, SPEED, TURNING = 0.25, 0.1, 1e-3, 0.05  # s, s, m/s, rad/s
 TOOL = """\

@@ -20,6 +20,7 @@ from support.nodes import send_until_followed
 from support.processes import Served, run_main, start
 
 from tauten.model import Robot
+from tauten.service.bench import examine
 from tauten.service.check import RateError, check_rate, fits, rate_for
 from tauten.service.cli.terminal.logs import JsonLines
 from tauten.service.link import (
@@ -33,9 +34,9 @@ from tauten.service.link import (
     open_session,
     send_command,
 )
-from tauten.service.log import LogReader
+from tauten.service.log import LogReader, record_robot
 from tauten.service.node.statistics import BOUNDS, Histogram
-from tauten.service.operate import examine, record_robot, send_lock, serve_metrics
+from tauten.service.operate import serve_metrics
 from tauten.service.plant import free_ports
 from tauten.service.process import (
     RealtimeError,
@@ -93,7 +94,7 @@ def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, be
     assert "tauten_system_info" in text
     assert send_command("beam", Network(served.port), OperatorCommand.STOP).mode is Mode.STOP
     with pytest.raises(OrderError, match=r"beam: 'unlock .*' is not possible in a stop"):
-        send_lock("beam", Network(served.port), LockOrder(beam.actuators.names[0]))
+        send_command("beam", Network(served.port), LockOrder(beam.actuators.names[0]))
     assert "refused the command 'unlock" in served.process.output.read_text()
     assert served.process.end() == 0
     assert ask_metrics(served.session, "beam") is None

@@ -18,6 +18,7 @@ from support.robots.thumb import write_thumb
 from tauten.controller import Controller
 from tauten.model import load_robot
 from tauten.reduction.state import ReducedBody, StateBasis, StateBasisError
+from tauten.service.codec.messages import POINT
 from tauten.service.describing import describe
 from tauten.service.link import close_session
 from tauten.service.node import ControlLoop
@@ -25,7 +26,6 @@ from tauten.service.node.model_watch import make_fall_back
 from tauten.service.plant import free_ports
 from tauten.service.setup import load_setup
 from tauten.service.wire import CDR, Keys, Level, Network, Role, open_session
-from tauten.service.wire.messages import POINT
 
 
 @pytest.fixture(scope="module")

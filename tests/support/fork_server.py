@@ -21,8 +21,8 @@ import tauten.service.node
 import tauten.service.plant
 import tauten.service.replay  # noqa: F401 - the copies need not import them
 from tauten.controller import warm_controller
+from tauten.model import one_blas_thread
 from tauten.service.cli import main
-from tauten.service.process import one_blas_thread
 from tauten.service.setup import load_setup
 from tauten.service.wire import typestore
 

@@ -15,6 +15,7 @@ import zenoh
 from support.messages import Point, decode_point, encode_point, point_json
 from support.processes import Served
 from tauten.model import Robot, Simulator
+from tauten.service.codec.messages import POINT
 from tauten.service.log import LogReader
 from tauten.service.wire import (
     CDR,
@@ -28,7 +29,6 @@ from tauten.service.wire import (
     decode_joints,
     decode_tick,
 )
-from tauten.service.wire.messages import POINT
 
 PERIOD = 0.02
 PATIENCE = 180.0  # s, on a machine that is busy with something else

@@ -10,6 +10,7 @@ import numpy as np
 from support.messages import Point, encode_point
 from support.processes import ROBOT
 from tauten.controller import Controller
+from tauten.service.codec.messages import POINT
 from tauten.service.describing import log_metadata
 from tauten.service.log import Entry, LogReader, LogRecorder, logged_description
 from tauten.service.node import ControlLoop, Signals
@@ -25,7 +26,6 @@ from tauten.service.wire import (
     encode_joints,
     encode_tick,
 )
-from tauten.service.wire.messages import POINT
 
 TICKS = 60
 LAG = 0.001  # m, the pretended plant is that much too low

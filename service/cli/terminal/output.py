@@ -115,7 +115,7 @@ def write_json(result: Any, path: Path | None) -> None:
     """
     if path is None:
         return
-    from tauten.service.process import write_text
+    from tauten.reduction import write_text
 
     contents: Any
     if isinstance(result, Mapping):

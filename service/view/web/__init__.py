@@ -1,6 +1,5 @@
 """The web server of the viewer, and what stands between it and browsers."""
 
-from tauten.service.view.web.colours import Colours
 from tauten.service.view.web.guard import Guard
 from tauten.service.view.web.server import (
     FIRST_PORT,
@@ -9,4 +8,4 @@ from tauten.service.view.web.server import (
     open_server,
 )
 
-__all__ = ["Colours", "FIRST_PORT", "Guard", "HOST", "LoopbackServer", "open_server"]
+__all__ = ["FIRST_PORT", "Guard", "HOST", "LoopbackServer", "open_server"]

@@ -23,6 +23,7 @@ from support.processes import (
 
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.numerics import Array
+from tauten.service.codec.messages import POINT, POSE
 from tauten.service.link import close_session
 from tauten.service.log import Logged, LogReader
 from tauten.service.plant import TargetPath, free_ports, save_path
@@ -42,7 +43,6 @@ from tauten.service.wire import (
     encode_effector,
     open_session,
 )
-from tauten.service.wire.messages import POINT, POSE
 
 EFFECTORS = """\
 [[effectors]]

@@ -30,6 +30,7 @@ from support.nodes import (
 from support.processes import Process, Served, Start, wait_alive
 
 from tauten.model import Robot
+from tauten.service.codec.messages import POINT
 from tauten.service.link import close_session
 from tauten.service.log import LogReader
 from tauten.service.plant import free_ports
@@ -49,7 +50,6 @@ from tauten.service.wire import (
     Role,
     open_session,
 )
-from tauten.service.wire.messages import POINT
 
 KEYS = Keys("beam")
 TARGET = KEYS.targets(("tip",))[0]

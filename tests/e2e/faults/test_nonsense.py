@@ -13,7 +13,6 @@ from tauten.service.describing import describe
 from tauten.service.frames import ServedRobot
 from tauten.service.link import (
     Keys,
-    LockOrder,
     Network,
     NetworkError,
     Role,
@@ -21,7 +20,8 @@ from tauten.service.link import (
     node_of,
     open_session,
 )
-from tauten.service.operate import record_robot, send_lock
+from tauten.service.log import record_robot
+from tauten.service.operate import read_contacts
 from tauten.service.plant import free_ports
 from tauten.service.plant.receiver import described_receiver
 from tauten.service.process import StopFlag
@@ -78,8 +78,8 @@ def test_nonsense_is_no_description(beam_file: Path) -> None:
 def test_nonsense_is_one_sentence_of_each_command(liar: Liar, tmp_path: Path) -> None:
     network, sentence = Network(liar.port), "the node of 'beam' describes"
     for liar.answer in NONSENSE[2:4]:
-        with pytest.raises(NetworkError, match=sentence):
-            send_lock("beam", network, LockOrder("upper", position=0.001))
+        with node_of("beam", network) as session, pytest.raises(NetworkError, match=sentence):
+            read_contacts(session, "beam")
     with pytest.raises(NetworkError, match=sentence):
         described_receiver("beam", network, StopFlag())
     with pytest.raises(NetworkError, match=sentence):

@@ -19,10 +19,10 @@ from support.processes import Process, start, wait_alive
 from support.viewers import wait_until
 
 from tauten.model import Robot
+from tauten.service.codec.messages import POINT
 from tauten.service.link import ask_metrics, close_session
 from tauten.service.plant import free_ports
 from tauten.service.wire import CDR, TEXT, Keys, OperatorCommand, decode_health, read_config
-from tauten.service.wire.messages import POINT
 
 SHIPPED = Path(__file__).resolve().parents[3] / "docker" / "zenoh"
 ROLES = ("node", "operator", "viewer")

@@ -16,10 +16,10 @@ from support.processes import Served
 from support.viewers import Shown, showing, wait_until
 
 from tauten.model import Robot
+from tauten.service.codec.messages import POINT
 from tauten.service.frames import ServedRobot, SimulatedRobot
 from tauten.service.setup import load_setup
 from tauten.service.wire import CDR, Mode
-from tauten.service.wire.messages import POINT
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

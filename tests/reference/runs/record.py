@@ -15,11 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from tauten.controller import warm_controller
-from tauten.model import Simulator, load_robot
+from tauten.model import Simulator, load_robot, one_blas_thread
 from tauten.service.describing import log_metadata
 from tauten.service.log import Entry, LogRecorder
 from tauten.service.node import LARGEST, Action, ControlLoop, Feedback, Signals
-from tauten.service.process import one_blas_thread
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
     JOINTS,

@@ -10,9 +10,9 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from support.messages import Point, encode_point, point_json
 
+from tauten.service.codec.messages import POINT
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder
 from tauten.service.wire import FLOAT, JOINTS, Joints, encode_float, encode_joints
-from tauten.service.wire.messages import POINT
 
 METADATA = {"robot": "finger", "robot_file": 'name = "finger"\n'}
 

@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 from support.messages import Point, decode_point, encode_command, encode_point
 
 from tauten.controller import warm_controller
+from tauten.service.codec.messages import POINT
 from tauten.service.log import Entry
 from tauten.service.node import Clock, ControlLoop, Node
 from tauten.service.node.clock import Beat
@@ -41,7 +42,6 @@ from tauten.service.wire import (
     decode_tick,
     open_session,
 )
-from tauten.service.wire.messages import POINT
 
 KEYS = Keys("beam")
 TARGET, MEASURED = KEYS.targets(("tip", "middle")), KEYS.measurements(("tip", "middle"))

@@ -14,6 +14,7 @@ from support.messages import Point, encode_point
 from tauten.controller import Controller
 from tauten.model import Simulator
 from tauten.service.cli import main
+from tauten.service.codec.messages import POINT
 from tauten.service.describing import log_metadata
 from tauten.service.log import Entry, LogRecorder
 from tauten.service.node import ControlLoop, Signals
@@ -32,7 +33,6 @@ from tauten.service.wire import (
     encode_joints,
     encode_tick,
 )
-from tauten.service.wire.messages import POINT
 
 TICKS, PERIOD = 40, 20_000_000  # ns
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from support.messages import Point, encode_point
 
+from tauten.service.codec.messages import POINT
 from tauten.service.frames import RecordedRobot
 from tauten.service.log import Entry, LogError, Logged, LogReader, LogRecorder
 from tauten.service.replay import make_report, read_run, replay, table_rows
@@ -27,7 +28,6 @@ from tauten.service.wire import (
     encode_joints,
     encode_tick,
 )
-from tauten.service.wire.messages import POINT
 
 KEYS = Keys("beam")
 METADATA = {

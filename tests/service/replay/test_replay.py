@@ -19,6 +19,7 @@ from tauten.controller import Status
 from tauten.controller.qpcc import read_qpcc, solve_qpcc
 from tauten.model import Robot, load_robot
 from tauten.service.cli import main
+from tauten.service.codec.messages import POINT
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder, logged_description
 from tauten.service.plots import draw_replay, draw_run
 from tauten.service.replay import (
@@ -42,7 +43,6 @@ from tauten.service.wire import (
     decode_tick,
     encode_tick,
 )
-from tauten.service.wire.messages import POINT
 
 
 def test_a_replay_on_the_same_robot_is_exact(log: Path) -> None:

@@ -14,6 +14,7 @@ from support.effectors import ALL_KINDS, solid
 from support.messages import Point, encode_point
 
 from tauten.model.schema import EffectorKind
+from tauten.service.codec.messages import POINT, POSE
 from tauten.service.wire import (
     CDR,
     EFFECTOR_RING,
@@ -30,7 +31,6 @@ from tauten.service.wire import (
     from_cdr,
     reach_of,
 )
-from tauten.service.wire.messages import POINT, POSE
 
 KINDS: list[EffectorKind] = ["point", "frame", "centre", "distance", "length", "volume"]
 POSE_VALUES = (0.1, -0.2, 0.3, 0.5, -0.5, 0.5, 0.5)

@@ -9,9 +9,9 @@ import pytest
 from support.messages import Point, encode_point, point_json
 
 from tauten.model import point_layout
+from tauten.service.codec.messages import MAX_PAYLOAD
 from tauten.service.wire import CDR, EFFECTOR_RING, JSON, EffectorSubscriber
 from tauten.service.wire.effector_subscriber import CLOCKS_AGREE
-from tauten.service.wire.messages import MAX_PAYLOAD
 
 LAYOUT = point_layout(["tip", "middle"])
 REST = np.array([0.0, 0.0, -0.1, 0.0, 0.1, 0.0])

@@ -9,6 +9,15 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.messages import Point, decode_point, encode_point, point_json
 
+from tauten.service.codec.messages import (
+    MAX_PAYLOAD,
+    POINT,
+    TICK_OF_POINTS,
+    UNTIMED_TICK,
+    new,
+    to_cdr,
+    typestore,
+)
 from tauten.service.wire import (
     CDR,
     HEALTH,
@@ -27,15 +36,6 @@ from tauten.service.wire import (
     encode_joints,
     encode_tick,
     from_cdr,
-)
-from tauten.service.wire.messages import (
-    MAX_PAYLOAD,
-    POINT,
-    TICK_OF_POINTS,
-    UNTIMED_TICK,
-    new,
-    to_cdr,
-    typestore,
 )
 
 finite = st.floats(allow_nan=False, allow_infinity=False)

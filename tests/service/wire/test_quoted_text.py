@@ -12,6 +12,7 @@ from support.messages import Point, encode_point
 
 from tauten.model import point_layout
 from tauten.model.schema import EffectorKind
+from tauten.service.codec.messages import POINT
 from tauten.service.wire import (
     CDR,
     JOINTS,
@@ -31,7 +32,6 @@ from tauten.service.wire import (
     encode_joints,
     encode_tick,
 )
-from tauten.service.wire.messages import POINT
 
 MOST = 40
 MARKUP = "<img src=http://evil/x onerror=stop()>"

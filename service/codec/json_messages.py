@@ -8,14 +8,16 @@ from __future__ import annotations
 import base64
 import binascii
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import core_schema
 
-from tauten.model.numerics import Array, Ints
-from tauten.service.wire.rejection import Rejection, RejectionReason
+from tauten.service.codec.rejection import Rejection, RejectionReason
+
+if TYPE_CHECKING:
+    from tauten.model.numerics import Array, Ints
 
 NANO = 1_000_000_000
 SECONDS = 2**31  # of a builtin_interfaces/Time

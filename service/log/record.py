@@ -13,7 +13,8 @@ from pathlib import Path
 import zenoh
 
 from tauten.service.link import node_of
-from tauten.service.log import Entry, LogRecorder, description_metadata
+from tauten.service.log.described import description_metadata
+from tauten.service.log.recorder import Entry, LogRecorder
 from tauten.service.process import StopFlag
 from tauten.service.wire import (
     CDR,

@@ -10,15 +10,11 @@ import zenoh
 from threadpoolctl import threadpool_info
 
 from tauten.controller import warm_controller
+from tauten.model import one_blas_thread
 from tauten.service.check import rate_for, step_seconds
 from tauten.service.node import ControlLoop, Signals, punctual_clock
 from tauten.service.plant import free_ports
-from tauten.service.process import (
-    host_info,
-    manual_garbage_collection,
-    one_blas_thread,
-    realtime_permitted,
-)
+from tauten.service.process import host_info, manual_garbage_collection, realtime_permitted
 from tauten.service.setup import Setup
 from tauten.service.wire import Network, Role, close_session, open_session
 

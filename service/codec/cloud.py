@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +16,16 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from tauten.model import ContactForces
-from tauten.service.wire.messages import (
+from tauten.service.codec.messages import (
     header,
     nanoseconds,
     new,
     to_cdr,
 )
-from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
+from tauten.service.codec.rejection import Rejection, RejectionReason, quoted
+
+if TYPE_CHECKING:
+    from tauten.model import ContactForces
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 LARGEST_CLOUD = 2**20  # bytes; Zenoh assembles no larger message here

@@ -6,18 +6,21 @@ from collections import Counter
 from dataclasses import dataclass, field
 from enum import IntEnum
 from math import isnan
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tauten.model.numerics import Array
-from tauten.service.wire.messages import (
+from tauten.service.codec.messages import (
     HEALTH,
     from_cdr,
     header,
     new,
     to_cdr,
 )
-from tauten.service.wire.rejection import Rejection, RejectionReason
+from tauten.service.codec.rejection import Rejection, RejectionReason
+
+if TYPE_CHECKING:
+    from tauten.model.numerics import Array
 
 # Numbers of a certificate of contacts with friction, and what they are called in health.
 CERTIFIED = {

@@ -6,7 +6,7 @@
 | geometry_msgs/PoseStamped | the same, of a frame | pose.position [m], pose.orientation |
 | sensor_msgs/JointState | the same, of a distance, length or volume | position [m, m³] |
 | sensor_msgs/JointState | actuation, plant/state | position = pull [m], effort = tension [N] |
-| diagnostic_msgs/DiagnosticArray | health, plant/health | see `tauten.service.wire.health` |
+| diagnostic_msgs/DiagnosticArray | health, plant/health | see `tauten.service.codec.health` |
 | std_msgs/Float64 | plant/gap | smallest gap [m] |
 | std_msgs/String | command | see `tauten.service.wire.commands` |
 | tauten_msgs/Tick | tick | see `tauten.service.wire.tick` |
@@ -27,8 +27,8 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from tauten.service.wire.json_messages import NANO, SECONDS
-from tauten.service.wire.rejection import Rejection, RejectionReason, quoted
+from tauten.service.codec.json_messages import NANO, SECONDS
+from tauten.service.codec.rejection import Rejection, RejectionReason, quoted
 
 POINT = "geometry_msgs/msg/PointStamped"
 POSE = "geometry_msgs/msg/PoseStamped"
