@@ -16,8 +16,6 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter
 
-from benchmarks.steps import ControlBench, GalleryBench
-from benchmarks.tables import control_page, gallery_page
 from tauten.service.bench import Comparison, StepBench
 from tauten.service.tables import Numbers, steps_page
 
@@ -43,11 +41,6 @@ def machine_line(result: dict[str, Any]) -> str:
     facts = result["machine"]
     processor = facts["processor"].replace("(R)", "").replace("(TM)", "")
     return f"{processor}, {facts['cores']} cores, BLAS on one thread, load {facts['load']:.1f}."
-
-
-def finger() -> str:
-    """Stages of a control step, and tip errors of the contact basis."""
-    return control_page(read("finger", ControlBench)).markdown()
 
 
 def steps() -> str:
@@ -99,11 +92,6 @@ def contact() -> str:
     )
 
 
-def gallery() -> str:
-    """Robots of the gallery."""
-    return gallery_page(read("gallery", GalleryBench)).markdown()
-
-
 def numbers() -> str:
     """The numbers that README begins with."""
     demo, spread = json.loads(text_of("demo")), "{p50:.1f} / {p99:.1f} ms".format
@@ -127,12 +115,10 @@ def numbers() -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {
-    "finger": finger,
     "steps": steps,
     "demo": demo,
     "contact": contact,
     "numbers": numbers,
-    "gallery": gallery,
 }
 
 
