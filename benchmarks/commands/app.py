@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from benchmarks.commands.contact import contact_basis, finger, manipulator, obstacles
-from benchmarks.commands.control import closed_loop, contact_loop
+from benchmarks.commands.control import closed_loop, contact_loop, still
 from benchmarks.commands.first_hour import first_hour
 from benchmarks.commands.friction import friction, friction_inverse, friction_modes
 from benchmarks.commands.mechanics import elements, energy, equilibria
@@ -24,7 +24,7 @@ app.callback()(general_options)
 _COMMANDS = (
     *(finger, manipulator, gallery, load_errors, sofa_meshes, reduced_meshes, qpcc, contact_basis),
     *(elements, energy, equilibria, view, closed_loop, first_hour, friction, friction_inverse),
-    *(friction_modes, obstacles, contact_loop),
+    *(friction_modes, obstacles, contact_loop, still),
 )
 for _command in _COMMANDS:
     app.command()(_command)

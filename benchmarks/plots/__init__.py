@@ -5,6 +5,7 @@ from benchmarks.plots.contact_basis import draw_contact_basis
 from benchmarks.plots.elements import draw_elements
 from benchmarks.plots.energy import draw_energy
 from benchmarks.plots.posture_errors import draw_posture_errors
+from benchmarks.plots.still import draw_still
 
 __all__ = [
     "draw_case",
@@ -12,4 +13,5 @@ __all__ = [
     "draw_elements",
     "draw_energy",
     "draw_posture_errors",
+    "draw_still",
 ]

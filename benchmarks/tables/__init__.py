@@ -3,7 +3,7 @@
 from benchmarks.tables.arm import arm_page
 from benchmarks.tables.contact_basis import by_method, contact_basis_page, pairs_of
 from benchmarks.tables.contact_loop import contact_loop_page
-from benchmarks.tables.control import closed_loop_page
+from benchmarks.tables.control import closed_loop_page, still_page
 from benchmarks.tables.elements import element_page
 from benchmarks.tables.friction import friction_page
 from benchmarks.tables.friction_inverse import friction_inverse_page
@@ -37,5 +37,6 @@ __all__ = [
     "qpcc_page",
     "reduced_meshes_page",
     "sofa_meshes_page",
+    "still_page",
     "view_page",
 ]

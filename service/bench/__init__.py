@@ -1,4 +1,4 @@
-"""Benchmarks of robots on this machine: steps, reduced models, the node, closed loops, rest at targets."""
+"""Benchmarks of robots on this machine: steps, reduced models, the node, closed loops."""
 
 from tauten.service.bench.closed_loop import ClosedLoopBench, bench_closed_loop
 from tauten.service.bench.comparison import (
@@ -30,7 +30,6 @@ from tauten.service.bench.steps import (
     sizes_of,
     time_forward,
 )
-from tauten.service.bench.still import StillBench, StillRun, StillSettings, bench_still
 
 __all__ = [
     "ClosedLoopBench",
@@ -45,16 +44,12 @@ __all__ = [
     "ReducedCase",
     "Sizes",
     "StepBench",
-    "StillBench",
-    "StillRun",
-    "StillSettings",
     "Trace",
     "WARM_UP",
     "bench_closed_loop",
     "bench_node",
     "bench_reduced",
     "bench_steps",
-    "bench_still",
     "compare_equilibria",
     "equilibrium",
     "examine",

@@ -7,7 +7,6 @@ from tauten.service.plots.error_curve import draw_curve
 from tauten.service.plots.mesh_error import COLOURS, EXACT, QUANTITIES, draw_mesh_error
 from tauten.service.plots.regions import draw_regions
 from tauten.service.plots.run import draw_distances, draw_replay, draw_run, widest_plane
-from tauten.service.plots.still import draw_still
 
 __all__ = [
     "COLOURS",
@@ -22,6 +21,5 @@ __all__ = [
     "draw_regions",
     "draw_replay",
     "draw_run",
-    "draw_still",
     "widest_plane",
 ]

@@ -6,7 +6,6 @@ from tauten.service.tables.benches import (
     node_page,
     reduced_page,
     steps_page,
-    still_page,
     tip_distance,
 )
 from tauten.service.tables.meshes import check_page, new_page
@@ -38,6 +37,5 @@ __all__ = [
     "percent",
     "reduced_page",
     "steps_page",
-    "still_page",
     "tip_distance",
 ]

@@ -1,4 +1,4 @@
-"""Random orders of `tauten bench still`: whether robots get stuck, and what leaves beyond limits."""
+"""Random orders of `python -m benchmarks still`: whether robots get stuck, and what leaves beyond limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`tauten bench still`: whether robots come to rest at constant targets, where, and whether they get stuck.
+"""`python -m benchmarks still`: whether robots rest at constant targets, where, and whether they get stuck.
 
 Random targets within twice the workspace: effectors at random equilibria, and up to twice as far away.
 In closed loop the robot is the same model under a tenth more gravity, which the controller does not know, and
@@ -20,10 +20,10 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import least_squares
 
+from benchmarks.control.orders import OrderRun, order_run
 from tauten.controller import Actuation, Controller, Order
 from tauten.model import Robot, Simulator, one_blas_thread
 from tauten.model.numerics import Array, FactorisationError
-from tauten.service.bench.orders import OrderRun, order_run
 from tauten.service.node import LARGEST, Feedback
 from tauten.service.plant import DrivenRobot
 from tauten.service.process import HostInfo, Interrupted, Progress, StopFlag, host_info
@@ -125,7 +125,7 @@ class StillRun:
 
 @dataclass(frozen=True, slots=True)
 class StillBench:
-    """Everything `tauten bench still` measures.
+    """Everything `python -m benchmarks still` measures.
 
     Attributes:
         machine: facts about it.

@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.control import StillBench, StillRun, StillSettings, bench_still
+from benchmarks.control.orders import OrderRun
+from benchmarks.control.still import random_goals
+from benchmarks.plots import draw_still
+from benchmarks.tables import still_page
 from tauten.model import load_robot
-from tauten.service.bench import StillBench, StillRun, StillSettings, bench_still
-from tauten.service.bench.orders import OrderRun
-from tauten.service.bench.still import random_goals
-from tauten.service.plots import draw_still
 from tauten.service.process import StopFlag, host_info, stop_on_signals
-from tauten.service.tables import still_page
 
 RUN = StillRun(
     "arm", "reduced", "open", False, 20.0, 1e-8, 1e-8, 5.0, 5.0, ("OK",), 0.3, 0.3, 100.0
@@ -41,7 +41,9 @@ def test_a_result_goes_into_a_page_and_a_figure(tmp_path: Path) -> None:
     orders = (OrderRun("finger", 400, 0, 0, 0.0, 0.0),)
     result = StillBench(host_info(), settings, runs, orders, True)
     page = tmp_path / "page.md"
-    page.write_text("before\n<!-- tauten bench still -->\n<!-- end -->\nafter\n", encoding="utf-8")
+    page.write_text(
+        "before\n<!-- python -m benchmarks still -->\n<!-- end -->\nafter\n", encoding="utf-8"
+    )
     still_page(result).put_into(page)
     text = page.read_text(encoding="utf-8")
     assert text.startswith("before") and text.endswith("after\n")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from tauten.service.bench import StillBench
+from benchmarks.control import StillBench
 
 ACROSS = 4  # panels beside each other
 
