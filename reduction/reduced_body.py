@@ -113,7 +113,11 @@ class ReducedBody(Body[P]):
 
     def damping_at(self, state: State, scheme: Integration) -> tuple[Array | None, Array]:
         """No forces of memory, as materials are elastic, and C without a M (r, r)."""
-        return None, scheme.rayleigh_stiffness * self.forces(state)[1]
+        return None, scheme.rayleigh_stiffness * self.material_stiffness(state)
+
+    def material_stiffness(self, state: State) -> Array:
+        """D (n, n), to which damping is proportional: positive semidefinite, without actuators."""
+        return self.forces(state)[1]
 
     def factors(self) -> DenseFactors:
         """A workspace for factors of matrices (r, r)."""

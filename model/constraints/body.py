@@ -12,7 +12,7 @@ from tauten.model.constraints.coordinates import CoordinateMap, NodeMap, Product
 from tauten.model.constraints.drums import Drums
 from tauten.model.constraints.frames import Frames
 from tauten.model.constraints.joints import FrameJoints
-from tauten.model.materials import EXACT, HELD
+from tauten.model.materials import EXACT, MATERIAL
 from tauten.model.mesh import boundary_triangles
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import NodeMotion
@@ -120,8 +120,8 @@ class ConstrainedBody(TetBody):
         return self.forces_at(state, *self.placed_motion(state), effort, kind)
 
     def stiffness(self, state: State) -> Array:
-        """The stiffness of the material, with rotations of elements held, as CSC values (nnz,)."""
-        return self.forces_at(state, *self.placed_motion(state), None, HELD)[1]
+        """The stiffness of the material, carried along with the elements, as CSC values (nnz,)."""
+        return self.forces_at(state, *self.placed_motion(state), None, MATERIAL)[1]
 
     def forces_at(
         self, state: State, motion: NodeMotion, through: NodeMap, effort: Array | None, kind: int

@@ -1,9 +1,9 @@
 """Hyperelastic materials: laws, named silicones, and the kernels that evaluate them."""
 
-from tauten.model.materials.densities import COROTATIONAL
+from tauten.model.materials.densities import COROTATIONAL, N_CONSTANTS
 from tauten.model.materials.evaluation import (
     EXACT,
-    HELD,
+    MATERIAL,
     NO_TANGENT,
     PROJECTED,
     WORK,
@@ -22,7 +22,7 @@ from tauten.model.materials.law import (
     stable_neo_hookean,
     yeoh,
 )
-from tauten.model.materials.projection import project_exact, symmetric_eigen
+from tauten.model.materials.projection import symmetric_eigen
 from tauten.model.materials.silicones import SILICONES, find_silicone
 from tauten.model.materials.viscosity import ELASTIC, Viscosity
 
@@ -30,7 +30,8 @@ __all__ = [
     "COROTATIONAL",
     "ELASTIC",
     "EXACT",
-    "HELD",
+    "MATERIAL",
+    "N_CONSTANTS",
     "Law",
     "MaterialError",
     "NO_TANGENT",
@@ -44,7 +45,6 @@ __all__ = [
     "law_arrays",
     "mooney_rivlin",
     "neo_hookean",
-    "project_exact",
     "response",
     "stable_neo_hookean",
     "stress",

@@ -21,7 +21,9 @@ from tauten.model.materials.projection import principal_frames, project_exact, p
 from tauten.model.numerics import Array, kernel
 
 NO_TANGENT, EXACT, PROJECTED = 0, 1, 2
-HELD = 3  # with the rotation held, of corotational laws; of others projected
+MATERIAL = (
+    3  # of the unstrained solid, carried along with the element; damping is proportional to it
+)
 WORK = 32  # numbers of scratch that `response` needs
 SINGULAR = 1e-9  # det(tr(S) I − S) below which the rotation of F is not unique
 
@@ -34,11 +36,11 @@ def response(
 
     Args:
         kind: the density, see `densities.density`.
-        c: (5,) its constants [Pa].
+        c: (7,) its constants, λ and μ [Pa].
         F: (3, 3) deformation gradient.
         R: (3, 3) rotation of its polar decomposition, see `polar_rotations`.
-        tangent: NO_TANGENT, EXACT, PROJECTED (positive semidefinite) or HELD (rotation held, and positive
-            semidefinite too).
+        tangent: NO_TANGENT, EXACT, PROJECTED (positive semidefinite) or MATERIAL (positive semidefinite
+            too, see `material_tangent`).
         P: (3, 3) output, ∂ψ/∂F [Pa].
         C: (9, 9) output, ∂P_iJ/∂F_kL in row 3 i + J and column 3 k + L [Pa]; left alone without tangent.
         work: (WORK,) overwritten.
@@ -58,7 +60,7 @@ def stress(kind: int, c: Array, F: Array, R: Array, P: Array, work: Array) -> No
 
     Args:
         kind: the density.
-        c: (5,) its constants [Pa].
+        c: (7,) its constants, λ and μ [Pa].
         F: (3, 3) deformation gradient.
         R: (3, 3) rotation of its polar decomposition.
         P: (3, 3) output, ∂ψ/∂F [Pa].
@@ -88,18 +90,18 @@ def tangent_at(
 
     Args:
         kind: the density.
-        c: (5,) its constants [Pa].
+        c: (7,) its constants, λ and μ [Pa].
         F: (3, 3) deformation gradient.
         R: (3, 3) rotation of its polar decomposition.
-        tangent: EXACT, PROJECTED or HELD.
+        tangent: EXACT, PROJECTED or MATERIAL.
         C: (9, 9) output [Pa].
         work: (WORK,) of `stress`.
     """
     d, G, Y = work[0:10], work[14:23], work[23:32]
     if tangent == EXACT:
         exact_tangent(d, F, R, G, Y, C)
-    elif tangent == HELD and kind == COROTATIONAL:
-        held_tangent(c[0], c[1], R, C)
+    elif tangent == MATERIAL:
+        material_tangent(c[5], c[6], R if kind == COROTATIONAL else F, C)
     elif kind == COROTATIONAL:
         projected_tangent(d, F, R, C)
     else:
@@ -110,21 +112,26 @@ def tangent_at(
 
 
 @kernel
-def held_tangent(lam: float, mu: float, R: Array, C: Array) -> None:
-    """λ R ⊗ R, and μ (dF + R dFᵀ R) of a change dF: the stiffness of the unstrained solid, turned.
+def material_tangent(lam: float, mu: float, M: Array, C: Array) -> None:
+    """The stress M (λ tr(E) I + 2 μ E), E = sym(Mᵀ dF): the stiffness of the unstrained solid carried by M.
+
+    With M = F the strain rate E = sym(FᵀḞ) is that of Green and Lagrange, which no rigid motion changes: the
+    damping of Kelvin and Voigt. With the rotation R instead, as corotational laws have it, E is that of the
+    turned element; a spin of a stretched one changes it by the differences of its stretches.
 
     Args:
         lam: λ [Pa].
         mu: μ [Pa].
-        R: (3, 3) rotation.
+        M: (3, 3) F, or R.
         C: (9, 9) output [Pa].
     """
     for m in range(9):
         i, J = m // 3, m % 3
         for n in range(9):
             k, L = n // 3, n % 3
-            C[m, n] = lam * R[i, J] * R[k, L] + mu * R[i, L] * R[k, J]
-        C[m, m] += mu
+            C[m, n] = lam * M[i, J] * M[k, L] + mu * M[i, L] * M[k, J]
+            if J == L:
+                C[m, n] += mu * (M[i, 0] * M[k, 0] + M[i, 1] * M[k, 1] + M[i, 2] * M[k, 2])
 
 
 @kernel

@@ -65,9 +65,10 @@ class Law:
 
 
 def law_arrays(laws: list[Law]) -> tuple[Ints, Array]:
-    """Kinds (m,) and constants (m, 5) of laws, as the kernels read them."""
+    """Kinds (m,) of laws, and their constants, λ and μ (m, 7), as the kernels read them."""
     kinds = np.array([law.kind for law in laws], dtype=np.int64)
-    return kinds, np.array([law.constants for law in laws]).reshape(-1, N_CONSTANTS)
+    numbers = np.array([(*law.constants, *law.lame) for law in laws])
+    return kinds, numbers.reshape(-1, N_CONSTANTS + 2)
 
 
 def lame_parameters(young_modulus: float, poisson_ratio: float) -> tuple[float, float]:

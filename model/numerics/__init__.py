@@ -21,7 +21,6 @@ from tauten.model.numerics.polar import (
     mirrored_rotation,
     polar_lanes,
     polar_rotations,
-    stretch_lanes,
 )
 from tauten.model.numerics.quaternions import (
     conjugate,
@@ -111,7 +110,6 @@ __all__ = [
     "solve_transposed",
     "solve_upper",
     "sparse_nnls",
-    "stretch_lanes",
     "subtract",
     "turned",
     "unit",

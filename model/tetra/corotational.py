@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.materials import HELD, NO_TANGENT, PROJECTED, symmetric_eigen
+from tauten.model.materials import MATERIAL, NO_TANGENT, PROJECTED, symmetric_eigen
 from tauten.model.numerics import LANES, Array, Ints, kernel, polar_lanes
 
 SINGULAR = 1e-3  # det(tr(S) I − S) up to which, past inversion, the tangent has its rotation held
@@ -44,7 +44,7 @@ def assemble_corotational(
         x: (n_nodes, 3) positions [m].
         elements: nodes (e, s), ascending in each element, gradients of their shape functions at rest
             (e, s, 3) [1/m], and V λ and V μ (e, 2) [N m].
-        tangent: NO_TANGENT, EXACT, PROJECTED (positive semidefinite) or HELD (rotation held).
+        tangent: NO_TANGENT, EXACT, PROJECTED (positive semidefinite) or MATERIAL (rotation held).
         slot: (e, s (s + 1) / 2) numbers of the blocks, see `lower_blocks`; not read without tangent.
         force: output, accumulated [N].
         blocks: output, accumulated [N/m].
@@ -154,12 +154,12 @@ def respond(
         R: (9 LANES,) their rotations.
         lam: (LANES,) V λ [N m].
         mu: (LANES,) V μ [N m].
-        tangent: HELD leaves T = μ I.
+        tangent: MATERIAL leaves T = μ I.
         P: (9 LANES,) output, stress [N m].
         T: (6 LANES,) output, entries 00, 01, 02, 11, 12, 22 [N m].
         psi: (LANES,) output, energy [J].
     """
-    turns = tangent != HELD
+    turns = tangent != MATERIAL
     for k in range(LANES):
         a, b, c = F[k], F[LANES + k], F[2 * LANES + k]
         d, e, f = F[3 * LANES + k], F[4 * LANES + k], F[5 * LANES + k]

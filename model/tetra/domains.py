@@ -84,8 +84,8 @@ def assemble_domains(
     Args:
         x: (n_nodes, 3) positions [m].
         domains: nodes (ascending in each domain), gradients, volumes and law of `Domains`.
-        laws: kinds (m,) and constants (m, 5) of the laws.
-        tangent: NO_TANGENT, EXACT, PROJECTED or HELD.
+        laws: kinds (m,) and constants (m, 7) of the laws.
+        tangent: NO_TANGENT, EXACT, PROJECTED or MATERIAL.
         slot: (d, s (s + 1) / 2) numbers of the blocks, see `lower_blocks`; not read without tangent.
         force: (n_nodes, 3) output, accumulated [N].
         blocks: output, accumulated [N/m].

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.body import Turning
-from tauten.model.materials import EXACT, HELD
+from tauten.model.materials import EXACT, MATERIAL
 from tauten.model.mesh import boundary_triangles
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import NodeMotion
@@ -46,8 +46,8 @@ class NodalBody(TetBody):
         )
 
     def stiffness(self, state: State) -> Array:
-        """The stiffness of the material, with rotations of corotational elements held: CSC values (nnz,)."""
-        return self.forces_with(HELD, state)[1]
+        """The stiffness of the material, carried along with the elements: CSC values (nnz,)."""
+        return self.forces_with(MATERIAL, state)[1]
 
     def forces_with(
         self, tangent: int, state: State, effort: Array | None = None
@@ -55,7 +55,7 @@ class NodalBody(TetBody):
         """`forces` with one of the tangents of `tauten.model.materials.response`.
 
         Args:
-            tangent: EXACT, PROJECTED or HELD.
+            tangent: EXACT, PROJECTED or MATERIAL.
             state: as in `forces`.
             effort: as in `forces`.
         """

@@ -6,7 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.materials import COROTATIONAL, HELD, NO_TANGENT, PROJECTED, Law, law_arrays
+from tauten.model.materials import (
+    COROTATIONAL,
+    MATERIAL,
+    N_CONSTANTS,
+    NO_TANGENT,
+    PROJECTED,
+    Law,
+    law_arrays,
+)
 from tauten.model.numerics import Array, Ints
 from tauten.model.system import Pattern
 from tauten.model.tetra.blocks import LowerBlocks, lower_blocks
@@ -22,7 +30,7 @@ class Solid:
         domains: the domains, one entry for each shape, the nodes of each domain ascending.
         slots: numbers of each domain's blocks, see `lower_blocks`.
         blocks: the blocks of the tangent.
-        laws: kinds (m,) and constants (m, 5) that the domains' `law` points to.
+        laws: kinds (m,) and constants (m, 7) that the domains' `law` points to.
         stiffness: V λ and V μ (d, 2) [N m] of the domains of each shape where all laws are corotational and
             domains have one point; None elsewhere.
         n_elements: tetrahedra they are made from.
@@ -40,7 +48,7 @@ class Solid:
 
         Args:
             x: (n_nodes, 3) positions [m].
-            tangent: NO_TANGENT, EXACT, PROJECTED or HELD.
+            tangent: NO_TANGENT, EXACT, PROJECTED or MATERIAL.
             force: output [N].
             K: output [N/m]; left alone without tangent.
 
@@ -72,7 +80,7 @@ class Solid:
     @property
     def semidefinite(self) -> int:
         """The tangent near the exact one that is positive semidefinite at any deformation."""
-        return HELD if self.is_plain else PROJECTED
+        return MATERIAL if self.is_plain else PROJECTED
 
 
 def make_solid(domains: list[Domains], laws: list[Law], pattern: Pattern, n_elements: int) -> Solid:
@@ -90,5 +98,5 @@ def make_solid(domains: list[Domains], laws: list[Law], pattern: Pattern, n_elem
     one_point = all(part.volumes.shape[1] == 1 for part in parts)
     stiffness = None
     if one_point and (kinds == COROTATIONAL).all():
-        stiffness = tuple(part.volumes * constants[part.law, :2] for part in parts)
+        stiffness = tuple(part.volumes * constants[part.law, N_CONSTANTS:] for part in parts)
     return Solid(parts, slots, blocks, (kinds, constants), stiffness, n_elements)

@@ -81,7 +81,7 @@ class Tetrahedra:
         """Internal and outer forces (m,) [N], and their tangent as CSC values in `pattern`.
 
         Args:
-            tangent: EXACT, PROJECTED or HELD of `tauten.model.materials.response`.
+            tangent: EXACT, PROJECTED or MATERIAL of `tauten.model.materials.response`.
             x: (n_nodes, 3) node positions [m].
             loads: efforts of cables and chambers, whose curvature enters the tangent.
         """

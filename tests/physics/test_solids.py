@@ -13,7 +13,7 @@ from support.robots.solids import Body, Kind, element_mesh, face_load, make_body
 
 from tauten.model.materials import (
     EXACT,
-    HELD,
+    MATERIAL,
     NO_TANGENT,
     PROJECTED,
     Law,
@@ -120,12 +120,54 @@ def test_tangent_of_held_rotations_resists_strain_only(kind: Kind) -> None:
     for strain in (0.1, 0.2):
         x = body.mesh.nodes * [1.0 + strain, 1.0, 1.0]
         spin = np.cross([0.0, 0.0, 1.0], x).ravel()
-        K = body.forces(x, HELD)[2]
+        K = body.forces(x, MATERIAL)[2]
         assert np.linalg.eigvalsh(K.toarray())[0] > -1e-10 * abs(K).max()
         power.append(spin @ (K @ spin))
     assert power[1] / power[0] == pytest.approx(4.0, rel=1e-6)
+
+
+@every_kind
+@every_law
+def test_stiffness_of_the_material_at_rest_is_the_tangent(kind: Kind, law: Law) -> None:
+    body = make_body(irregular_box(), kind, law)
     exact = body.forces(body.mesh.nodes, EXACT)[2]
-    assert abs(body.forces(body.mesh.nodes, HELD)[2] - exact).max() < 1e-9 * abs(exact).max()
+    assert abs(body.forces(body.mesh.nodes, MATERIAL)[2] - exact).max() < 1e-9 * abs(exact).max()
+
+
+@every_kind
+@pytest.mark.parametrize("law", LAWS[1:], ids=lambda law: law.name)
+def test_damping_of_strained_bodies_resists_no_rigid_motion(kind: Kind, law: Law) -> None:
+    body = make_body(irregular_box(), kind, law)
+    x, rng = deformed(body, 5), np.random.default_rng(6)
+    D = body.forces(x, MATERIAL)[2]
+    rigid = np.cross(rng.standard_normal(3), x) + rng.standard_normal(3)
+    assert np.abs(D @ rigid.ravel()).max() < 1e-12 * abs(D).max() * np.abs(rigid).max()
+    smallest, largest = np.linalg.eigvalsh(D.toarray())[[0, -1]]
+    assert smallest > -1e-12 * largest
+
+
+@pytest.mark.parametrize("law", LAWS[1:], ids=lambda law: law.name)
+def test_power_of_damping_is_that_of_the_rate_of_green_s_strain(law: Law) -> None:
+    """Stretched to 1.3 and bent, with the strains of Green and Lagrange counted by finite differences."""
+    body = make_body(box_mesh((0.03, 0.01, 0.01), (3, 1, 1)), "linear", law)
+    X, rng, h = body.mesh.nodes, np.random.default_rng(7), 1e-5
+    x = X * [1.3, 0.9, 0.9]
+    x[:, 2] += 8.0 * X[:, 0] ** 2
+    v = rng.standard_normal(x.shape) * 1e-3
+    edges = X[body.mesh.tets[:, 1:]] - X[body.mesh.tets[:, :1]]  # (e, 3, 3)
+
+    def strain(x: Array) -> Array:
+        F = np.swapaxes(
+            np.linalg.solve(edges, x[body.mesh.tets[:, 1:]] - x[body.mesh.tets[:, :1]]), 1, 2
+        )
+        return 0.5 * (np.swapaxes(F, 1, 2) @ F - np.eye(3))
+
+    rate = (strain(x + h * v) - strain(x - h * v)) / (2.0 * h)
+    lam, mu = law.lame
+    power = lam * np.trace(rate, axis1=1, axis2=2) ** 2 + 2.0 * mu * (rate**2).sum(axis=(1, 2))
+    expected = float(body.mesh.volumes @ power)
+    found = v.ravel() @ (body.forces(x, MATERIAL)[2] @ v.ravel())
+    assert found == pytest.approx(expected, rel=1e-6)
 
 
 @every_kind

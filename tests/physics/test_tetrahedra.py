@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from support.robots.bodies import box_mesh
 
 from tauten.model import make_pattern
-from tauten.model.materials import COROTATIONAL, EXACT, HELD, Law
+from tauten.model.materials import COROTATIONAL, EXACT, MATERIAL, Law
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
 from tauten.model.tetra import linear_domains, lumped_mass, make_solid
@@ -24,7 +24,7 @@ def forces(mesh: TetMesh, x: Array, exact: bool) -> tuple[Array, sp.csc_array]:
     solid = make_solid(domains, [law], pattern, len(mesh.tets))
     assert solid.is_plain
     f, K = np.zeros_like(x), np.zeros(len(pattern.indices))
-    solid.assemble(x, EXACT if exact else HELD, f, K)
+    solid.assemble(x, EXACT if exact else MATERIAL, f, K)
     return f, sp.csc_array((K, pattern.indices, pattern.indptr))
 
 

@@ -24,8 +24,8 @@ class SampledElements(NamedTuple):
             from row r on.
         volume: (b, LANES) weighted volumes w V [m³].
         kind: (b LANES,) density of each element's law.
-        constants: (b LANES, 5) constants of its law [Pa].
-        lame: (b, 2 LANES) w V λ and w V μ of corotational laws, else zero [N m].
+        constants: (b LANES, 7) constants of its law, λ and μ [Pa].
+        lame: (b, 2 LANES) w V λ and w V μ [N m].
         corotational: whether all laws are corotational.
         turns: whether any is, and needs the rotations of F.
         stiffness: (r, r) Σ 2 μ w V GᵀG where all are corotational, else zero.
@@ -64,19 +64,20 @@ class Response(NamedTuple):
     Attributes:
         force: (r,) without actuators and contacts [N].
         resisting: (r,) D v [N/s].
-        turned: (b, 9 LANES) rotations of F.
+        carried: (b, 9 LANES) what carries the stiffness of the material along: rotations of F of corotational
+            laws, F of others.
         exact: of the exact tangent, times the volume [N m]: (b, 6 LANES) symmetric matrices of corotational
             laws, (b, 81 LANES) of others.
-        held: of the semidefinite tangent, to which damping is proportional: (b, 81 LANES) where not all laws
-            are corotational [N m].
+        semidefinite: of the tangent that is nearest to the exact one and positive semidefinite: (b, 81 LANES)
+            where not all laws are corotational [N m]; written by `assemble_semidefinite`.
         curvature: (k, k) what chambers add to an exact tangent [N/m].
     """
 
     force: Array
     resisting: Array
-    turned: Array
+    carried: Array
     exact: Array
-    held: Array
+    semidefinite: Array
     curvature: Array
 
 
@@ -135,9 +136,9 @@ def make_work(body: SampledElements, tendons: Tendons, size: int) -> Work:
     response = Response(
         force=np.zeros(r),
         resisting=np.zeros(r),
-        turned=np.zeros((blocks, 9 * LANES)),
+        carried=np.zeros((blocks, 9 * LANES)),
         exact=np.zeros((blocks, entries * LANES)),
-        held=np.zeros((0 if body.corotational else blocks, entries * LANES)),
+        semidefinite=np.zeros((0 if body.corotational else blocks, entries * LANES)),
         curvature=np.zeros((size, size)),
     )
     return Work(

@@ -8,7 +8,7 @@ import numpy as np
 
 from tauten.model import Robot
 from tauten.model.contact import ContactSet
-from tauten.model.materials import COROTATIONAL
+from tauten.model.materials import COROTATIONAL, N_CONSTANTS
 from tauten.model.numerics import LANES, Array, Ints
 from tauten.model.points import (
     Entries,
@@ -119,14 +119,13 @@ def sampled_body(
         weights: (s,) factors of their forces.
     """
     points = integration_points(tetrahedra)
-    kind, constants = points.kind[elements], points.constants[elements]  # (s,), (s, 5)
+    kind, constants = points.kind[elements], points.constants[elements]  # (s,), (s, 7)
     volume = weights * points.volume[elements]  # (s,)
     G = gradients_of(tetrahedra, points, Phi, elements)  # (9 s, r)
     s, r = len(elements), Phi.shape[1]
     corotational = bool((kind == COROTATIONAL).all())
-    lame, stiffness = np.zeros((s, 2)), np.zeros((r, r))
+    lame, stiffness = volume[:, None] * constants[:, N_CONSTANTS:], np.zeros((r, r))
     if corotational:
-        lame = volume[:, None] * constants[:, :2]
         weighted = np.repeat(2.0 * lame[:, 1], 9)[:, None] * G  # (9 s, r)
         stiffness = G.T @ weighted
     gradient = in_lanes(G.reshape(s, 9, r).swapaxes(1, 2).reshape(s, r * 9))

@@ -141,7 +141,7 @@ def element_forces(alpha: Array, G: Array, volume: Array, laws: tuple[Ints, Arra
         alpha: (r,) state [m].
         G: (9 e, r) derivatives of the deformation gradients [1/m].
         volume: (e,) [m³].
-        laws: kind (e,) and constants (e, 5) of each element's law.
+        laws: kind (e,) and constants (e, 7) of each element's law.
     """
     kind, constants = laws
     forces = np.zeros((volume.shape[0], alpha.shape[0]))

@@ -6,9 +6,10 @@ c = λ tr(S − I) − 2 μ, and F = I + G α is linear in α. So the exact tang
     K = V (2 μ Gᵀ G + λ t tᵀ + c aᵀ (tr(S) I − S)⁻¹ a)   a: axial vector of Rᵀ dF − (Rᵀ dF)ᵀ
 
 with t = Gᵀ R, the gradient of tr S. Only t (r,) and a (3, r) change: 2 μ V Gᵀ G is summed once. With the
-rotation held c (tr(S) I − S)⁻¹ is −μ I.
+rotation held c (tr(S) I − S)⁻¹ is −μ I: the stiffness of the material D, and the semidefinite tangent.
 
-**Other laws.** f = −V Gᵀ P and K = V Gᵀ C G with the stress and the tangent of `tauten.model.materials`.
+**Other laws.** f = −V Gᵀ P and K = V Gᵀ C G with the stress and the tangent of `tauten.model.materials`, and
+D with its `material_tangent`.
 
 Summed over a sample of elements with weights w (`tauten.reduction.state.tetra.ecsw`), V is w V.
 """
@@ -20,14 +21,14 @@ import numpy as np
 from tauten.model.materials import (
     COROTATIONAL,
     EXACT,
-    HELD,
+    PROJECTED,
     WORK,
-    project_exact,
     stress,
     tangent_at,
 )
-from tauten.model.numerics import LANES, Array, Ints, kernel, polar_lanes, stretch_lanes
+from tauten.model.numerics import LANES, Array, Ints, kernel, polar_lanes
 from tauten.reduction.state.tetra.arrays import Response, SampledElements, Work
+from tauten.reduction.state.tetra.carried import add_material, carried_stress
 from tauten.reduction.state.tetra.product import add_symmetric_product
 
 
@@ -51,25 +52,22 @@ def assemble_response(
     force[:] = load
     resisting[:] = 0.0
     for block in range(body.gradient.shape[0]):
-        G, R = body.gradient[block], response.turned[block]
+        G, R = body.gradient[block], response.carried[block]
         for m in range(9 * LANES):
             F[m] = 1.0 if (m // LANES) % 4 == 0 else 0.0
         add_gradients(alpha, G, F)
         if damped:
             rate[:] = 0.0
             add_gradients(v, G, rate)
-        if body.turns or damped:  # else no law reads R
+        if body.turns:  # else no law reads R
             polar_lanes(F, R)
         if body.corotational:
             turning_response(F, R, body.lame[block], P, response.exact[block])
-            if damped:
-                turned_stress(rate, R, body.lame[block], Q)
         else:
             laws = (body.kind[block * LANES :], body.constants[block * LANES :])
-            tangents = (response.exact[block], response.held[block])
-            respond(F, R, body.volume[block], laws, damped, P, tangents)
-            if damped:
-                held_stress(rate, response.held[block], Q)
+            respond(F, R, body.volume[block], laws, P, response.exact[block])
+        if damped:
+            carried_stress(rate, R, body.lame[block], Q)
         for j in range(alpha.shape[0]):
             g, total, resisted = G[j], 0.0, 0.0
             for m in range(9 * LANES):
@@ -94,13 +92,16 @@ def add_elements(
         body: the elements.
         work: Z, Y and lower are written.
     """
-    of_D, of_K = shares if exact else (shares[0] + shares[1], 0.0)
+    of_D, of_K = shares
+    if body.corotational and not exact:
+        of_D, of_K = of_D + of_K, 0.0
+    tangents = response.exact if exact or body.corotational else response.semidefinite
     r = body.stiffness.shape[0]
     C = np.empty(response.exact.shape[1])
     for block in range(body.gradient.shape[0]):
         G = body.gradient[block]
         if body.corotational:
-            turning = response.exact[block]
+            turning = tangents[block]
             for m in range(6 * LANES):
                 C[m] = of_K * turning[m]
             lame = body.lame[block]
@@ -109,13 +110,12 @@ def add_elements(
                 C[k] -= held
                 C[3 * LANES + k] -= held
                 C[5 * LANES + k] -= held
-            project(r, G, response.turned[block], C, (of_D + of_K) * lame, work)
+            project(r, G, response.carried[block], C, (of_D + of_K) * lame, work)
             add_symmetric_product(work.Z, work.Y, work.lower)
             continue
-        if of_D == 0.0:
-            C[:] = of_K * response.exact[block]
-        else:
-            C[:] = of_D * response.held[block] + of_K * response.exact[block]
+        C[:] = of_K * tangents[block]
+        if of_D != 0.0:
+            add_material(of_D, response.carried[block], body.lame[block], C)
         project_laws(r, G, C, work.Y)
         add_symmetric_product(G, work.Y, work.lower)
 
@@ -183,52 +183,6 @@ def turning_response(F: Array, R: Array, lame: Array, P: Array, T: Array) -> Non
 
 
 @kernel
-def turned_stress(rate: Array, R: Array, lame: Array, Q: Array) -> None:
-    """The stress λ tr(RᵀḞ) R + μ (Ḟ + R Ḟᵀ R) of a rate Ḟ with rotations held, times the volume.
-
-    Args:
-        rate: (9 LANES,) Ḟ.
-        R: (9 LANES,) rotations.
-        lame: (2 LANES,) V λ and V μ [N m].
-        Q: (9 LANES,) output.
-    """
-    for k in range(LANES):
-        trace = 0.0
-        for m in range(9):
-            trace += R[m * LANES + k] * rate[m * LANES + k]
-        for i in range(3):
-            for j in range(3):
-                turned = 0.0
-                for a in range(3):
-                    for b in range(3):
-                        turned += (
-                            R[(3 * i + a) * LANES + k]
-                            * rate[(3 * b + a) * LANES + k]
-                            * R[(3 * b + j) * LANES + k]
-                        )
-                m = (3 * i + j) * LANES + k
-                Q[m] = lame[k] * trace * R[m] + lame[LANES + k] * (rate[m] + turned)
-
-
-@kernel
-def held_stress(rate: Array, held: Array, Q: Array) -> None:
-    """Held tangents times a rate: (9 LANES,) into Q.
-
-    Args:
-        rate: (9 LANES,) Ḟ.
-        held: (81 LANES,) of `respond`.
-        Q: (9 LANES,) output.
-    """
-    for m in range(9):
-        q = Q[m * LANES : (m + 1) * LANES]
-        q[:] = 0.0
-        for n in range(9):
-            c = held[(9 * m + n) * LANES : (9 * m + n + 1) * LANES]
-            for k in range(LANES):
-                q[k] += c[k] * rate[n * LANES + k]
-
-
-@kernel
 def project(r: int, G: Array, R: Array, T: Array, lame: Array, work: Work) -> None:
     """The rows t and a of a block and their images.
 
@@ -264,46 +218,58 @@ def project(r: int, G: Array, R: Array, T: Array, lame: Array, work: Work) -> No
 
 @kernel
 def respond(
-    F: Array, R: Array, volume: Array, laws: tuple[Ints, Array], damped: bool, P: Array,
-    tangents: tuple[Array, Array],
-) -> None:  # fmt: skip
-    """Stresses and tangents of a block of any laws, times the volume.
+    F: Array, M: Array, volume: Array, laws: tuple[Ints, Array], P: Array, exact: Array
+) -> None:
+    """Stresses and exact tangents of a block of any laws, times the volume.
 
     Args:
         F: (9 LANES,) deformation gradients.
-        R: (9 LANES,) their rotations.
+        M: (9 LANES,) their rotations, where a law is corotational; F replaces those of other laws.
         volume: (LANES,) weighted volumes [m³].
-        laws: kind (LANES, …) and constants (LANES, 5) of each element's law.
-        damped: whether the second tangent is needed.
+        laws: kind (LANES, …) and constants (LANES, 7) of each element's law.
         P: (9 LANES,) output [N m].
-        tangents: (81 LANES,) outputs, EXACT and HELD: ∂P_m/∂F_n from (9 m + n) LANES on [N m].
+        exact: (81 LANES,) output, ∂P_m/∂F_n from (9 m + n) LANES on [N m].
     """
     F_k, R_k, P_k = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    U_k, V_k, sigma_k = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     C_k, scratch = np.empty((9, 9)), np.empty(WORK)
-    exact, held = tangents
-    U, V, sigma = np.empty(9 * LANES), np.empty(9 * LANES), np.empty(3 * LANES)
-    if damped:
-        stretch_lanes(F, R, U, V, sigma)
     for k in range(LANES):
         kind, c = laws[0][k], laws[1][k]
         take_lane(F, k, F_k)
-        take_lane(R, k, R_k)
+        take_lane(M, k, R_k)
         stress(kind, c, F_k, R_k, P_k, scratch)
         tangent_at(kind, c, F_k, R_k, EXACT, C_k, scratch)
         for m in range(9):
             P[m * LANES + k] = volume[k] * P_k[m // 3, m % 3]
+            if kind != COROTATIONAL:
+                M[m * LANES + k] = F[m * LANES + k]
         put_lane(C_k, volume[k], k, exact)
-        if damped and kind == COROTATIONAL:
-            tangent_at(kind, c, F_k, R_k, HELD, C_k, scratch)
-        elif damped:
-            take_lane(U, k, U_k)
-            take_lane(V, k, V_k)
-            for m in range(3):
-                sigma_k[m] = sigma[m * LANES + k]
-            project_exact(scratch, U_k, V_k, sigma_k, C_k)
-        if damped:
-            put_lane(C_k, volume[k], k, held)
+
+
+@kernel
+def assemble_semidefinite(alpha: Array, body: SampledElements, response: Response) -> None:
+    """The positive semidefinite tangents of elements that are not all corotational, at an assembled state.
+
+    Args:
+        alpha: (r,) [m].
+        body: the elements.
+        response: `semidefinite` is overwritten.
+    """
+    F, R = np.empty(9 * LANES), np.empty(9 * LANES)
+    F_k, R_k, P_k = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    C_k, scratch = np.empty((9, 9)), np.empty(WORK)
+    for block in range(body.gradient.shape[0]):
+        for m in range(9 * LANES):
+            F[m] = 1.0 if (m // LANES) % 4 == 0 else 0.0
+        add_gradients(alpha, body.gradient[block], F)
+        polar_lanes(F, R)
+        for k in range(LANES):
+            law = block * LANES + k
+            take_lane(F, k, F_k)
+            take_lane(R, k, R_k)
+            kind, c = body.kind[law], body.constants[law]
+            stress(kind, c, F_k, R_k, P_k, scratch)
+            tangent_at(kind, c, F_k, R_k, PROJECTED, C_k, scratch)
+            put_lane(C_k, body.volume[block, k], k, response.semidefinite[block])
 
 
 @kernel

@@ -26,7 +26,11 @@ from tauten.reduction.state.tetra.actuators import ModalCurvature
 from tauten.reduction.state.tetra.arrays import Response, SampledElements, Work, make_work
 from tauten.reduction.state.tetra.beams import ReducedBeams
 from tauten.reduction.state.tetra.body import ModeMotion, ModePoints, mode_points
-from tauten.reduction.state.tetra.elements import assemble_response, sampled_energy
+from tauten.reduction.state.tetra.elements import (
+    assemble_response,
+    assemble_semidefinite,
+    sampled_energy,
+)
 from tauten.reduction.state.tetra.kernels import combine
 from tauten.reduction.state.tetra.node_chart import NodeChart
 from tauten.reduction.state.tetra.own_motion import Derivative, OwnMotion
@@ -43,7 +47,6 @@ class SampledAssembled(DenseAssembled):
         wound: cables on drums; None: there are none.
         tension: of each cable [N].
         response: of the elements, in the workspace of the body that assembled it.
-        damped: whether it has the stiffness of the material.
     """
 
     motion: ModeMotion
@@ -52,7 +55,6 @@ class SampledAssembled(DenseAssembled):
     wound: Wound | None
     tension: Array
     response: Response
-    damped: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -192,6 +194,11 @@ class ModalBody(ReducedBody[ModePoints]):
         at = self.assemble(state, effort, dataclasses.replace(self.integration, static=True))
         return at.force, self.tangent(at, (0.0, 1.0), exact)
 
+    def material_stiffness(self, state: State) -> Array:
+        """The stiffness of the material (n, n), carried along with the elements."""
+        at = self.assemble(state, None, dataclasses.replace(self.integration, static=True))
+        return self.tangent(at, (1.0, 0.0), True)
+
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> SampledAssembled:
@@ -233,7 +240,7 @@ class ModalBody(ReducedBody[ModePoints]):
                 resisting = resisting + wound.tangent @ state.v
         return SampledAssembled(
             state, effort, mass, force, inertia, resisting,
-            motion, over_beta, efforts, wound, loads.tension, response, damped,
+            motion, over_beta, efforts, wound, loads.tension, response,
         )  # fmt: skip
 
     def material(self, beta: Array, rate: Array, damped: bool) -> tuple[Array, Array]:
@@ -282,10 +289,9 @@ class ModalBody(ReducedBody[ModePoints]):
             exact: whether K is the derivative, or positive semidefinite.
         """
         beta, J = at.motion.beta, at.motion.J
-        if not (exact or at.damped or self.sampled.corotational):
-            rate, own = at.state.v if J is None else J.rates(at.state.v), self.own_motion.elements
-            respond = (True, self.sampled, at.response)
-            assemble_response(beta[:own], rate[:own], self.load[:own], *respond)
+        if not (exact or self.sampled.corotational):
+            own = self.own_motion.elements
+            assemble_semidefinite(beta[:own], self.sampled, at.response)
         tendons, pulled = self.curvature.tendons, self.own_motion.pulled
         response = at.response
         combine(

@@ -23,7 +23,7 @@ class IntegrationPoints:
         domains: domains of the body, one entry for each shape.
         volume: (p,) volume of each point at rest [m³].
         kind: (p,) density of each point's law, see `tauten.model.materials`.
-        constants: (p, 5) constants of its law [Pa].
+        constants: (p, 7) constants of its law, λ and μ [Pa].
     """
 
     domains: tuple[Domains, ...]
