@@ -69,7 +69,13 @@ from tauten.model.step import (
     under_friction,
     worst_rows,
 )
-from tauten.model.system import Integration, Scheme, System, make_pattern
+from tauten.model.system import (
+    Integration,
+    Scheme,
+    System,
+    make_pattern,
+    semidefinite_shares,
+)
 from tauten.model.threads import one_blas_thread
 
 __all__ = [
@@ -149,6 +155,7 @@ __all__ = [
     "contact_wrenches",
     "touched_names",
     "obstacles_of",
+    "semidefinite_shares",
     "skin_of",
     "sorted_rows",
     "travel",

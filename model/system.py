@@ -29,7 +29,7 @@ from tauten.model.numerics import Array, Bools, Factorisation, Ints, kernel
 from tauten.model.schema import RobotSettings
 
 # Shares of the semidefinite tangent that a step tries. The smaller it is, the faster steps converge.
-SHARES = (0.0, 1.0)
+SHARES = (0.0, 0.25, 1.0)
 STATIC_SHARES = (0.0, 1.0 / 64.0, 1.0 / 8.0, 1.0)
 
 
