@@ -66,7 +66,8 @@ class IntegrationSettings(Section):
         default=0.0, description="Damping proportional to mass [1/s], by default 0."
     )
     rayleigh_stiffness: Annotated[NonNegative, Field(le=1e3)] = Field(
-        default=0.0, description="Damping proportional to the stiffness of the material [s], by default 0."
+        default=0.0,
+        description="Damping proportional to the stiffness of the material [s], by default 0.",
     )
     factorisation: BackEnd = Field(
         default="auto",
