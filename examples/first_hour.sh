@@ -35,7 +35,7 @@ if [ -z "$part" ]; then
   timed "part" draw_part
   part=finger.step
 fi
-timed "robot file" tauten new finger --mesh "$part"
+timed "robot file" tauten new finger --mesh "$part" --young 1e6
 timed "fast model" tauten reduce finger/finger.toml --states --write
 timed "targets" tauten demo finger/finger.toml --seconds 20 --out finger/demo
 timed "replay" tauten replay finger/demo/log.mcap

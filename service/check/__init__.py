@@ -1,9 +1,9 @@
 """How wrong a robot's mesh is, and what else about its file is not plausible."""
 
 from tauten.service.check.certificate import MeshCertificate, certified, mesh_error_text
-from tauten.service.check.control_findings import DECISION, first_decision
+from tauten.service.check.control_findings import DECISION, PERIOD, first_decision
 from tauten.service.check.findings import Finding
-from tauten.service.check.mesh_error import MeshErrorEstimate, VariantErrors
+from tauten.service.check.mesh_error import MESH_ERROR, MeshErrorEstimate, VariantErrors
 from tauten.service.check.mesh_variants import (
     Load,
     LoadedState,
@@ -27,6 +27,8 @@ from tauten.service.check.robot_check import CheckSettings, RobotCheck, check_ro
 __all__ = [
     "CheckSettings",
     "DECISION",
+    "MESH_ERROR",
+    "PERIOD",
     "Finding",
     "Load",
     "LoadedState",

@@ -14,6 +14,7 @@ from tauten.model.tetra import TetBody
 from tauten.service.check.findings import Finding, graded
 
 SAG = (0.1, 0.5)  # of the size; from here on doubtful and wrong
+VIBRATION = "natural frequencies"  # subject of a finding
 FREQUENCIES = 3
 STEPS_A_PERIOD = 10.0  # below it implicit Euler damps most of the first vibration
 
@@ -59,7 +60,7 @@ def sag(robot: Robot) -> Finding:
 
 def vibration(robot: Robot) -> Finding:
     """The lowest natural frequencies against the control rate."""
-    subject = "natural frequencies"
+    subject = VIBRATION
     try:
         frequencies = natural_frequencies(robot.body, robot.rest(), FREQUENCIES)
     except FactorisationError:

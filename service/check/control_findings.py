@@ -16,15 +16,17 @@ from tauten.service.check.findings import Finding
 from tauten.service.check.rate import faster, fits, reducing, step_seconds
 
 DECISION = "first decision"  # subject of a finding
+PERIOD = "control step against period"  # subject of another one
 STEPS = 10  # of which each must be usable
 TIMED = 15  # control steps
 
 
-def control_findings(path: Path) -> Iterator[Finding]:
+def control_findings(path: Path, slower: bool = True) -> Iterator[Finding]:
     """The first decisions from the settled start, and the time of a control step against the period.
 
     Args:
         path: of the robot file, from which a robot can be built.
+        slower: whether a lower rate may be advised: not beside a finer mesh or a higher rate.
     """
     try:
         setup = controller_setup(read_toml(path), path, accept_error=True)
@@ -37,7 +39,7 @@ def control_findings(path: Path) -> Iterator[Finding]:
     controller = warm_controller(setup)
     yield first_decision(controller)
     seconds = step_seconds(controller, TIMED, thread_time)
-    yield step_time(seconds, controller.period, reducing(path), bool(setup.states))
+    yield step_time(seconds, controller.period, reducing(path), bool(setup.states), slower)
 
 
 def first_decision(controller: Controller) -> Finding:
@@ -70,7 +72,9 @@ def first_decision(controller: Controller) -> Finding:
     return Finding(DECISION, "doubtful" if advice else "fine", found, advice)
 
 
-def step_time(seconds: float, period: float, commands: str, reduced: bool) -> Finding:
+def step_time(
+    seconds: float, period: float, commands: str, reduced: bool, slower: bool = True
+) -> Finding:
     """The time of a control step against the period.
 
     It is processor time: what else the computer does at the moment is no property of the robot. A step that
@@ -81,11 +85,14 @@ def step_time(seconds: float, period: float, commands: str, reduced: bool) -> Fi
         period: of the controller [s].
         commands: that reduce the robot (`reducing`).
         reduced: whether the model is reduced.
+        slower: whether a lower rate may be advised.
     """
     rate = 1.0 / period
     model = "reduced" if reduced else "full"
     found = f"{1e3 * seconds:.1f} ms of {1e3 * period:.3g} ms on this processor, {model} model"
     if fits(rate, seconds):
-        return Finding("control step against period", "fine", found)
+        return Finding(PERIOD, "fine", found)
     advice = faster(commands, seconds, reduced)
-    return Finding("control step against period", "doubtful", found, advice)
+    if not slower and not reduced:
+        advice = f"{commands} makes a model whose steps do not grow with the mesh"
+    return Finding(PERIOD, "doubtful", found, advice)

@@ -10,6 +10,7 @@ from tauten.service.check.findings import Finding, Level, graded, worst
 from tauten.service.check.mesh_variants import Load, LoadedState, Variant, VariantStates
 from tauten.service.check.references import Reference, reference_state, refined_references
 
+MESH_ERROR = "error of the mesh"  # subject of a finding
 FORCE = (0.03, 0.1)  # relative; from here on doubtful and wrong
 TIP = (0.003, 0.01)  # of the robot's size
 LEAST_FORCE = 0.25  # of the largest: smaller forces are compared with this
@@ -85,7 +86,7 @@ class MeshErrorEstimate:
             for item in self.states
             if item.failure
         ]
-        return (Finding("error of the mesh", level, self.verdict, self.advice), *failed)
+        return (Finding(MESH_ERROR, level, self.verdict, self.advice), *failed)
 
 
 def estimate_error(

@@ -12,10 +12,10 @@ from tauten.model import MeshError, Robot, RobotFileError, load_robot, one_blas_
 from tauten.model.load import build_bodies, part_path, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import PartsConfig, RobotConfig, model_tables, read_toml, validated
-from tauten.service.check.body_findings import body_findings, not_held, thin_walls
+from tauten.service.check.body_findings import VIBRATION, body_findings, not_held, thin_walls
 from tauten.service.check.control_findings import control_findings
 from tauten.service.check.findings import Finding, Level, worst
-from tauten.service.check.mesh_error import MeshErrorEstimate, estimate_error
+from tauten.service.check.mesh_error import MESH_ERROR, MeshErrorEstimate, estimate_error
 from tauten.service.check.mesh_findings import chamber_findings, mesh_findings
 from tauten.service.check.mesh_variants import (
     LoadedState,
@@ -91,7 +91,12 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         progress(0.0, "first decisions")
         try:
             with stop.interruptible():
-                control = tuple(control_findings(robot_path(settings.robot)))
+                slower = not any(
+                    item.advice
+                    for item in found.findings
+                    if item.subject in (MESH_ERROR, VIBRATION)
+                )
+                control = tuple(control_findings(robot_path(settings.robot), slower))
         except Interrupted:
             return replace(found, complete=False)
     return replace(found, findings=(*found.findings, *control))

@@ -20,7 +20,7 @@ import numpy as np
 
 from tauten.model import Robot, load_robot
 from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Array, FactorisationError
+from tauten.model.numerics import FactorisationError
 from tauten.model.schema import NAME, RobotFileError
 from tauten.service.check import (
     DECISION,
@@ -31,6 +31,7 @@ from tauten.service.check import (
     fits,
     rate_for,
 )
+from tauten.service.new.choice import LEAST_RATE, Trial, chosen_trial, compared, verdict
 from tauten.service.new.guesses import Guess, guess_fields
 from tauten.service.new.meshing import LARGE, CadPart, mesh_part
 from tauten.service.new.part import PartError
@@ -40,7 +41,7 @@ from tauten.service.process import Interrupted, Progress, StopFlag
 
 NODES = (300, 700, 1500, 3000)  # of the meshes that are compared
 SPARE = 1.2  # how much longer a control step may take than in the trial
-RATE, LEAST_RATE = 50.0, 20.0  # Hz; a mesh whose steps do not fit the least one is not taken
+RATE = 50.0  # Hz
 MESHING, MOVING, CHECKING = 0.2, 0.5, 0.3  # shares of the progress
 
 
@@ -68,37 +69,6 @@ class NewRobot:
     def elements(self) -> int:
         """About how many elements the part needs at the size that is given; 0 where none is."""
         return 0 if self.size is None else self.part.tetrahedra(self.size)
-
-
-@dataclass(frozen=True, slots=True)
-class Trial:
-    """One mesh of the part, half way of the guessed command.
-
-    Attributes:
-        size: of its elements [m].
-        nodes: of the mesh.
-        effort: [N, Pa].
-        tip: (3,) where the tip is [m].
-        moved: distance from where it is at the start [m].
-        share: of the guessed command that has an equilibrium.
-        step: processor time of a control step [s].
-        difference: of effort or tip to the finest mesh, the larger of both, relative to its effort and to the
-            movement of its tip; NaN where it was moved by another share.
-    """
-
-    size: float
-    nodes: int
-    effort: float
-    tip: Array
-    moved: float
-    share: float
-    step: float
-    difference: float = np.nan
-
-    @property
-    def in_time(self) -> bool:
-        """Whether a control step fits the period of the least rate."""
-        return fits(LEAST_RATE, self.step)
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +141,7 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
         progress(0.0, f"equilibria with elements of {1e3 * size:.3g} mm")
         try:
             with stop.interruptible():
-                drafts.append(_draft(new, size, mesh, guess))
+                drafts.append(_draft(new, size, mesh, guess, drafts[-1].trial if drafts else None))
         except Interrupted:
             if not drafts:
                 raise
@@ -185,7 +155,10 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
     draft = drafts[chosen]
     checking = partial(_of_check, progress)
     file, check = write(folder, new.name, draft, stop, checking)
-    notes = _notes(new, guess, trials, chosen, file)
+    notes = [
+        *_notes(new, guess),
+        verdict(trials, chosen, new.accuracy, file, check, part.kind != "tetrahedra"),
+    ]
     return Made(file, guess, trials, chosen, draft.rate, check, tuple(notes))
 
 
@@ -194,60 +167,8 @@ def _of_check(progress: Progress, share: float, what: str = "") -> None:
     progress(CHECKING * share, what)
 
 
-def compared(trials: list[Trial]) -> tuple[Trial, ...]:
-    """The trials with their differences to the last; none where one was moved by another share.
-
-    Args:
-        trials: coarse to fine.
-    """
-    finest = trials[-1]
-    moved = max(finest.moved, 1e-9)
-    differences = [
-        max(
-            abs(trial.effort / finest.effort - 1.0),
-            float(np.linalg.norm(trial.tip - finest.tip)) / moved,
-        )
-        if trial.share == finest.share and trial is not finest
-        else np.nan
-        for trial in trials
-    ]
-    return tuple(
-        replace(one, difference=value) for one, value in zip(trials, differences, strict=True)
-    )
-
-
-def chosen_trial(trials: tuple[Trial, ...], accuracy: float) -> int:
-    """Index of the mesh to take.
-
-    The coarsest that is accurate, where its control steps are in time; otherwise the finest whose steps are;
-    the coarsest where there is none.
-
-    Args:
-        trials: coarse to fine, with differences.
-        accuracy: largest difference that is accepted.
-    """
-    good = accurate_trial(trials, accuracy)
-    if trials[good].in_time:
-        return good
-    return max((i for i, trial in enumerate(trials) if trial.in_time), default=0)
-
-
-def accurate_trial(trials: tuple[Trial, ...], accuracy: float) -> int:
-    """Index of the coarsest mesh that is accurate, else of the finest.
-
-    Args:
-        trials: coarse to fine, with differences.
-        accuracy: largest difference that is accepted.
-    """
-    good = (i for i, trial in enumerate(trials) if trial.difference <= accuracy)
-    return next(good, len(trials) - 1)
-
-
-def _notes(
-    new: NewRobot, guess: Guess, trials: tuple[Trial, ...], chosen: int, file: Path
-) -> Iterator[str]:
-    """What was changed, and what to do next."""
-    taken = trials[chosen]
+def _notes(new: NewRobot, guess: Guess) -> Iterator[str]:
+    """What was changed, and what was guessed."""
     if new.part.surface is not None and new.part.surface.note:
         yield f"{new.part.path}: the surface {new.part.surface.note}."
     if guess.cavities:
@@ -258,18 +179,6 @@ def _notes(
         )
     else:
         yield f"The cable spans {100.0 * guess.span:.0f} % of the {1e3 * guess.length:.3g} mm of the part."
-    if not taken.in_time:
-        yield (
-            f"No mesh has control steps that fit {LEAST_RATE:g} Hz: one of {taken.nodes:,} nodes takes "
-            f"{1e3 * taken.step:.0f} ms. Next: tauten reduce {file} --states --write."
-        )
-    good = accurate_trial(trials, new.accuracy)
-    if good > chosen:
-        yield (
-            f"A mesh of {trials[good].nodes:,} nodes is nearer to the part, but its control step takes "
-            f"{1e3 * trials[good].step:.0f} ms: for it, tauten new with --size "
-            f"{1e3 * trials[good].size:.3g}, then tauten reduce with --states --write."
-        )
 
 
 def _meshes(
@@ -294,17 +203,30 @@ def _meshes(
     return meshes
 
 
-def _draft(new: NewRobot, size: float, mesh: TetMesh, guess: Guess) -> _Draft:
-    """Try and describe the robot of one mesh."""
+def _draft(
+    new: NewRobot, size: float, mesh: TetMesh, guess: Guess, coarser: Trial | None
+) -> _Draft:
+    """Try and describe the robot of one mesh.
+
+    Args:
+        new: what to make.
+        size: of the elements [m].
+        mesh: of the part.
+        guess: what was guessed.
+        coarser: the trial of the mesh before; None for the first one.
+    """
+    share = 1.0 if coarser is None else coarser.share
     part = new.part
     values = Values(new.name, part.path.name, len(mesh.nodes), size, new.young, RATE)
     robot = _robot(robot_text(values, guess, _free_actuators(new, guess)), mesh, new.name)
     if guess.cavities:
-        found = inflated(robot, guess, new.young, str(part.path))
+        found = inflated(robot, guess, new.young, str(part.path), share)
     else:
-        found = pulled(robot, guess, str(part.path))
+        found = pulled(robot, guess, str(part.path), share)
     actuators = _actuators(guess, found)
-    step = step_time(_robot(robot_text(values, guess, actuators), mesh, new.name))
+    step = np.nan
+    if coarser is None or coarser.in_time:
+        step = step_time(_robot(robot_text(values, guess, actuators), mesh, new.name))
     rate = min(RATE, rate_for(SPARE * step)) if fits(LEAST_RATE, step) else RATE
     text = robot_text(replace(values, rate=rate), guess, actuators)
     trial = Trial(size, len(mesh.nodes), found.effort, found.tip, found.moved, found.share, step)

@@ -64,7 +64,7 @@ def settled(robot: Robot, part: str) -> Simulator:
     return simulator
 
 
-def pulled(robot: Robot, guess: Guess, part: str) -> Reached:
+def pulled(robot: Robot, guess: Guess, part: str, share: float = 1.0) -> Reached:
     """Pull the guessed cable from where it is taut under the body's weight.
 
     Where the body sags towards its cable, it is slack at first: pulls count from there.
@@ -73,11 +73,12 @@ def pulled(robot: Robot, guess: Guess, part: str) -> Reached:
         robot: of the guess.
         guess: the guessed fields.
         part: its file, for messages.
+        share: of the guessed pull that is tried first, then halves of it.
 
     Raises:
         PartError: no pull of `LEAST_SHARE` or more has an equilibrium.
     """
-    share, sim = 1.0, settled(robot, part)
+    sim = settled(robot, part)
     while share >= LEAST_SHARE:
         sim.reset()
         start, slack = sim.effector[0], max(float(sim.position[0]), 0.0)
@@ -93,35 +94,47 @@ def pulled(robot: Robot, guess: Guess, part: str) -> Reached:
     )
 
 
-def inflated(robot: Robot, guess: Guess, young: float, part: str) -> Reached:
+def inflated(robot: Robot, guess: Guess, young: float, part: str, share: float = 1.0) -> Reached:
     """Inflate all guessed chambers alike, as far as there is an equilibrium and the tip stays near.
+
+    The pressure doubles from a small one on: an equilibrium that is not there takes far longer to search than
+    one that is.
 
     Args:
         robot: of the guess.
         guess: the guessed fields.
         young: Young's modulus [Pa].
         part: its file, for messages.
+        share: of the guessed pressure, at most.
 
     Raises:
         PartError: no pressure of `LEAST_PRESSURE` or more has one.
     """
-    share, sim = 1.0, settled(robot, part)
-    nowhere = np.full(robot.n_a, np.nan)
-    while share >= LEAST_PRESSURE:
-        sim.reset()
-        start, most = sim.effector[0], share * PRESSURE * young
-        half = sim.settle(nowhere, np.full(robot.n_a, HALF * most))
+    sim = settled(robot, part)
+    start, nowhere = sim.effector[0], np.full(robot.n_a, np.nan)
+    half, found = start, None
+    tried = HALF * LEAST_PRESSURE
+    while tried <= share:
+        pressure = tried * PRESSURE * young
+        if not sim.settle(nowhere, np.full(robot.n_a, pressure)).converged:
+            break
         tip = sim.effector[0]
-        whole = sim.settle(nowhere, np.full(robot.n_a, most))
-        farthest = float(np.linalg.norm(sim.effector[0] - start))
-        if half.converged and whole.converged and farthest < FARTHEST * guess.length:
-            moved, volume = float(np.linalg.norm(tip - start)), float(np.abs(sim.position).max())
-            return Reached(HALF * most, tip, moved, share, most, volume)
-        share *= 0.5
-    raise PartError(
-        f"{part}: the guessed chambers find no equilibrium at {LEAST_PRESSURE * PRESSURE * young:.2g} Pa; "
-        "with --no-chambers a cable moves the part"
-    )
+        away = float(np.linalg.norm(tip - start))
+        if away >= FARTHEST * guess.length:
+            break
+        if tried >= LEAST_PRESSURE:
+            volume = float(np.abs(sim.position).max())
+            moved = float(np.linalg.norm(half - start))
+            found = Reached(HALF * pressure, half, moved, tried, pressure, volume)
+        if away > HALF * FARTHEST * guess.length:
+            break  # twice the pressure would lead too far
+        half, tried = tip, tried / HALF
+    if found is None:
+        raise PartError(
+            f"{part}: the guessed chambers find no equilibrium at {LEAST_PRESSURE * PRESSURE * young:.2g} "
+            "Pa; with --no-chambers a cable moves the part"
+        )
+    return found
 
 
 def step_time(robot: Robot) -> float:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from tauten.service.check import MeshErrorEstimate, RobotCheck, VariantErrors
+from tauten.service.check import MESH_ERROR, PERIOD, MeshErrorEstimate, RobotCheck, VariantErrors
 from tauten.service.new import Made, Trial
 from tauten.service.tables.numbers import Numbers, Page, millimetres, percent
 
@@ -24,7 +25,14 @@ def new_page(made: Made) -> Page:
     unit = "Pa" if made.guess.cavities else "N"
     trials = trial_table(made.trials, made.chosen, unit)
     about = f"Result: {made.check.level}."
-    return Page("tauten new", about, (trials, findings_table(made.check)))
+    # what to do about mesh and time of a step is one question, which the verdict of the command answers
+    findings = tuple(
+        replace(item, advice="") if item.subject in (MESH_ERROR, PERIOD) else item
+        for item in made.check.findings
+    )
+    return Page(
+        "tauten new", about, (trials, findings_table(replace(made.check, findings=findings)))
+    )
 
 
 def findings_table(result: RobotCheck) -> Numbers:
@@ -75,7 +83,7 @@ def trial_table(trials: Sequence[Trial], chosen: int, unit: str) -> Numbers:
             f"{trial.effort:.3g}",
             f"{1e3 * trial.moved:.2f}",
             "-" if np.isnan(trial.difference) else f"{100.0 * trial.difference:.1f}",
-            f"{1e3 * trial.step:.0f}",
+            "-" if np.isnan(trial.step) else f"{1e3 * trial.step:.0f}",
         )
         for index, trial in enumerate(trials)
     )

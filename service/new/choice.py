@@ -1,0 +1,133 @@
+"""The meshes of a part that were tried: which one is taken, and what that means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from tauten.model.numerics import Array
+from tauten.service.check import MESH_ERROR, RobotCheck, fits
+
+LEAST_RATE = 20.0  # Hz; of meshes whose steps fit it, the nearest to the part is taken
+FINER = 0.7  # size of the elements of a finer mesh that is advised, in that of the mesh
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One mesh of the part, half way of the guessed command.
+
+    Attributes:
+        size: of its elements [m].
+        nodes: of the mesh.
+        effort: [N, Pa].
+        tip: (3,) where the tip is [m].
+        moved: distance from where it is at the start [m].
+        share: of the guessed command that has an equilibrium.
+        step: processor time of a control step [s]; NaN of a mesh that is finer than one whose steps are not
+            in time.
+        difference: of effort or tip to the finest mesh, the larger of both, relative to its effort and to the
+            movement of its tip; NaN where it was moved by another share.
+    """
+
+    size: float
+    nodes: int
+    effort: float
+    tip: Array
+    moved: float
+    share: float
+    step: float
+    difference: float = np.nan
+
+    @property
+    def in_time(self) -> bool:
+        """Whether a control step fits the period of the least rate."""
+        return fits(LEAST_RATE, self.step)
+
+
+def compared(trials: list[Trial]) -> tuple[Trial, ...]:
+    """The trials with their differences to the last; none where one was moved by another share.
+
+    Args:
+        trials: coarse to fine.
+    """
+    finest = trials[-1]
+    moved = max(finest.moved, 1e-9)
+    differences = [
+        max(
+            abs(trial.effort / finest.effort - 1.0),
+            float(np.linalg.norm(trial.tip - finest.tip)) / moved,
+        )
+        if trial.share == finest.share and trial is not finest
+        else np.nan
+        for trial in trials
+    ]
+    return tuple(
+        replace(one, difference=value) for one, value in zip(trials, differences, strict=True)
+    )
+
+
+def chosen_trial(trials: tuple[Trial, ...], accuracy: float) -> int:
+    """Index of the mesh to take.
+
+    The coarsest that is accurate, where its control steps are in time; otherwise the finest whose steps are.
+    Where there is none the robot needs a reduced model, whose steps do not grow with the mesh: the coarsest
+    that is accurate.
+
+    Args:
+        trials: coarse to fine, with differences.
+        accuracy: largest difference that is accepted.
+    """
+    good = accurate_trial(trials, accuracy)
+    if trials[good].in_time:
+        return good
+    return max((i for i, trial in enumerate(trials) if trial.in_time), default=good)
+
+
+def accurate_trial(trials: tuple[Trial, ...], accuracy: float) -> int:
+    """Index of the coarsest mesh that is accurate, else of the finest.
+
+    Args:
+        trials: coarse to fine, with differences.
+        accuracy: largest difference that is accepted.
+    """
+    good = (i for i, trial in enumerate(trials) if trial.difference <= accuracy)
+    return next(good, len(trials) - 1)
+
+
+def verdict(
+    trials: tuple[Trial, ...],
+    chosen: int,
+    accuracy: float,
+    file: Path,
+    check: RobotCheck,
+    sized: bool,
+) -> str:
+    """One sentence on mesh and time of a control step, and what to do next.
+
+    Args:
+        trials: the meshes that were compared, coarse to fine.
+        chosen: index of the one that was taken.
+        accuracy: largest difference that is accepted.
+        file: the robot file.
+        check: of it.
+        sized: whether the part can be meshed with other sizes.
+    """
+    taken, good = trials[chosen], accurate_trial(trials, accuracy)
+    reduce = f"tauten reduce {file} --states --write"
+    exact = all(item.level == "fine" for item in check.findings if item.subject == MESH_ERROR)
+    finer = trials[good].size if good > chosen else FINER * taken.size
+    other = f"tauten new with --size {1e3 * finer:.3g}" if sized else "a finer mesh of the part"
+    if not taken.in_time:
+        nearer = "" if exact else f" Where the error of the mesh is too large: first {other}."
+        return (
+            f"Verdict: control steps of the full model do not fit {LEAST_RATE:g} Hz; those of a reduced "
+            f"model do not grow with the mesh. Next: {reduce}.{nearer}"
+        )
+    if exact and good <= chosen:
+        return "Verdict: the mesh is fine, and its control steps fit the rate."
+    return (
+        f"Verdict: this mesh of {taken.nodes:,} nodes holds the rate as it is. Where its error is too large: "
+        f"{other}, and then tauten reduce with --states --write, because a finer mesh does not hold the rate."
+    )
