@@ -24,10 +24,8 @@ def contact_rows(detection: Detection, placed: Placed, frictional: bool = False)
         placed: the vertices at this state.
         frictional: whether any pair has friction.
     """
-    every = np.arange(len(detection.gap))
-    normal = detection.normal[:, None]  # (m, 1, 3)
-    entries = relative_motion(every, detection.coefficients, detection.vertices, normal)
-    rows = placed.many_rows(Entries(*entries), detection.gap)
+    every, normal = np.arange(len(detection.gap)), detection.normal[:, None]  # (m, 1, 3)
+    rows = placed.many_rows(relative_motion(detection, every, normal), detection.gap)
     if not (frictional and detection.friction.any()):
         return ContactRows(rows, detection)
     return ContactRows(rows, detection, PlacedTangents(detection, placed))
@@ -47,31 +45,45 @@ class PlacedTangents:
 
     def chosen(self, rows: Ints) -> Array:
         """Two rows for each of some candidates (r,), in the order of `Contacts.tangents`: (2 r, n)."""
-        found = self.detection
-        directions = found.tangents(rows)  # (r, 2, 3)
-        entries = relative_motion(rows, found.coefficients, found.vertices, directions)
-        return dense(self.placed.rows(Entries(*entries)))
+        directions = self.detection.tangents(rows)  # (r, 2, 3)
+        return dense(self.placed.rows(relative_motion(self.detection, rows, directions)))
+
+
+def relative_motion(detection: Detection, chosen: Ints, directions: Array) -> Entries:
+    """Motion of candidates relative to what they touch along some directions (T2), as rows over vertices.
+
+    Args:
+        detection: candidates in range.
+        chosen: (r,) some of them.
+        directions: (r, d, 3) unit vectors, of a row each.
+    """
+    rows = directions.shape[0] * directions.shape[1]
+    starts, points = np.empty(rows + 1, np.int64), np.empty(6 * rows, np.int64)
+    vectors = np.empty((6 * rows, 3))
+    moving = (detection.coefficients, detection.vertices)
+    count = _relative_motion(chosen, moving, directions, starts, points, vectors)
+    return Entries(starts, points[:count], vectors[:count])
 
 
 @kernel
-def relative_motion(
-    chosen: Ints, coefficients: Array, vertices: Ints, directions: Array
-) -> tuple[Ints, Ints, Array]:
-    """Motion of candidates relative to what they touch along some directions (T2), as entries over vertices.
+def _relative_motion(
+    chosen: Ints, moving: tuple[Array, Ints], directions: Array, starts: Ints, points: Ints,
+    vectors: Array,
+) -> int:  # fmt: skip
+    """Write `relative_motion` into its arrays; returns the number of entries.
 
     Args:
         chosen: (r,) some of the candidates.
-        coefficients: (m, 6) of the vertices of all candidates.
-        vertices: (m, 6) these vertices.
+        moving: (m, 6) coefficients of the vertices of all candidates, and these vertices.
         directions: (r, d, 3) unit vectors.
-
-    Returns:
-        Starts (r d + 1,), points and vectors of `Entries`, a row for each direction.
+        starts: (r d + 1,) output.
+        points: (6 r d,) output.
+        vectors: (6 r d, 3) output.
     """
-    r, d = directions.shape[0], directions.shape[1]
-    starts, points = np.zeros(r * d + 1, np.int64), np.empty(6 * r * d, np.int64)
-    vectors, count = np.empty((6 * r * d, 3)), 0
-    for k in range(r):
+    coefficients, vertices = moving
+    d, count = directions.shape[1], 0
+    starts[0] = 0
+    for k in range(directions.shape[0]):
         for t in range(d):
             for j in range(6):
                 c = coefficients[chosen[k], j]
@@ -81,4 +93,4 @@ def relative_motion(
                         vectors[count, i] = c * directions[k, t, i]
                     count += 1
             starts[k * d + t + 1] = count
-    return starts, points[:count], vectors[:count]
+    return count

@@ -259,7 +259,7 @@ class Obstacle:
         return self.shape.outline((centre - pose.position) @ pose.Q, extent)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class ObstaclePoses:
     """Where all obstacles of a robot are at one time.
 
@@ -280,12 +280,12 @@ class ObstaclePoses:
         """Of the obstacles."""
         return tuple(one.name for one in self.obstacles)
 
-    @property
+    @cached_property
     def move(self) -> bool:
         """Whether one moves."""
         return any(pose.moves for pose in self.poses)
 
-    @property
+    @cached_property
     def change(self) -> bool:
         """Whether one moves now or may do so later along its path."""
         return self.move or any(one.path is not None for one in self.obstacles)

@@ -100,6 +100,6 @@ class DenseFactors:
         rows = np.ascontiguousarray(B.T)
         if B.shape[1] <= FEW:
             return solve_rows(self.L, rows).T
-        X = np.empty_like(rows)
+        X = np.empty(rows.shape)
         _solve_many_rows(self.L, rows, X)
         return X.T

@@ -59,7 +59,8 @@ class Paths:
         Args:
             placed: the stations.
         """
-        length, vectors = path_lengths(placed.y, self.starts, self.shortest)
+        length, vectors = np.zeros(self.n_a), np.zeros(placed.y.shape)
+        add_lengths(placed.y, self.starts, self.shortest, length, vectors)
         H = placed.rows(Entries(self.starts, self.stations, vectors))
         return Rows(H, self.rest_length - length)
 
@@ -103,7 +104,6 @@ def blunted(length: float, shortest: float) -> tuple[float, float, float]:
     return value, (1.5 - 0.5 * t * t) / shortest, 1.5 * (1.0 - t * t) / shortest
 
 
-@kernel
 def path_lengths(y: Array, starts: Ints, shortest: Array) -> tuple[Array, Array]:
     """Lengths (n_a,) of the cables [m] and −∂length by their stations (p, 3).
 
@@ -112,7 +112,15 @@ def path_lengths(y: Array, starts: Ints, shortest: Array) -> tuple[Array, Array]
         starts: (n_a + 1,) where each cable's stations start.
         shortest: (s,) of every segment, cable by cable, distance below which its length is rounded [m].
     """
-    length, vectors, d = np.zeros(starts.shape[0] - 1), np.zeros(y.shape), np.empty(3)
+    length, vectors = np.zeros(len(starts) - 1), np.zeros(y.shape)
+    add_lengths(y, starts, shortest, length, vectors)
+    return length, vectors
+
+
+@kernel
+def add_lengths(y: Array, starts: Ints, shortest: Array, length: Array, vectors: Array) -> None:
+    """Add what `path_lengths` gives to lengths (n_a,) and vectors (p, 3)."""
+    d = np.empty(3)
     for cable in range(starts.shape[0] - 1):
         for p in range(starts[cable], starts[cable + 1] - 1):
             for i in range(3):
@@ -123,4 +131,3 @@ def path_lengths(y: Array, starts: Ints, shortest: Array) -> tuple[Array, Array]
             for i in range(3):
                 vectors[p, i] += slope * d[i]
                 vectors[p + 1, i] -= slope * d[i]
-    return length, vectors

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.numerics import Array, Bools, Ints, LcpResult, kernel, lcp_forces, solve_lcp
+from tauten.model.numerics import Array, Bools, Ints, kernel, lcp_forces
 from tauten.model.signals import Command
 from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.enrichment import Enrichment, EnrichmentLoop, PredictedStep
 from tauten.model.step.forces import Forces
-from tauten.model.step.friction_law import FrictionForces, cone_forces, friction_forces, unit_start
+from tauten.model.step.friction_law import cone_forces, unit_start
 from tauten.model.step.sorted_rows import sort_rows, sorted_rows
 
 SINGULAR = (
@@ -116,8 +116,9 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
     """
     W, free = step.compliance.W, step.compliance.delta_free
     known, bilateral = (command.position, command.effort), step.laws.bilateral
-    done, lam, residual, converged = _unilateral_forces(
-        W, free, known, bilateral, step.layout.n_e, start, step.friction
+    friction, lam = step.friction, np.zeros(len(free))
+    done, residual, converged = _unilateral_forces(
+        W, free, known, bilateral, step.layout.n_e, start, friction, lam
     )
     if done:
         return lam, residual, converged
@@ -125,20 +126,20 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
     kept, zero, delta = rows.unilateral, rows.equal, rows.under_effort(W)
     lam[rows.forced] = rows.effort
     rest = eliminate_rows(W, delta, kept, zero)
-    result = _solved(step, rest.W, rest.delta, start[kept])
-    lam[kept], lam[zero] = result.lam, rest.gain @ result.lam + rest.offset
+    found, residual, converged = _pushing_forces(rest.W, rest.delta, friction, start[kept])
+    lam[kept], lam[zero] = found, rest.gain @ found + rest.offset
     solved = np.concatenate([kept, zero])
     moved = W[zero[:, None], solved] * lam[solved]  # (e, k + e)
     left = np.abs(delta[zero] + moved.sum(axis=1))
     equal = bool((left <= EQUAL * (np.abs(delta[zero]) + np.abs(moved).sum(axis=1))).all())
-    return lam, result.residual, result.converged and equal
+    return lam, residual, converged and equal
 
 
 @kernel
 def _unilateral_forces(
     W: Array, free: Array, given: tuple[Array, Array], bilateral: Bools, n_e: int, start: Array,
-    friction: Array,
-) -> tuple[bool, Array, float, bool]:  # fmt: skip
+    friction: Array, lam: Array,
+) -> tuple[bool, float, bool]:  # fmt: skip
     """`solve_forces` in one kernel where no row is to be zero; whether that is so comes first.
 
     Args:
@@ -149,11 +150,12 @@ def _unilateral_forces(
         n_e: effector rows, which come first.
         start: (m,) forces to start from [N].
         friction: (r,) coefficients of the contacts with friction, whose rows are the last ones.
+        lam: (m,) zeros, overwritten with the forces.
     """
     forced, effort, equal, kept, _, delta = sort_rows(free, given[0], given[1], bilateral, n_e)
-    lam, k = np.zeros(len(free)), len(kept)
+    k = len(kept)
     if len(equal) > 0:
-        return False, lam, 0.0, False
+        return False, 0.0, False
     lam[forced] = effort
     if len(forced) > 0:
         delta = delta + np.dot(W[:, forced], effort)
@@ -161,25 +163,16 @@ def _unilateral_forces(
     for i in range(k):
         for j in range(k):
             W_kept[i, j] = W[kept[i], kept[j]]
+    lam[kept], residual, converged = _pushing_forces(W_kept, delta[kept], friction, start[kept])
+    return True, residual, converged
+
+
+@kernel
+def _pushing_forces(
+    W: Array, delta: Array, friction: Array, start: Array
+) -> tuple[Array, float, bool]:
+    """Forces on cables at a position and on contacts, as `cone_forces`, also where none has friction."""
     if len(friction) > 0:
-        found, residual, converged = cone_forces(W_kept, delta[kept], friction, start[kept])
-    else:
-        found, _, residual, _, converged, _ = lcp_forces(W_kept, delta[kept], start[kept])
-    lam[kept] = found
-    return True, lam, residual, converged
-
-
-def _solved(
-    step: CondensedStep, W: Array, delta: Array, start: Array
-) -> LcpResult | FrictionForces:
-    """Forces on cables at a position and on contacts: an LCP, or contact with friction.
-
-    Args:
-        step: whose unit columns are the last rows.
-        W: (m, m) compliance between these rows [m/N].
-        delta: (m,) their values without forces [m].
-        start: (m,) forces to start from [N].
-    """
-    if len(step.friction) > 0:
-        return friction_forces(step, W, delta, start)
-    return solve_lcp(W, delta, start)
+        return cone_forces(W, delta, friction, start)
+    lam, _, residual, _, converged, _ = lcp_forces(W, delta, start)
+    return lam, residual, converged

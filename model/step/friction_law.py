@@ -11,8 +11,6 @@ of friction exactly where it penetrates, and the natural map of its cone is then
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tauten.model.friction import Cones, NewtonForces, error_of, newton_forces
@@ -29,44 +27,19 @@ NO_FORCES = np.zeros((0, 3))
 CLOSINGS = 10  # times that contacts join because they close
 
 
-@dataclass(frozen=True, slots=True)
-class FrictionForces:
-    """Solution of contacts with friction and of cables.
-
-    Attributes:
-        lam: (m,) forces [N].
-        residual: of the natural map [m]; +inf where W or the row values are not finite.
-        converged: whether it is within the tolerance.
-    """
-
-    lam: Array
-    residual: float
-    converged: bool
-
-
-def friction_forces(step: CondensedStep, W: Array, delta: Array, start: Array) -> FrictionForces:
-    """Forces on cables at a position, columns of a basis, and unit columns with friction.
-
-    Never raises: where there is no solution, `converged` is False.
-
-    Args:
-        step: whose unit columns are the last rows.
-        W: (m, m) compliance between these rows [m/N].
-        delta: (m,) their values without forces [m].
-        start: (m,) forces to start from [N].
-    """
-    return FrictionForces(*cone_forces(W, delta, step.friction, start))
-
-
 @kernel
 def cone_forces(W: Array, delta: Array, friction: Array, start: Array) -> tuple[Array, float, bool]:
-    """The numbers of `friction_forces`.
+    """Forces (m,) on cables at a position, columns of a basis, and unit columns with friction.
 
     Args:
-        W: (m, m) compliance between the rows [m/N].
+        W: (m, m) compliance between these rows [m/N].
         delta: (m,) their values without forces [m].
         friction: (r,) coefficients of the contacts with friction, whose rows are the last ones.
         start: (m,) forces to start from [N].
+
+    Returns:
+        The forces [N]; the residual of the natural map [m], +inf where W or the row values are not finite;
+        whether it is within the tolerance: not where there is no solution.
     """
     rows, s = len(delta), len(delta) - 3 * len(friction)
     if not (np.isfinite(W).all() and np.isfinite(delta).all()):
