@@ -49,16 +49,12 @@ def inverse_problem(
     """
     layout = row_layout(len(target), len(position_prev))
     actuators = actuators or numbered(layout.n_a)
-    Q, c, constant, g_lo, g_hi, by_rate = _objective_and_travel(
-        W,
-        delta_free,
-        target,
-        position_prev,
-        limits.position_min,
-        limits.position_max,
-        h * limits.rate,
-        weight,
-    )
+    n, n_a = len(W) - len(target), len(position_prev)
+    Q, c, (g_lo, g_hi) = np.zeros((n, n)), np.zeros(n), np.empty((2, n_a))
+    by_rate = np.empty((n_a, 2), np.bool_)
+    allowed = (limits.position_min, limits.position_max, h * limits.rate)
+    constant = _objective(W, delta_free, target, n_a, weight, Q, c)
+    _travel(delta_free[layout.actuators], position_prev, allowed, (g_lo, g_hi), by_rate)
     return Qpcc(
         Q=Q,
         c=c,
@@ -284,25 +280,11 @@ def closed_compliance(W: Array, n_e: int, n_a: int, pushing: Bools) -> Array:
 
 
 @kernel
-def _objective_and_travel(
-    W: Array, delta_free: Array, target: Array, position_prev: Array,
-    position_min: Array, position_max: Array,
-    step: Array, weight: float,
-) -> tuple[Array, Array, float, Array, Array, Bools]:  # fmt: skip
-    """The terms of (T1) that are computed from W and δ_free, in one kernel, because each call takes time."""
-    n_e, n_a = len(target), len(position_prev)
-    Q, c, constant = _objective(W, delta_free, target, n_a, weight)
-    free = delta_free[n_e : n_e + n_a]
-    return Q, c, constant, *_travel(free, position_prev, position_min, position_max, step)
-
-
-@kernel
 def _objective(
-    W: Array, delta_free: Array, target: Array, n_a: int, weight: float
-) -> tuple[Array, Array, float]:
-    """Q (n, n), c (n,) and constant of (T1), n = n_a + k."""
-    n_e, n = len(target), W.shape[0] - len(target)
-    Q, c, constant = np.zeros((n, n)), np.zeros(n), 0.0
+    W: Array, delta_free: Array, target: Array, n_a: int, weight: float, Q: Array, c: Array
+) -> float:
+    """Add (T1) to Q (n, n) and c (n,), n = n_a + k; returns its constant."""
+    n_e, n, constant = len(target), len(c), 0.0
     for e in range(n_e):
         error = delta_free[e] - target[e]
         constant += 0.5 * error * error
@@ -311,23 +293,31 @@ def _objective(
             for j in range(n):
                 Q[i, j] += W[e, n_e + i] * W[e, n_e + j]
     Q[:n_a, :n_a] += weight * W[n_e : n_e + n_a, n_e : n_e + n_a]
-    return Q, c, constant
+    return constant
 
 
 @kernel
 def _travel(
-    free: Array, position_prev: Array, position_min: Array, position_max: Array, step: Array
-) -> tuple[Array, Array, Bools]:
-    """Limits of δ_a − δ_a,free, each (n_a,) [m], and whether the rate sets them (n_a, 2)."""
-    n_a = len(free)
-    g_lo, g_hi, by_rate = np.empty(n_a), np.empty(n_a), np.empty((n_a, 2), np.bool_)
-    for a in range(n_a):
-        low, high = position_prev[a] - step[a], position_prev[a] + step[a]
+    free: Array, before: Array, allowed: tuple[Array, Array, Array], limits: tuple[Array, Array],
+    by_rate: Bools,
+) -> None:  # fmt: skip
+    """Write limits of δ_a − δ_a,free, each (n_a,) [m], and whether the rate sets them (n_a, 2).
+
+    Args:
+        free: (n_a,) positions after a step without forces [m].
+        before: (n_a,) those commanded last [m].
+        allowed: (n_a,) least and largest positions, and largest change [m].
+        limits: (n_a,) outputs, least and largest.
+        by_rate: (n_a, 2) output.
+    """
+    position_min, position_max, step = allowed
+    g_lo, g_hi = limits
+    for a in range(len(free)):
+        low, high = before[a] - step[a], before[a] + step[a]
         by_rate[a, 0], by_rate[a, 1] = low > position_min[a], high < position_max[a]
         # np.maximum and np.minimum propagate NaN, max and min do not
         g_lo[a] = np.maximum(position_min[a], low) - free[a]
         g_hi[a] = np.minimum(position_max[a], high) - free[a]
-    return g_lo, g_hi, by_rate
 
 
 @lru_cache(maxsize=64)

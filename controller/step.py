@@ -180,7 +180,7 @@ def prepare(
     step = farther = condensed(robot, space, state, forces, system, contacts, effectors=True)
     if ahead is not None:
         scheme, rows = horizon.integration, step.rows.effectors
-        moved = robot.h * (rows.dense() @ state.v)  # (n_e,)
+        moved = robot.h * (step.compliance.H[step.layout.effectors] @ state.v)  # (n_e,)
         most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness)
         share = 0.0
         if course is not None and len(step.rows.contacts.rows) == 0:
@@ -190,7 +190,7 @@ def prepare(
         if goes_on > 0.0:
             scheme = replace(scheme, ahead=goes_on)
         there = ahead.system(assembled, scheme)
-        farther = recondensed(robot, space, step, there, goes_on)
+        farther = recondensed(space, step, there, goes_on)
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
     keep = Command.of(here, None)
     return prepared_plans(robot, step, farther, forces, keep, enrichment)

@@ -121,20 +121,19 @@ def take_tick(
         reach: positions that each can get to; it does not give way where these are one.
         limits: of the efforts.
     """
-    command = wanted
+    command = Command(wanted.position.copy(), wanted.effort.copy())
     actuators, ends = step.layout.actuators, (reach.lower, reach.upper)
     least, most = limits.effort_min, limits.effort_max
     short = SHORT * (limits.position_max - limits.position_min)
     for _ in range(2 * step.layout.n_a + 4):
         solved = forward_step(step, enrichment, previous, command)
-        changed, position, effort = _corrected(
+        lam, delta = solved.prediction.lam[actuators], solved.prediction.delta[actuators]
+        changed = _corrected(
             command.position, command.effort, (wanted.position, wanted.effort), ends, (least, most, short),
-            solved.prediction.lam[actuators], solved.prediction.delta[actuators], step.laws.bilateral,
+            lam, delta, step.laws.bilateral,
         )  # fmt: skip
         if not changed:
             break
-        command = Command(position, effort)
-    delta = solved.prediction.delta[actuators]
     within = np.minimum(np.maximum(delta, reach.lower), reach.upper)
     position = np.where(command.by_force, within, command.position)
     return FirstTick(solved, command, position)
@@ -224,12 +223,12 @@ def stalled_locks(locks: Command, tick: FirstTick, robot: Robot) -> Bools:
 def _corrected(
     position: Array, effort: Array, wanted: tuple[Array, Array], reach: tuple[Array, Array],
     limits: tuple[Array, Array, Array], lam: Array, delta: Array, bilateral: Bools,
-) -> tuple[bool, Array, Array]:  # fmt: skip
-    """Where forces and positions ask for another end of a staircase: whether any does, and the new command.
+) -> bool:  # fmt: skip
+    """Where forces and positions ask for another end of a staircase, and whether any does.
 
     Args:
-        position: (n_a,) positions that were solved with, NaN where efforts were.
-        effort: (n_a,) efforts that were solved with.
+        position: (n_a,) positions that were solved with, NaN where efforts were; overwritten.
+        effort: (n_a,) efforts that were solved with; overwritten.
         wanted: positions and efforts that are wanted, likewise.
         reach: (n_a,) least and largest positions.
         limits: (n_a,) least and largest efforts, and positions that are rounding.
@@ -237,7 +236,7 @@ def _corrected(
         delta: (n_a,) positions that were found.
         bilateral: (n_a,) which actuators pull and push.
     """
-    changed, position, effort = False, position.copy(), effort.copy()
+    changed = False
     for i in range(len(lam)):
         ends, range_ = (reach[0][i], reach[1][i]), (limits[0][i], limits[1][i])
         middle, goal, short = wanted[0][i], wanted[1][i], limits[2][i]
@@ -253,7 +252,7 @@ def _corrected(
             )
         if not (np.isnan(there) and np.isnan(force)):
             changed, position[i], effort[i] = True, there, force
-    return changed, position, effort
+    return changed
 
 
 @kernel

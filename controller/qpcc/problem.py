@@ -116,7 +116,7 @@ Warm = Start | Solution | Bools | None
 
 
 def start_of(warm: Warm, n_a: int, k: int) -> tuple[Array, Bools]:
-    """Tensions and piece to start from; what does not fit the problem is ignored.
+    """Tensions and piece to start from, in arrays of their own; what does not fit the problem is ignored.
 
     Args:
         warm: the last solution, a `Start`, a piece (k,) alone, or None.
@@ -131,9 +131,9 @@ def start_of(warm: Warm, n_a: int, k: int) -> tuple[Array, Bools]:
     else:
         given, pushes = warm.lam_a, warm.piece
     if given.shape == (n_a,) and np.isfinite(given).all():
-        lam_a = given
+        lam_a[:] = given
     if pushes.shape == (k,):
-        piece = pushes.astype(np.bool_)
+        piece[:] = pushes
     return lam_a, piece
 
 

@@ -56,26 +56,37 @@ class Units(NamedTuple):
 
 def scale(problem: Qpcc) -> tuple[int, Scaled, Units]:
     """Whether the numbers are USABLE, NOT_FINITE or CROSSED_LIMITS, and the problem without units."""
-    return scaled_arrays(problem.arrays)
+    arrays = problem.arrays
+    scaled, column = space_for(arrays)
+    numbers, cost = scale_into(arrays, scaled, column)
+    return numbers, scaled, Units(column, cost)
+
+
+def space_for(problem: QpccArrays) -> tuple[Scaled, Array]:
+    """Memory for a problem without units, and for the units of z (n,)."""
+    n_a, n, rows = len(problem.lb), len(problem.c), 2 * len(problem.m) + len(problem.G)
+    bounds, limits = (np.empty(n_a), np.empty(n_a)), (np.empty(rows), np.empty(rows))
+    R, r = np.empty((rows, n)), np.empty(rows)
+    return Scaled(np.empty((n, n)), np.empty(n), *bounds, R, r, *limits), np.empty(n)
 
 
 @kernel
-def scaled_arrays(problem: QpccArrays) -> tuple[int, Scaled, Units]:
-    """What `scale` returns, from the arrays of a `Qpcc`."""
+def scale_into(problem: QpccArrays, scaled: Scaled, column: Array) -> tuple[int, float]:
+    """Write a problem without units into `space_for`; whether it is USABLE, and the unit of the objective."""
     Q, c, lb, ub, G, g_lo, g_hi, M, m = problem
+    lower, upper, R, r, lo, hi = scaled.lb, scaled.ub, scaled.R, scaled.r, scaled.lo, scaled.hi
     n_a, k = len(lb), len(m)
-    column = column_units(Q, G, M, n_a)
-    R, r, lo, hi = scaled_rows(column, G, g_lo, g_hi, M, m)
-    Q_scaled = np.empty_like(Q)
+    column[:] = column_units(Q, G, M, n_a)
+    R[:], r[:], lo[:], hi[:] = scaled_rows(column, G, g_lo, g_hi, M, m)
     for i in range(n_a + k):
         for j in range(n_a + k):
-            Q_scaled[i, j] = 0.5 * (Q[i, j] + Q[j, i]) * column[i] * column[j]
-    curvature, slope = largest_magnitude(np.diag(Q_scaled)), largest_magnitude(c * column)
+            scaled.Q[i, j] = 0.5 * (Q[i, j] + Q[j, i]) * column[i] * column[j]
+    curvature, slope = largest_magnitude(np.diag(scaled.Q)), largest_magnitude(c * column)
     factor = unit(curvature if curvature > FLAT * slope else slope)
-    lower, upper = np.empty(n_a), np.empty(n_a)
+    scaled.Q[:] *= factor
+    scaled.c[:] = c * column * factor
     for j in range(n_a):
         lower[j], upper[j] = cut(lb[j] / column[j]), cut(ub[j] / column[j])
-    scaled = Scaled(Q_scaled * factor, c * column * factor, lower, upper, R, r, lo, hi)
     finite = total(Q, c) + total(G, c) + total(M, m) + total(scaled.Q, scaled.c) + total(R, r)
     # a sum is finite unless something in it is not, or it overflows, which is as useless; and not
     # np.isfinite, because where sums may be reordered LLVM takes its x - x for zero
@@ -86,7 +97,7 @@ def scaled_arrays(problem: QpccArrays) -> tuple[int, Scaled, Units]:
         numbers = max(numbers, CROSSED_LIMITS)
     elif not (in_order(lower, upper, UNBOUNDED) and in_order(lo, hi, UNBOUNDED)):
         numbers = NOT_FINITE  # a lower limit beyond UNBOUNDED is no number to compute with
-    return numbers, scaled, Units(column, 1.0 / factor)
+    return numbers, 1.0 / factor
 
 
 @kernel

@@ -27,7 +27,8 @@ from tauten.controller.qpcc.scaling import (
     Scaled,
     Units,
     largest_magnitude,
-    scaled_arrays,
+    scale_into,
+    space_for,
 )
 from tauten.controller.qpcc.solution import Certificate, Solution, Status
 from tauten.controller.qpcc.time_limit import TimeLimit
@@ -74,8 +75,11 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     """
     backend = qp_backend(settings.solver)
     budget = Budget(settings.max_pivots, TimeLimit(settings.time_limit))
-    given, guess = start_of(warm, len(problem.lb), len(problem.m))
-    numbers, scaled, units, lam_a, found, piece, z = start(given, guess, problem.arrays)
+    arrays, z = problem.arrays, np.zeros(len(problem.c))
+    lam_a, piece = start_of(warm, len(problem.lb), len(problem.m))
+    scaled, column = space_for(arrays)
+    numbers, cost, found = start(arrays, scaled, column, lam_a, piece, z)
+    units = Units(column, cost)
     if numbers == NOT_FINITE:
         return nothing(problem, Status.NOT_FINITE, lam_a)
     if numbers == CROSSED_LIMITS:
@@ -102,29 +106,32 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
 
 @kernel
 def start(
-    lam_a: Array, guess: Bools, problem: QpccArrays
-) -> tuple[int, Scaled, Units, Array, bool, Bools, Array]:
-    """The scaled problem, and the contact forces at given tensions.
+    problem: QpccArrays, scaled: Scaled, column: Array, lam_a: Array, piece: Bools, z: Array
+) -> tuple[int, float, bool]:
+    """Write the scaled problem, and the contact forces at given tensions.
 
     Args:
-        lam_a: (n_a,) tensions to start from [N].
-        guess: (k,) modes that are expected to push.
         problem: contiguous arrays of the QPCC.
+        scaled: output, and
+        column: output, the units of z, see `scaling.space_for`.
+        lam_a: (n_a,) tensions to start from [N], brought within their bounds.
+        piece: (k,) modes that are expected to push, overwritten by those that do.
+        z: (n,) output, (a, β) scaled.
 
     Returns:
-        Whether the numbers are USABLE, the scaled problem, its units; the tensions lam_a (n_a,) within their
-        bounds; whether contact forces were found there, which modes push, z = (a, β) scaled.
+        Whether the numbers are USABLE, the unit of the objective, whether contact forces were found.
     """
-    numbers, scaled, units = scaled_arrays(problem)
+    numbers, cost = scale_into(problem, scaled, column)
     lb, ub = problem.lb, problem.ub
-    a = np.zeros(len(lb))
     for j in range(len(lb)):
         within = min(max(lam_a[j], lb[j]), ub[j])
-        a[j] = within if abs(within) < np.inf else 0.0
+        lam_a[j] = within if abs(within) < np.inf else 0.0
     if numbers != USABLE:
-        return numbers, scaled, units, a, False, guess, np.zeros(len(problem.c))
-    found, pushes, z = contact_forces(scaled, a / units.column[: len(a)], guess)
-    return numbers, scaled, units, a, found, pushes if found else guess, z
+        return numbers, cost, False
+    found, pushes, z[:] = contact_forces(scaled, lam_a / column[: len(lam_a)], piece)
+    if found:
+        piece[:] = pushes
+    return numbers, cost, found
 
 
 @kernel

@@ -140,34 +140,34 @@ def _in_steps(
         steps: their number.
         farthest: correction of a stage at which the period ends [m].
     """
-    before, command = commands
+    (before, command), robot = commands, stages.robot
     position = np.where(np.isnan(before.position), command.position, before.position)
     effort = np.where(np.isnan(before.effort), command.effort, before.effort)
-    static, done = stages.scheme.static, list[Travel]()
+    static, pushes = stages.scheme.static, PUSHES * robot.body.part_size
+    correction, converged = 0.0, True
     for number in range(steps):
         rest = stages
         if not static:
             share = (number + STAGE) / steps
             part = command.between(position, effort, share)
-            middle = stages.at(share).solve(state, forces, part)
-            done.append(middle)
-            if middle.correction > farthest:
+            end = stages.at(share).solve(state, forces, part)
+            correction, converged = max(correction, end.correction), converged and end.converged
+            if end.correction > farthest:
                 break
-            if _struck(forces, middle, PUSHES * stages.robot.body.part_size):
-                state, rest = middle.state, stages.over_the_rest()
+            if _struck(forces, end, pushes):
+                state, rest = end.state, stages.over_the_rest()
             else:
-                state = _beyond(stages.robot, state, middle.state, stages.scheme.h)
-            forces = middle.forces
+                state = _beyond(robot, state, end.state, stages.scheme.h)
+            forces = end.forces
         last = number + 1 == steps
         share = (number + 1) / steps
         now = command if last else command.between(position, effort, share)
         end = rest.at(share).solve(state, forces, now)
-        done.append(end)
+        correction, converged = max(correction, end.correction), converged and end.converged
         if end.correction > farthest:
             break
         state, forces = end.state, end.forces
-    correction, converged = max([at.correction for at in done]), all([at.converged for at in done])
-    return replace(done[-1], correction=correction, converged=converged)
+    return replace(end, correction=correction, converged=converged)
 
 
 def _struck(before: Forces, stage: Travel, least: float) -> bool:
@@ -246,8 +246,8 @@ class _Stages:
         solved = last.prediction
         h = step.system.h
         v = (step.system.v if scheme.static else start.v) + solved.dv
-        correction = robot.displacement(start, h * solved.dv)
-        state = robot.advance(start, v, h)
+        correction = robot.body.displacement(start, h * solved.dv)
+        state = robot.body.advance(start, v, h)
         after = solved.step.split(solved.lam, space.k)
         return Travel(state, after, last, start, h * v, correction, last.converged)
 
@@ -279,7 +279,7 @@ def _ahead(robot: Robot, state: State, h: float) -> State:
         state: where a stage starts.
         h: its length [s].
     """
-    there = robot.advance(state, state.v, h)
+    there = robot.body.advance(state, state.v, h)
     return State(there.q, there.v, state.memory)
 
 
@@ -293,5 +293,5 @@ def _beyond(robot: Robot, start: State, middle: State, h: float) -> State:
         h: length of a stage [s].
     """
     farther = 1.0 / STAGE - 1.0
-    there = robot.advance(start, middle.v, farther * h)
+    there = robot.body.advance(start, middle.v, farther * h)
     return State(there.q, start.v + farther * (middle.v - start.v), there.memory)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.numerics import Array, kernel
+from tauten.model.signals import Springs
 from tauten.model.system import System
 
 
@@ -36,6 +37,12 @@ class Compliance:
         """Dv of a step under constraint forces lam (m,): (n,) [m/s]."""
         change: Array = system.v_free - system.v + system.h * (lam @ self.X)
         return change
+
+    def spring(self, springs: Springs, actuators: slice) -> None:
+        """Take the rows of actuators from their ends to their motors, before their springs."""
+        between = self.W[actuators, actuators]
+        between[np.diag_indices(len(between))] += springs.flexibility
+        self.delta_free[actuators] += springs.shift
 
 
 def row_compliance(system: System, H: Array, delta: Array) -> Compliance:

@@ -210,7 +210,9 @@ def condensed(
         H.append(units[0])
         delta.append(units[1])
     layout = robot.layout if effectors else robot.layout.without_effectors()
-    compliance = _through(robot, system, np.concatenate(H), np.concatenate(delta), layout)
+    compliance = row_compliance(system, np.concatenate(H), np.concatenate(delta))
+    if robot.actuators.laws.springs is not None:
+        compliance.spring(robot.actuators.laws.springs, layout.actuators)
     return CondensedStep(
         state, system, rows, reduced, extra, compliance, layout, robot.actuators.laws,
         rows.contacts.tangents is not None, slid,
@@ -218,14 +220,13 @@ def condensed(
 
 
 def recondensed(
-    robot: Robot, space: ContactSpace, step: CondensedStep, system: System, ahead: float = 0.0
+    space: ContactSpace, step: CondensedStep, system: System, ahead: float = 0.0
 ) -> CondensedStep:
     """The same rows at the same state, condensed through another system.
 
     Obstacles that move have made the same share of their way. Slip counts all of it.
 
     Args:
-        robot: of the step.
         space: basis of the contact forces.
         step: its rows and contacts are kept; obstacles that move are where they are after the new step.
         system: another scheme's, linearised at the same state.
@@ -240,23 +241,13 @@ def recondensed(
     delta = [rows.effectors.delta[:n_e], rows.actuators.delta, reduced.delta]
     if len(step.extra) > 0:
         delta.append(unit_rows(rows.contacts, step.extra, system.h, slid)[1])
-    H = step.compliance.H
-    compliance = _through(robot, system, H, np.concatenate(delta), step.layout)
+    compliance = row_compliance(system, step.compliance.H, np.concatenate(delta))
+    if step.laws.springs is not None:
+        compliance.spring(step.laws.springs, step.layout.actuators)
     return CondensedStep(
         step.state, system, rows, reduced, step.extra, compliance, step.layout, step.laws,
         step.frictional, slid,
     )  # fmt: skip
-
-
-def _through(robot: Robot, system: System, H: Array, delta: Array, layout: Layout) -> Compliance:
-    """Compliance of rows H (m, n) with values delta (m,) through a system, sprung actuators' at the motor."""
-    compliance = row_compliance(system, H, delta)
-    springs = robot.actuators.laws.springs
-    if springs is not None:
-        between = compliance.W[layout.actuators, layout.actuators]
-        between[np.diag_indices(layout.n_a)] += springs.flexibility
-        compliance.delta_free[layout.actuators] += springs.shift
-    return compliance
 
 
 def unit_rows(

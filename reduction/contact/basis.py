@@ -70,9 +70,10 @@ class ContactBasis:
             S = rows.starts, rows.columns, rows.data
             return ReducedContacts(*_condense_chained(self.Psi, found, S, rows.motion, rows.delta))
         if isinstance(rows.H, np.ndarray):
-            H, delta = np.zeros((self.Psi.shape[1], rows.H.shape[1])), np.zeros(self.Psi.shape[1])
-            modes = _condense(self.Psi, found, rows.H, rows.delta, H, delta)
-            return ReducedContacts(H[modes], delta[modes], modes)
+            H, delta = np.zeros((self.k, rows.n)), np.zeros(self.k)
+            modes = np.empty(self.k, np.int64)
+            count = _condense(self.Psi, found, rows.H, rows.delta, (H, delta, modes))
+            return ReducedContacts(H[:count], delta[:count], modes[:count])
         slots, friction = found
         weights = self.Psi[slots]  # (m, k)
         weights[friction != 0.0] = 0.0
@@ -213,19 +214,19 @@ def _condense_chained(
 
 @kernel
 def _condense(
-    Psi: Array, found: tuple[Ints, Array], H: Array, delta: Array, H_r: Array, delta_r: Array
-) -> Ints:
-    """Modes with a candidate without friction in range, for dense rows H (m, n), delta (m,).
+    Psi: Array, found: tuple[Ints, Array], H: Array, delta: Array, out: tuple[Array, Array, Ints]
+) -> int:
+    """Number of modes with a candidate without friction in range, for dense rows H (m, n), delta (m,).
 
     Args:
         Psi: (n_c, k) modes.
         found: (m,) slots and coefficients of friction of the rows.
         H: (m, n) rows.
         delta: (m,) gaps [m].
-        H_r: (k, n) zeros, to which the rows of all modes are added.
-        delta_r: (k,) zeros, likewise.
+        out: rows (k, n), gaps (k,), zeros, and numbers (k,), of which the first are those of these modes.
     """
-    touched, (slots, friction) = np.zeros(Psi.shape[1], np.bool_), found
+    touched, count, (slots, friction) = np.zeros(Psi.shape[1], np.bool_), 0, found
+    H_r, delta_r, modes = out
     for row in range(slots.shape[0]):
         if friction[row] != 0.0:
             continue
@@ -236,7 +237,11 @@ def _condense(
                 delta_r[mode] += weight * delta[row]
                 for j in range(H.shape[1]):
                     H_r[mode, j] += weight * H[row, j]
-    return np.flatnonzero(touched)
+    for mode in range(Psi.shape[1]):
+        if touched[mode]:
+            H_r[count], delta_r[count], modes[count] = H_r[mode], delta_r[mode], mode
+            count += 1
+    return count
 
 
 @kernel
