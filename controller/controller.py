@@ -332,7 +332,7 @@ class Controller(RobotModel):
         """What locked actuators keep in the prepared step; None: none is locked."""
         if self._prepared is None:
             return None
-        left, change = self._left, self.robot.h * self.robot.limits.rate
+        left, change = self._left, self._robot.h * self._robot.limits.rate
         return locks_of_step(self._locks, left.position, left.effort, self._prepared.step, change)
 
     def limit(self, actuation: Actuation) -> None:

@@ -332,9 +332,8 @@ def advance(
     step, forces = predicted.step, predicted.step.split(predicted.lam, space.k)
     if settings.substeps == 0:
         return Advanced(_predicted_state(robot, predicted), forces, predicted)
-    command = Command.of(now.position, None)
-    if given is not None:
-        command = Command(np.where(given.by_position, now.position, np.nan), given.effort)
+    kept = now.position if given is None else np.where(given.by_position, now.position, np.nan)
+    command = Command.of(kept, None) if given is None else Command(kept, given.effort)
     start = Command(before.position, before.effort)
     moved = travel(
         robot, space, settings.enrichment, step.state, forces, start, command, settings.substeps

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tauten.controller.qpcc.piece import recover, reduce_piece, solve_one_cable
-from tauten.controller.qpcc.qp import ENDLESS, Backend, Qp, solve_daqp
+from tauten.controller.qpcc.piece import recover, reduce_piece
+from tauten.controller.qpcc.qp import ENDLESS, Backend, Qp
 from tauten.controller.qpcc.residuals import (
     ACTIVE,
     EITHER,
@@ -250,11 +250,6 @@ def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> DescentPoint
         piece: (k,) the modes that push.
         backend: solves the QP of the piece.
     """
-    if len(problem.lb) == 1 and backend is solve_daqp:
-        found, z, alpha, dual, values = solve_one_cable(problem, piece)
-        point = DescentPoint(piece, z, alpha, dual, values)
-        if found and point.feasible:
-            return point
     possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)
     if not possible:
         return None

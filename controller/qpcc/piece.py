@@ -22,6 +22,7 @@ from tauten.controller.qpcc.elimination import (
 )
 from tauten.controller.qpcc.qp import UNBOUNDED
 from tauten.controller.qpcc.residuals import (
+    ACTIVE,
     EXACT,
     Residuals,
     add_multipliers,
@@ -82,22 +83,30 @@ def reduce_piece(
 
 
 @kernel
-def solve_one_cable(problem: Scaled, pushes: Bools) -> tuple[bool, Array, Array, Array, Residuals]:
-    """Optimum of a piece whose QP has one variable, a parabola over an interval.
+def settle_one_cable(problem: Scaled, pushes: Bools, z: Array) -> tuple[bool, Residuals]:
+    """Optimum of a piece whose QP has one variable, a parabola over an interval, where it is stationary.
 
-    For a robot of one cable this is nearly every piece; one pass from the problem to the point takes two
-    thirds of the time of a library's call (recorded problems of the finger).
+    For a robot of one cable the first piece is nearly always the last one, and no library is called.
+
+    Args:
+        problem: scaled.
+        pushes: (k,) the modes that push.
+        z: (n,) overwritten where the optimum is stationary.
 
     Returns:
-        Whether it was found: not when the piece has more variables, is empty or has no minimum; z,
-        multipliers and residuals as of `recover`.
+        Whether it is: not when the piece has more variables, is empty or has no minimum; residuals.
     """
     possible, H, f, A, lower, upper, reduction = reduce_piece(problem, pushes)
     y, multipliers = np.zeros(len(f)), np.zeros(len(lower))
     found = possible and len(f) == 1
     if found:
         found = parabola(H[0, 0], f[0], A, lower, upper, y, multipliers)
-    return found, *recover(problem, pushes, reduction, y, multipliers)
+    point, _, _, values = recover(problem, pushes, reduction, y, multipliers)
+    exact = max(values.primal, values.complementarity, values.stationarity) <= EXACT
+    if found and exact and values.largest_gain <= ACTIVE:
+        z[:] = point
+        return True, values
+    return False, values
 
 
 @kernel

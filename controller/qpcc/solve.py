@@ -17,11 +17,11 @@ import numpy as np
 from tauten.controller.qpcc.descent import Budget, Descent, DescentPoint
 from tauten.controller.qpcc.feasible import all_empty, least_violation
 from tauten.controller.qpcc.homotopy import penalty_homotopy
+from tauten.controller.qpcc.piece import settle_one_cable
 from tauten.controller.qpcc.problem import Qpcc, QpccArrays, Warm, start_of
-from tauten.controller.qpcc.qp import Backend, qp_backend
-from tauten.controller.qpcc.residuals import EXACT, FLOOR, RIDGE
+from tauten.controller.qpcc.qp import Backend, qp_backend, solve_daqp
+from tauten.controller.qpcc.residuals import EXACT, FLOOR, RIDGE, Residuals
 from tauten.controller.qpcc.scaling import (
-    CROSSED_LIMITS,
     NOT_FINITE,
     USABLE,
     Scaled,
@@ -80,15 +80,17 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     scaled, column = space_for(arrays)
     numbers, cost, found = start(arrays, scaled, column, lam_a, piece, z)
     units = Units(column, cost)
-    if numbers == NOT_FINITE:
-        return nothing(problem, Status.NOT_FINITE, lam_a)
-    if numbers == CROSSED_LIMITS:
-        return nothing(problem, Status.INFEASIBLE, lam_a, crossed_limits(problem))
+    if numbers != USABLE:
+        return unusable(problem, numbers, lam_a)
+    twice = settings.second_start == "always" or (warm is None and settings.second_start == "cold")
+    if not twice and len(lam_a) == 1 and backend is solve_daqp and not budget.exhausted:
+        settled, residuals = settle_one_cable(scaled, piece, z)
+        if settled:
+            return solution_at(problem, units, z, piece, residuals, Status.OK, 1)
     descent = Descent(scaled, backend, budget)
     descent.run(piece)
     if found and (descent.best is None or not descent.best.stationary):
         descent.keep_point(z, piece)
-    twice = settings.second_start == "always" or (warm is None and settings.second_start == "cold")
     if twice:
         penalty_homotopy(descent)
     if not descent.has_point():
@@ -175,7 +177,7 @@ def finish(problem: Qpcc, best: DescentPoint, units: Units, budget: Budget) -> S
     status = Status.OK
     if not best.stationary:
         status = Status.MAX_PIVOTS if budget.exhausted else Status.FEASIBLE_ONLY
-    return solution_at(problem, units, best, status, budget.spent)
+    return solution_at(problem, units, best.z, best.piece, best.residuals, status, budget.spent)
 
 
 def infeasible(
@@ -203,13 +205,16 @@ def infeasible(
         for j in np.flatnonzero(np.abs(violating.alpha) > pressing).tolist()
     ]
     conflict = tuple(names) or NO_PIECE
-    return solution_at(problem, units, violating, status, pivots, conflict)
+    z, piece = violating.z, violating.piece
+    return solution_at(problem, units, z, piece, violating.residuals, status, pivots, conflict)
 
 
 def solution_at(
     problem: Qpcc,
     units: Units,
-    point: DescentPoint,
+    z: Array,
+    piece: Bools,
+    found: Residuals,
     status: Status,
     pivots: int,
     conflict: tuple[str, ...] = (),
@@ -219,12 +224,14 @@ def solution_at(
     Args:
         problem: the QPCC.
         units: of the scaled problem.
-        point: scaled.
+        z: (n,) scaled.
+        piece: (k,) which modes push.
+        found: residuals of the point.
         status: how the solve ended.
         pivots: number of QPs solved.
         conflict: names of the limits in conflict.
     """
-    n_a, z, found = len(problem.lb), point.z * units.column, point.residuals
+    n_a, z = len(problem.lb), z * units.column
     lam_a = np.minimum(np.maximum(z[:n_a], problem.lb), problem.ub)  # exact beyond UNBOUNDED too
     return Solution(
         lam_a=lam_a,
@@ -233,9 +240,22 @@ def solution_at(
         certificate=Certificate(found.primal, found.complementarity, found.stationarity, np.inf),
         objective=found.objective * units.cost + problem.constant,
         pivots=pivots,
-        piece=point.piece,
+        piece=piece,
         conflict=conflict,
     )
+
+
+def unusable(problem: Qpcc, numbers: int, lam_a: Array) -> Solution:
+    """The answer to a problem that is not finite, or whose limits are crossed.
+
+    Args:
+        problem: the QPCC.
+        numbers: NOT_FINITE or CROSSED_LIMITS.
+        lam_a: (n_a,) tensions of the start [N].
+    """
+    if numbers == NOT_FINITE:
+        return nothing(problem, Status.NOT_FINITE, lam_a)
+    return nothing(problem, Status.INFEASIBLE, lam_a, crossed_limits(problem))
 
 
 def nothing(

@@ -19,7 +19,7 @@ CLOSED = np.zeros(2, dtype=np.bool_)
 def warm_solver(solver: str | Backend) -> None:
     """Compile or load all kernels of `solve_qpcc`, those of its rare ways too.
 
-    Rare are pieces that a QP library must solve, degenerate points, and limits in conflict.
+    Rare are degenerate points, and limits in conflict.
 
     Args:
         solver: QP library, see `qp.qp_backend`.
@@ -32,10 +32,11 @@ def warm_solver(solver: str | Backend) -> None:
     for n_a in (1, 2):  # one tension has kernels of its own
         problem = small(n_a)
         solve_qpcc(problem, settings=settings)
+        solve_qpcc(problem, CLOSED, replace(settings, second_start="never"))
         solve_qpcc(replace(problem, g_lo=np.array([9.0]), g_hi=np.array([9.5])), settings=settings)
         _, scaled, _ = scale(problem)
-        descent = Descent(scaled, wrapped := lambda qp: backend(qp), Budget(8, TimeLimit(9.0)))
-        point = solve_piece(scaled, CLOSED, wrapped)
+        descent = Descent(scaled, backend, Budget(8, TimeLimit(9.0)))
+        point = solve_piece(scaled, CLOSED, backend)
         if point is not None:
             descent.settle(point)
 

@@ -268,7 +268,7 @@ class Robot(Generic[B_co]):
             contacts: whether contacts are detected; else none is in range.
             effectors: whether effectors have rows.
         """
-        motion = self.motion(state)
+        motion = self.body.motion(state)
         found = self.contact_rows(motion) if contacts else self.no_contact_rows(motion)
         reaching = self.effectors.rows(motion) if effectors else NO_EFFECTOR_ROWS
         return RobotRows(reaching, self.actuator_set.rows(motion), found)

@@ -150,7 +150,7 @@ def _in_steps(
         if not static:
             share = (number + STAGE) / steps
             part = command.between(position, effort, share)
-            end = stages.at(share).solve(state, forces, part)
+            end = stages.solve(state, forces, part, share)
             correction, converged = max(correction, end.correction), converged and end.converged
             if end.correction > farthest:
                 break
@@ -162,7 +162,7 @@ def _in_steps(
         last = number + 1 == steps
         share = (number + 1) / steps
         now = command if last else command.between(position, effort, share)
-        end = rest.at(share).solve(state, forces, now)
+        end = rest.solve(state, forces, now, share)
         correction, converged = max(correction, end.correction), converged and end.converged
         if end.correction > farthest:
             break
@@ -229,15 +229,17 @@ class _Stages:
     enrichment: Enrichment
     scheme: Integration
 
-    def solve(self, start: State, forces: Forces, command: Command) -> Travel:
+    def solve(self, start: State, forces: Forces, command: Command, share: float) -> Travel:
         """One of them.
 
         Args:
             start: where it starts.
             forces: constraint forces before it.
             command: at its end.
+            share: of the period that has passed then, which says where the obstacles are.
         """
         robot, space, scheme = self.robot, self.space, self.scheme
+        robot = robot.later((share - 1.0) * robot.h)
         contacts = space.k > 0 or self.enrichment.rounds > 0
         at = start if scheme.static else _ahead(robot, start, scheme.h)
         slid = None if scheme.static else scheme.h * start.v
@@ -250,11 +252,6 @@ class _Stages:
         state = robot.body.advance(start, v, h)
         after = solved.step.split(solved.lam, space.k)
         return Travel(state, after, last, start, h * v, correction, last.converged)
-
-    def at(self, share: float) -> _Stages:
-        """The same with the obstacles where they are at the end of a share of the period."""
-        robot = self.robot.later((share - 1.0) * self.robot.h)
-        return self if robot is self.robot else replace(self, robot=robot)
 
     def over_the_rest(self) -> _Stages:
         """Steps that are as long as what the first stage leaves of the whole step."""

@@ -221,7 +221,7 @@ class ModalBody(ReducedBody[ModePoints]):
         damped = not scheme.static and scheme.rayleigh_stiffness > 0.0
         rate = state.v if J is None or scheme.static else J.rates(state.v)
         over_beta, resisting = self.material(beta, rate, damped)
-        moments = held = np.zeros(self.n)
+        moments = held = np.zeros(len(state.v))
         if self.beams is not None:
             on_beams, moments, held = self.on_beams(state, motion, damped)
             over_beta += on_beams

@@ -10,7 +10,7 @@ with the angular velocities ω as unknowns, as in the full robot.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -98,6 +98,7 @@ class OwnMotion:
         elements: number of the first entries of β that elements depend on.
         pulled: number of those that elements, cables or chambers depend on.
         order: (R,) places in the β above of the entries of β here; None: the same.
+        is_plain: whether β are the modes.
     """
 
     modes: int
@@ -109,6 +110,10 @@ class OwnMotion:
     elements: int
     pulled: int
     order: Ints | None = None
+    is_plain: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "is_plain", self.drives == 0 and self.frames == 0)
 
     @property
     def n(self) -> int:
@@ -124,11 +129,6 @@ class OwnMotion:
     def size(self) -> int:
         """Length of β."""
         return self.straight + len(self.turning) + 9 * self.frames
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether β are the modes."""
-        return self.drives == 0 and self.frames == 0
 
     def rotations(self, q: Array) -> Array:
         """Rotations R (f, 3, 3) of coordinates (n,)."""
