@@ -228,7 +228,7 @@ class Controller(RobotModel):
         if self._prepared is not None:
             return
         now = self._state, self._forces, self._left.position, self.settings.enrichment
-        ahead, robot = self.horizon, self._after_step()
+        ahead, robot = self.horizon, self._robot.later(self._robot.h)
         ahead = ahead if robot is ahead.robot else replace(ahead, robot=robot)
         try:
             self._prepared = prepare(ahead, self.space, *now, self._course)
@@ -347,9 +347,9 @@ class Controller(RobotModel):
         made, now = self._decision, self._pending
         if made is None or now is None:
             return
-        self._robot = self._after_step()
+        self._robot = self._robot.later(self._robot.h)
         try:
-            moved = advance(self.robot, self.space, self.settings, made, self._left, now)
+            moved = advance(self._robot, self.space, self.settings, made, self._left, now)
         except FactorisationError:
             self.status = Status.NOT_FINITE
         else:

@@ -276,11 +276,12 @@ def _plan_from(
         problem = including_hold(problem, stay - delta_free[places.actuators])
         if reduced is not None:
             problem = reduced.bounded(problem, robot.limits, robot.actuators)
-        if aim.equations.any():
+        elastic = not aim.equations.any()
+        if not elastic:
             met, error = aim.scale * aim.target, EXACTLY * robot.size
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
-        others, elastic = len(problem.G), not aim.equations.any()
+        others = len(problem.G)
         problem = with_force_limits(problem, aim.grasp, loop.step, held)
         if loop.step.frictional and len(loop.step.extra) > 0:
             contacts = PlanContacts.of(

@@ -74,7 +74,6 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
         ValueError: the settings name a library that is not installed.
     """
     backend = qp_backend(settings.solver)
-    budget = Budget(settings.max_pivots, TimeLimit(settings.time_limit))
     arrays, z = problem.arrays, np.zeros(len(problem.c))
     lam_a, piece = start_of(warm, len(problem.lb), len(problem.m))
     scaled, column = space_for(arrays)
@@ -83,10 +82,11 @@ def solve_qpcc(problem: Qpcc, warm: Warm = None, settings: QpccSettings = DEFAUL
     if numbers != USABLE:
         return unusable(problem, numbers, lam_a)
     twice = settings.second_start == "always" or (warm is None and settings.second_start == "cold")
-    if not twice and len(lam_a) == 1 and backend is solve_daqp and not budget.exhausted:
+    if not twice and len(lam_a) == 1 and backend is solve_daqp and settings.max_pivots > 0:
         settled, residuals = settle_one_cable(scaled, piece, z)
         if settled:
             return solution_at(problem, units, z, piece, residuals, Status.OK, 1)
+    budget = Budget(settings.max_pivots, TimeLimit(settings.time_limit))
     descent = Descent(scaled, backend, budget)
     descent.run(piece)
     if found and (descent.best is None or not descent.best.stationary):

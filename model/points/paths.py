@@ -59,7 +59,7 @@ class Paths:
         Args:
             placed: the stations.
         """
-        length, vectors = np.zeros(self.n_a), np.zeros(placed.y.shape)
+        length, vectors = np.zeros(len(self.rest_length)), np.zeros(placed.y.shape)
         add_lengths(placed.y, self.starts, self.shortest, length, vectors)
         H = placed.rows(Entries(self.starts, self.stations, vectors))
         return Rows(H, self.rest_length - length)

@@ -122,7 +122,3 @@ class RobotModel(ABC):
         """
         pose = pose_at(position, quaternion, velocity, spin)
         self.set_obstacles(self.obstacles.with_pose(obstacle, pose))
-
-    def _after_step(self) -> Robot:
-        """The robot with its obstacles where they are after another step."""
-        return self._robot.later(self._robot.h)

@@ -70,7 +70,7 @@ class ContactBasis:
             S = rows.starts, rows.columns, rows.data
             return ReducedContacts(*_condense_chained(self.Psi, found, S, rows.motion, rows.delta))
         if isinstance(rows.H, np.ndarray):
-            H, delta = np.zeros((self.k, rows.n)), np.zeros(self.k)
+            H, delta = np.zeros((self.k, rows.H.shape[1])), np.zeros(self.k)
             modes = np.empty(self.k, np.int64)
             count = _condense(self.Psi, found, rows.H, rows.delta, (H, delta, modes))
             return ReducedContacts(H[:count], delta[:count], modes[:count])
