@@ -41,6 +41,7 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
@@ -48,13 +49,14 @@ from scipy.sparse.csgraph import connected_components
 
 from tauten.model.contact.broad_phase import BLOCK
 from tauten.model.contact.narrow_phase import no_closest_points, search
-from tauten.model.contact.obstacle import ObstaclePose, ObstaclePoses, poses_at_start
+from tauten.model.contact.obstacle import ObstaclePoses, poses_at_start
 from tauten.model.contact.pair import ContactPair, LargestSum, check_pair
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.rows import PairSlots
 
+_Found: TypeAlias = tuple[Ints, Array, Array, Ints, Array]  # what `detect_all` writes
 SHORT = 16  # candidates; blocks of connected parts have at least as many
 
 
@@ -131,9 +133,15 @@ class ContactSet:
         blocks = blocks_of([pair.nodes for pair in pairs], n_vertices)
         shaped = np.array([pair.obstacle is not None for pair in pairs], dtype=bool)
         self._blocks: Ints = blocks[~shaped[blocks[:, 2]]]
-        self._shaped = np.flatnonzero(shaped).tolist()
+        # contacts with surfaces are found before those with obstacles
+        self._in_order = bool((np.diff(shaped.astype(np.int64)) >= 0).all())
         named = {one.obstacle.name: one.obstacle for one in pairs if one.obstacle is not None}
         self.poses = poses_at_start(tuple(named.values()))
+        self._obstacle = {
+            number: list(named).index(pair.obstacle.name)
+            for number, pair in enumerate(pairs)
+            if pair.obstacle is not None
+        }
         self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
             [pair.nodes.astype(np.int64) for pair in pairs],
@@ -169,44 +177,53 @@ class ContactSet:
 
         Never fails: a candidate or a triangle at a position that is not finite is out of range.
         """
-        x = np.ascontiguousarray(x, dtype=float)
-        distances = self.alarm_distance, self.distance
-        packed = detect_all(
-            x, self._nodes, self._weights, self._blocks, self._surfaces, self._friction, distances
+        x, n = np.ascontiguousarray(x, dtype=float), self.n_slots
+        numbers, values = np.empty((2, n), np.int64), np.empty((2, n))
+        vectors, vertices, coefficients = (
+            np.empty((2, n, 3)),
+            np.empty((n, 6), np.int64),
+            np.empty((n, 6)),
         )
-        for number in self._shaped:
-            packed = merged(packed, self._touching(number, x))
-        numbers, values = packed
-        m = len(numbers) // 8
-        found = Detection(
-            self.n_slots, numbers[:m], numbers[m : 2 * m], values[:m],
-            values[m : 4 * m].reshape(m, 3), values[4 * m : 7 * m].reshape(m, 3), values[7 * m : 8 * m],
-            numbers[2 * m :].reshape(m, 6), values[8 * m :].reshape(m, 6),
+        found = numbers, values, vectors, vertices, coefficients
+        of_candidates = self._nodes, self._weights, self._friction
+        distances = self.alarm_distance, self.distance
+        m = detect_all(x, of_candidates, self._blocks, self._surfaces, distances, found)
+        for number in self._obstacle:
+            m = self._touching(number, x, found, m)
+        every = slice(m) if self._in_order else np.argsort(numbers[0, :m])
+        detection = Detection(
+            n, numbers[0][every], numbers[1][every], values[0][every], vectors[0][every],
+            vectors[1][every], values[1][every], vertices[every], coefficients[every],
         )  # fmt: skip
-        return replace(found, surface=self._surface(found)) if self.poses.move else found
+        if self._obstacle and self.poses.move:
+            return replace(detection, surface=self._surface(detection))
+        return detection
 
-    def _touching(self, number: int, x: Array) -> tuple[Ints, Array]:
-        """Candidates within reach of the obstacle of a pair, by its number, as `detect_all` gives them."""
+    def _touching(self, number: int, x: Array, found: _Found, m: int) -> int:
+        """Add the candidates within reach of the obstacle of a pair to m others; how many there are then.
+
+        Args:
+            number: of the pair.
+            x: (n_vertices, 3) positions [m].
+            found: of `detect_all`.
+            m: contacts in it.
+        """
         pair, first = self.pairs[number], int(self._first[number])
         assert pair.obstacle is not None
-        place, points = finite_candidates(x, pair.nodes, pair.weights)
-        pose, reach = self._pose(pair.obstacle.name), self.alarm_distance
-        gap, normal = pair.obstacle.closest(points, pose, reach)
-        found = np.ascontiguousarray(gap, dtype=float), np.ascontiguousarray(normal, dtype=float)
-        kept = (number, first), pair.friction, (reach, self.distance)
-        return candidates_near(place, points, found, *kept, pair.nodes, pair.weights)
-
-    def _pose(self, obstacle: str) -> ObstaclePose:
-        """Where an obstacle is, by its name."""
-        return self.poses.poses[self.poses.number(obstacle)]
+        place, points = np.empty(len(pair.nodes), np.int64), np.zeros((len(pair.nodes), 3))
+        count = finite_candidates(x, pair.nodes, pair.weights, place, points)
+        near, reach = points[:count], self.alarm_distance
+        gap, normal = pair.obstacle.closest(near, self.poses.poses[self._obstacle[number]], reach)
+        nearest = np.ascontiguousarray(gap, dtype=float), np.ascontiguousarray(normal, dtype=float)
+        of_pair = (number, first, pair.friction), (pair.nodes, pair.weights)
+        distances = reach, self.distance
+        return add_candidates_near((place, near), nearest, of_pair, distances, found, m)
 
     def _surface(self, found: Detection) -> Array:
         """Velocity of the obstacle at the nearest point of each contact (m, 3), zero of others [m/s]."""
         surface = np.zeros_like(found.point)
-        for number in self._shaped:
-            obstacle = self.pairs[number].obstacle
-            assert obstacle is not None
-            pose = self._pose(obstacle.name)
+        for number, obstacle in self._obstacle.items():
+            pose = self.poses.poses[obstacle]
             own = np.flatnonzero(found.pair == number)
             if pose.moves and len(own) > 0:
                 way = (found.gap[own] + self.distance)[:, None] * found.normal[own]
@@ -242,65 +259,57 @@ def blocks_of(candidates: list[Ints], n_vertices: int) -> Ints:
 
 @kernel
 def detect_all(
-    x: Array,
-    nodes: Ints,
-    weights: Array,
-    blocks: Ints,
-    surfaces: SurfaceTopology,
-    friction: Array,
-    distances: tuple[float, float],
-) -> tuple[Ints, Array]:
-    """The arrays of a `Detection` one after the other: its integers (8 m,), and its other numbers (14 m,).
+    x: Array, candidates: tuple[Ints, Array, Array], blocks: Ints, surfaces: SurfaceTopology,
+    distances: tuple[float, float], out: _Found,
+) -> int:  # fmt: skip
+    """Number of contacts with surfaces, which are written to the arrays of `Detection`.
 
     Args:
         x: (n_vertices, 3) positions [m].
-        nodes: (n_c, 3) vertices of the candidates of all pairs.
-        weights: (n_c, 3) their weights.
+        candidates: (n_c, 3) vertices of the candidates of all pairs and (n_c, 3) their weights, and
+            coefficients of friction of the pairs.
         blocks: (b, 3) candidates that are treated together, see `blocks_of`.
         surfaces: target surfaces of the pairs.
-        friction: coefficients of the pairs.
         distances: the alarm distance, and the one at which surfaces are held [m].
+        out: output: slots and pairs (2, n_c), gaps and friction (2, n_c), points and normals (2, n_c, 3),
+            vertices (n_c, 6), coefficients (n_c, 6).
     """
-    reach, held = distances
-    count = nodes.shape[0]
-    points = np.zeros((3, count))
-    for s in range(count):
-        for j in range(3):
-            for i in range(3):
-                points[i, s] += weights[s, j] * x[nodes[s, j], i]
-    found, pairs = no_closest_points(count), np.empty(count, np.int64)
-    for k in range(blocks.shape[0]):
-        begin, end, pair = blocks[k]
-        search(x, points[:, begin:end].copy(), surfaces, pair, begin, reach, found)
-        pairs[begin:end] = pair
-    slots = np.flatnonzero(found.triangle >= 0)
-    m = slots.shape[0]
-    numbers, values = np.empty(8 * m, np.int64), np.zeros(14 * m)
-    numbers[:m], numbers[m : 2 * m] = slots, pairs[slots]
-    vertices, gap = numbers[2 * m :].reshape((m, 6)), values[:m]
-    point, normal = values[m : 4 * m].reshape((m, 3)), values[4 * m : 7 * m].reshape((m, 3))
-    coefficients = values[8 * m :].reshape((m, 6))
+    (reach, held), (nodes, weights, friction) = distances, candidates
+    numbers, values, vectors, vertices, coefficients = out
+    found, k = no_closest_points(nodes.shape[0]), 0
     triangle, inside, triangles = found.triangle, found.weights, surfaces.triangles
-    for k in range(m):
-        s = slots[k]
-        gap[k], values[7 * m + k] = found.gap[s] - held, friction[pairs[s]]
-        for j in range(3):  # entry by entry, which is faster than slices of three
-            point[k, j], normal[k, j] = points[j, s], found.normal[s, j]
-            vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[triangle[s], j]
-            coefficients[k, j], coefficients[k, 3 + j] = weights[s, j], -inside[s, j]
-    return numbers, values
+    for block in range(blocks.shape[0]):
+        begin, end, pair = blocks[block]
+        points = np.zeros((3, end - begin))
+        for s in range(begin, end):
+            for j in range(3):
+                for i in range(3):
+                    points[i, s - begin] += weights[s, j] * x[nodes[s, j], i]
+        search(x, points, surfaces, pair, begin, reach, found)
+        for s in range(begin, end):
+            if triangle[s] < 0:
+                continue
+            numbers[0, k], numbers[1, k] = s, pair
+            values[0, k], values[1, k] = found.gap[s] - held, friction[pair]
+            for j in range(3):  # entry by entry, which is faster than slices of three
+                vectors[0, k, j], vectors[1, k, j] = points[j, s - begin], found.normal[s, j]
+                vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[triangle[s], j]
+                coefficients[k, j], coefficients[k, 3 + j] = weights[s, j], -inside[s, j]
+            k += 1
+    return k
 
 
 @kernel
-def finite_candidates(x: Array, nodes: Ints, weights: Array) -> tuple[Ints, Array]:
-    """Candidates at finite positions: their numbers (k,), and where they are (k, 3) [m].
+def finite_candidates(x: Array, nodes: Ints, weights: Array, place: Ints, points: Array) -> int:
+    """How many candidates are at finite positions.
 
     Args:
         x: (n_vertices, 3) positions [m].
         nodes: (m, 3) vertices of the candidates.
         weights: (m, 3) their weights.
+        place: (m,) output, the numbers of those.
+        points: (m, 3) zeros, to which their positions are added [m].
     """
-    place, points = np.empty(len(nodes), np.int64), np.zeros((len(nodes), 3))
     count = 0
     for s in range(len(nodes)):
         point = points[count]
@@ -313,71 +322,37 @@ def finite_candidates(x: Array, nodes: Ints, weights: Array) -> tuple[Ints, Arra
             count += 1
         else:
             point[:] = 0.0
-    return place[:count], points[:count]
+    return count
 
 
 @kernel
-def candidates_near(
-    place: Ints, points: Array, found: tuple[Array, Array], pair: tuple[int, int], friction: float,
-    distances: tuple[float, float], nodes: Ints, weights: Array,
-) -> tuple[Ints, Array]:  # fmt: skip
-    """Candidates within reach of an obstacle, in the arrays of `detect_all`.
+def add_candidates_near(
+    candidates: tuple[Ints, Array], found: tuple[Array, Array],
+    pair: tuple[tuple[int, int, float], tuple[Ints, Array]], distances: tuple[float, float],
+    out: _Found, m: int,
+) -> int:  # fmt: skip
+    """Number of contacts after those within reach of an obstacle are written behind m others.
 
     Args:
-        place: (k,) numbers of candidates in their pair.
-        points: (k, 3) where they are [m].
+        candidates: (k,) their numbers in their pair, and (k, 3) where they are [m].
         found: distances (k,) [m] and normals (k, 3).
-        pair: its number and first slot.
-        friction: its coefficient.
+        pair: its number, first slot and friction; vertices (n, 3) of its candidates and their weights.
         distances: the alarm distance, and the one at which surfaces are held [m].
-        nodes: (n, 3) vertices of all candidates of the pair.
-        weights: (n, 3) their weights.
+        out: output, see `detect_all`.
+        m: contacts in it.
     """
-    gap, normal = found
-    near = np.flatnonzero(gap < distances[0])
-    m = near.shape[0]
-    numbers, values = np.empty(8 * m, np.int64), np.zeros(14 * m)
-    for k in range(m):
-        at = near[k]
+    (place, points), (gap, normal) = candidates, found
+    (number, first, friction), (nodes, weights) = pair
+    numbers, values, vectors, vertices, coefficients = out
+    for at in range(len(gap)):
+        if not gap[at] < distances[0]:
+            continue
         s = place[at]
-        numbers[k], numbers[m + k] = pair[1] + s, pair[0]
-        values[k], values[7 * m + k] = gap[at] - distances[1], friction
+        numbers[0, m], numbers[1, m] = first + s, number
+        values[0, m], values[1, m] = gap[at] - distances[1], friction
         for i in range(3):
-            numbers[2 * m + 6 * k + i] = numbers[2 * m + 6 * k + 3 + i] = nodes[s, i]
-            values[m + 3 * k + i], values[4 * m + 3 * k + i] = points[at, i], normal[at, i]
-            values[8 * m + 6 * k + i] = weights[s, i]
-    return numbers, values
-
-
-@kernel
-def merged(one: tuple[Ints, Array], other: tuple[Ints, Array]) -> tuple[Ints, Array]:
-    """Candidates of different pairs in the arrays of `detect_all`, with ascending slots."""
-    p, q = len(one[0]) // 8, len(other[0]) // 8
-    if p == 0 or q == 0:
-        return other if p == 0 else one
-    m, a, b = p + q, 0, 0
-    numbers, values = np.empty(8 * m, np.int64), np.empty(14 * m)
-    for k in range(m):
-        if b == q or (a < p and one[0][a] < other[0][b]):
-            _put_contact(one, a, p, numbers, values, k, m)
-            a += 1
-        else:
-            _put_contact(other, b, q, numbers, values, k, m)
-            b += 1
-    return numbers, values
-
-
-@kernel
-def _put_contact(
-    source: tuple[Ints, Array], a: int, p: int, numbers: Ints, values: Array, k: int, m: int
-) -> None:
-    """Copy contact a of p into place k of m."""
-    from_numbers, from_values = source
-    numbers[k], numbers[m + k] = from_numbers[a], from_numbers[p + a]
-    values[k], values[7 * m + k] = from_values[a], from_values[7 * p + a]
-    for i in range(3):
-        values[m + 3 * k + i] = from_values[p + 3 * a + i]
-        values[4 * m + 3 * k + i] = from_values[4 * p + 3 * a + i]
-    for i in range(6):
-        numbers[2 * m + 6 * k + i] = from_numbers[2 * p + 6 * a + i]
-        values[8 * m + 6 * k + i] = from_values[8 * p + 6 * a + i]
+            vectors[0, m, i], vectors[1, m, i] = points[at, i], normal[at, i]
+            vertices[m, i] = vertices[m, 3 + i] = nodes[s, i]
+            coefficients[m, i], coefficients[m, 3 + i] = weights[s, i], 0.0
+        m += 1
+    return m
