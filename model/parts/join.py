@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from tauten.model.contact import (
     obstacle_sums,
     pose_at,
 )
-from tauten.model.numerics import matrix_quaternion
+from tauten.model.numerics import Ints, matrix_quaternion
 from tauten.model.parts.actuators import PartsActuators
 from tauten.model.parts.assembly import Assembly, Between
 from tauten.model.parts.body import PartsBody
@@ -28,6 +29,8 @@ from tauten.model.parts.spans import spans_of
 from tauten.model.robot import Robot, RobotNames
 from tauten.model.schema import check_unique
 from tauten.model.system import Integration
+
+P = TypeVar("P")
 
 
 def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
@@ -93,24 +96,31 @@ def joined_integration(schemes: Sequence[Integration]) -> Integration:
 
 
 def contact_vertices(between: Between, parts: Sequence[Part]) -> PartsPoints:
-    """Vertices of the contacts within each part, then those of the contacts between parts."""
-    within = [
-        PointsOfPart(number, part.robot.vertices, part.placement.elsewhere)
-        for number, part in enumerate(parts)
-    ]
-    touching = [
-        PointsOfPart(number, part.robot.body.surface_points(ids), part.placement.elsewhere)
-        for number, (part, ids) in enumerate(zip(parts, between.vertices, strict=True))
-        if len(ids) > 0
-    ]
-    return PartsPoints((*within, *touching))
+    """Vertices of the contacts within each part, then its vertices of the contacts between parts."""
+    groups = []
+    for number, (part, ids) in enumerate(zip(parts, between.vertices, strict=True)):
+        points = part.robot.vertices
+        if len(ids) > 0:
+            points = joined_points(points, part.robot.body.surface_points(ids))
+        groups.append(PointsOfPart(number, points, part.placement.elsewhere))
+    return PartsPoints(tuple(groups))
+
+
+def joined_points(one: P, other: P) -> P:
+    """Points, then others of the same type, whose arrays have entries for one point after the other."""
+    names = [field.name for field in fields(cast(Any, one))]
+    pairs = [(getattr(one, name), getattr(other, name)) for name in names]
+    return type(one)(*(np.concatenate(pair) for pair in pairs))
 
 
 def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
     """Contacts within each part, then those between parts, over `contact_vertices`."""
     sets, sums = [part.robot.contacts for part in parts], list[LargestSum]()
-    pairs = list[ContactPair]()
-    for part, own, span in zip(parts, sets, slices([one.n_vertices for one in sets]), strict=True):
+    pairs, touching = list[ContactPair](), [len(ids) for ids in assembly.between.vertices]
+    count = sum(one.n_vertices for one in sets) + sum(touching)
+    sizes = zip(sets, touching, strict=True)
+    spans = slices([size for own, more in sizes for size in (own.n_vertices, more)])
+    for part, own, span in zip(parts, sets, spans[::2], strict=True):
         for limit in own.sums:
             numbers = tuple(len(pairs) + number for number in limit.pairs)
             sums.append(LargestSum(f"{part.name}: {limit.name}", numbers, limit.force))
@@ -119,12 +129,11 @@ def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
             if one is not None:
                 one = one.within(part.named(one.name), frame_of(part.placement))
             other = part.name if one is None else ""
-            within = moved(pair, name, span.start)
-            pairs.append(replace(within, obstacle=one, owner=part.name, other=other))
-    first = sum(one.n_vertices for one in sets)
+            within = renumbered(pair, np.arange(span.start, span.stop))
+            pairs.append(replace(within, name=name, obstacle=one, owner=part.name, other=other))
     sums += obstacle_sums(assembly.between.pairs, len(pairs))
-    pairs += [moved(pair, pair.name, first) for pair in assembly.between.pairs]
-    count = first + sum(len(ids) for ids in assembly.between.vertices)
+    between = np.concatenate([np.arange(span.start, span.stop) for span in spans[1::2]])
+    pairs += [renumbered(pair, between) for pair in assembly.between.pairs]
     distances = assembly.alarm_distance, assembly.distance
     if assembly.max_force is not None:
         sums.append(LargestSum("all contacts", tuple(range(len(pairs))), assembly.max_force))
@@ -136,12 +145,6 @@ def frame_of(placement: Placement) -> ObstaclePose:
     return pose_at(placement.position, matrix_quaternion(placement.Q))
 
 
-def moved(pair: ContactPair, name: str, first: int) -> ContactPair:
-    """A pair over other vertices.
-
-    Args:
-        pair: over vertices from 0 on.
-        name: of the moved one.
-        first: number of its vertex 0.
-    """
-    return replace(pair, name=name, nodes=pair.nodes + first, triangles=pair.triangles + first)
+def renumbered(pair: ContactPair, numbers: Ints) -> ContactPair:
+    """A pair over other vertices, whose numbers (v,) are given for those that it is over."""
+    return replace(pair, nodes=numbers[pair.nodes], triangles=numbers[pair.triangles])

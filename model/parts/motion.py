@@ -103,18 +103,22 @@ class PlacedOnParts(Placed):
 
     def rows(self, entries: Entries) -> Jacobian:
         """Rows (m, n) over the unknowns, of rows over these points."""
-        spans = slices([len(one.y) for one in self.placed])
-        shares = [
-            (group, one, *entries.of_points(span.start, span.stop))
-            for group, one, span in zip(self.groups, self.placed, spans, strict=True)
-        ]
+        m = len(entries.starts) - 1
+        if len(self.groups) == 1:
+            shares = [(self.groups[0], self.placed[0], np.arange(m), entries)]
+        else:
+            spans = slices([len(one.y) for one in self.placed])
+            shares = [
+                (group, one, *entries.of_points(span.start, span.stop))
+                for group, one, span in zip(self.groups, self.placed, spans, strict=True)
+            ]
         moving = [share for share in shares if len(share[2]) > 0] or shares
         blocks: list[tuple[int, Ints, Jacobian]] = []
         for group, one, rows, own in moving:
             if group.placement is not None:
                 own = Entries(own.starts, own.points, group.placement.into_part(own.vectors))
             blocks.append((group.part, rows, one.rows(own)))
-        return in_columns(blocks, self.columns, len(entries.starts) - 1)
+        return in_columns(blocks, self.columns, m)
 
     def motion(self) -> Jacobian:
         """Derivative of the positions by the unknowns: (3 p, n)."""
