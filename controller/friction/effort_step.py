@@ -187,6 +187,26 @@ def effort_step(
     return solved, change, gain
 
 
+@kernel
+def effort_measures(
+    arrays: EffortArrays, constant: float, lam: Array, r: Array
+) -> tuple[float, float]:
+    """The objective, and the largest violation of the limits in the unit of their rows; bounds on λ are met.
+
+    Args:
+        arrays: objective and limits.
+        constant: of the objective.
+        lam: (n_a,) efforts.
+        r: (3 m,) contact forces.
+    """
+    at = np.dot(arrays.root_a, lam) + np.dot(arrays.root_c, r)
+    linear = np.dot(arrays.c_a, lam) + np.dot(arrays.c_c, r)
+    rows, excess = np.dot(arrays.G_a, lam) + np.dot(arrays.G_c, r), 0.0
+    for i in range(len(rows)):
+        excess = max(excess, rows[i] - arrays.g_hi[i], arrays.g_lo[i] - rows[i])
+    return 0.5 * np.dot(at, at) + linear + constant, excess
+
+
 @dataclass(frozen=True, slots=True)
 class EffortStep:
     """A change of the efforts.
@@ -214,15 +234,9 @@ class EffortProgram:
     arrays: EffortArrays
     solver: str | Backend
 
-    def objective(self, lam: Array, forces: Array) -> float:
-        """The objective (I1) at efforts (n_a,) and forces on the problem's rows (s + 3 k,)."""
-        return self.problem.program.objective(lam, forces)
-
-    def excess(self, lam: Array, r: Array) -> float:
-        """Largest violation of the limits (I2), in the unit of their rows; bounds on λ are always met."""
-        rows = self.arrays.G_a @ lam + self.arrays.G_c @ r
-        beyond = np.maximum(rows - self.arrays.g_hi, self.arrays.g_lo - rows)
-        return float(beyond.max(initial=0.0))
+    def measures(self, lam: Array, r: Array) -> tuple[float, float]:
+        """The objective (I1) at efforts (n_a,) and contact forces (3 m,), and the excess over (I2)."""
+        return effort_measures(self.arrays, self.problem.program.constant, lam, r)
 
     def step(self, lam: Array, r: Array, slope: Array, trust: Array) -> EffortStep | None:
         """The best change of the efforts; None where the QP has no solution.

@@ -32,14 +32,14 @@ def nearest_to_limits(search: EffortSearch, held: EffortPoint) -> EffortPoint:
     """
     best, trust, refused = held, TRUST * search.span, 0
     for number in range(PULLS):
-        before = search.excess(best)
+        before = best.excess
         if before <= search.allowed or (number > 0 and search.budget.exhausted):
             break
         share, longer = TURNS[refused % len(TURNS)]
         slope = _slope(search, best, share)
         lam = search.bounded(best.lam + longer * _pull(search, best, slope, trust))
         found = search.exact(lam, best.r + slope @ (lam - best.lam))
-        if found is not None and search.excess(found) < before - search.allowed:
+        if found is not None and found.excess < before - search.allowed:
             best, refused = found, 0
             continue
         refused += 1

@@ -291,7 +291,7 @@ def nested_path(
     while True:
         width = widths(contacts.w, r, share, length)
         r, slope, _ = _meet(search, lam, r, width)
-        objective, cut = search.objective(lam, r), False
+        objective, cut = search.program.measures(lam, r)[0], False
         for _ in range(4):
             step = search.step(lam, r, slope, trust)
             if step is None or step.gain < 1e-3 * objective:
@@ -300,7 +300,7 @@ def nested_path(
             ahead[::3] = np.maximum(ahead[::3], 0.05 * r[::3])
             there = lam + step.change
             found, turned, met = _meet(search, there, ahead, width)
-            value = search.objective(there, found)
+            value = search.program.measures(there, found)[0]
             if met and value < objective - 0.1 * step.gain:
                 if value < objective - 0.5 * step.gain:
                     trust = np.minimum(2.0 * trust, WIDEST * widest)

@@ -176,8 +176,10 @@ class EffortPoint:
         lam: (n_a,) efforts.
         r: (3 m,) contact forces, exact where nothing else is said.
         objective: f of (I1).
+        excess: over the limits (I2) at most, in the unit of their rows.
     """
 
     lam: Array
     r: Array
     objective: float
+    excess: float

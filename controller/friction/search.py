@@ -50,10 +50,6 @@ class EffortSearch:
         chosen: Array = r[self.place]
         return chosen
 
-    def objective(self, lam: Array, r: Array) -> float:
-        """The objective at efforts (n_a,) and contact forces (3 m,)."""
-        return self.program.objective(lam, self.rows(r))
-
     def step(self, lam: Array, r: Array, slope: Array, trust: Array) -> EffortStep | None:
         """The best change of the efforts, see `EffortProgram.step`.
 
@@ -94,16 +90,14 @@ class EffortSearch:
 
     def bounded(self, lam: Array) -> Array:
         """Efforts (n_a,) within their bounds."""
-        within: Array = np.clip(lam, self.problem.program.lb, self.problem.program.ub)
+        within: Array = np.minimum(
+            np.maximum(lam, self.problem.program.lb), self.problem.program.ub
+        )
         return within
-
-    def excess(self, point: EffortPoint) -> float:
-        """By how much a point exceeds the limits at most, in the unit of their rows."""
-        return self.program.excess(point.lam, point.r)
 
     def feasible(self, point: EffortPoint) -> bool:
         """Whether a point is within the limits."""
-        return self.excess(point) <= self.allowed
+        return point.excess <= self.allowed
 
     def exact(
         self, lam: Array, start: Array, wide: Width = WIDE, needed: bool = False
@@ -120,7 +114,7 @@ class EffortSearch:
         """
         lam = self.bounded(lam)
         r = exact_forces(self.contacts, lam, start, self.budget, wide, needed)
-        return None if r is None else EffortPoint(lam, r, self.objective(lam, r))
+        return None if r is None else EffortPoint(lam, r, *self.program.measures(lam, r))
 
     def within(self, point: EffortPoint, held: EffortPoint) -> EffortPoint | None:
         """A point within the limits near one that may exceed them; None where none is found.

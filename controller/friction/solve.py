@@ -115,8 +115,8 @@ def solve_friction_inverse(
         before: where a search of nearly the same problem was cut.
     """
     program = problem.program
-    numbers = (*program.arrays[:2], program.G, program.M, program.m, lam)
-    if not all(np.isfinite(values).all() for values in numbers):
+    numbers = (program.Q.ravel(), program.c, program.G.ravel(), program.M.ravel(), program.m, lam)
+    if not np.isfinite(np.concatenate(numbers)).all():
         return _unsolved(problem, lam, Status.NOT_FINITE, 0)
     budget = Budget(settings.solves, settings.time or TimeLimit(), reserved=RESERVED)
     search = effort_search(problem, settings.solver, budget)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -58,6 +58,7 @@ class PartsBody(Body[PartsPoints]):
         assembly: what makes one robot of them.
         spans: where their numbers are.
         extent: diagonal of the bounding box of all parts at rest [m].
+        bodies: the body of each part.
     """
 
     actuator_set: PartsActuators
@@ -65,11 +66,10 @@ class PartsBody(Body[PartsPoints]):
     assembly: Assembly
     spans: Spans
     extent: float
+    bodies: tuple[Body[Any], ...] = field(init=False)
 
-    @property
-    def bodies(self) -> list[Body[Any]]:
-        """The body of each part."""
-        return [part.robot.body for part in self.parts]
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bodies", tuple(part.robot.body for part in self.parts))
 
     @property
     def part_robots(self) -> tuple[Robot, ...]:

@@ -67,9 +67,8 @@ def reduced_parts(robot: Robot[Any], bases: Sequence[StateBasis | None]) -> Robo
         parts.append(part.made_of(reduced))
         lift.append(reduced.body.lifted)
     joined = join_parts(robot.body.assembly, parts)
-    fields = {
-        field.name: getattr(joined.body, field.name) for field in dataclasses.fields(PartsBody)
-    }
+    given = [field.name for field in dataclasses.fields(PartsBody) if field.init]
+    fields = {name: getattr(joined.body, name) for name in given}
     body = ReducedParts(**fields, full=robot, lift=tuple(lift))
     return joined.with_body(body, joined.effectors, joined.contacts, joined.vertices)
 
