@@ -13,7 +13,7 @@ from tauten.model import Robot, Simulator, one_blas_thread
 from tauten.reduction import ContactBasis
 from tauten.service.setup import load_setup
 
-MOST_CALLS = 485  # 1169 in November 2026, then 578 since beams may lie beside modes, 461 since kernels write into arrays
+MOST_CALLS = 485  # 1169 in November 2026, then 578; 461 since kernels write into arrays
 
 
 def test_closed_compliance_is_that_of_contacts_held() -> None:
