@@ -72,7 +72,13 @@ def space_for(problem: QpccArrays) -> tuple[Scaled, Array]:
 
 @kernel
 def scale_into(problem: QpccArrays, scaled: Scaled, column: Array) -> tuple[int, float]:
-    """Write a problem without units into `space_for`; whether it is USABLE, and the unit of the objective."""
+    """Write a problem without units; whether it is USABLE, and the unit of the objective.
+
+    Args:
+        problem: the arrays of a `Qpcc`.
+        scaled: output, from `space_for`.
+        column: output (n,), the units of z.
+    """
     Q, c, lb, ub, G, g_lo, g_hi, M, m = problem
     lower, upper, R, r, lo, hi = scaled.lb, scaled.ub, scaled.R, scaled.r, scaled.lo, scaled.hi
     n_a, k = len(lb), len(m)

@@ -119,7 +119,15 @@ def path_lengths(y: Array, starts: Ints, shortest: Array) -> tuple[Array, Array]
 
 @kernel
 def add_lengths(y: Array, starts: Ints, shortest: Array, length: Array, vectors: Array) -> None:
-    """Add what `path_lengths` gives to lengths (n_a,) and vectors (p, 3)."""
+    """Add what `path_lengths` gives to arrays.
+
+    Args:
+        y: (p, 3) as there.
+        starts: (n_a + 1,) as there.
+        shortest: (s,) as there.
+        length: (n_a,) added to [m].
+        vectors: (p, 3) added to.
+    """
     d = np.empty(3)
     for cable in range(starts.shape[0] - 1):
         for p in range(starts[cable], starts[cable + 1] - 1):
