@@ -89,8 +89,10 @@ def new(
     show_result({}, new_page(made), None)
     for note in made.notes:
         console.print(note, highlight=False)
+    in_time = made.trials[made.chosen].in_time
+    follow = f", then: tauten demo {made.file}" if in_time else " first"
     console.print(
-        f"Written: {made.file}. Look at the lines with GUESS, then: tauten demo {made.file}",
+        f"Written: {made.file}. Look at the lines with GUESS{follow}",
         highlight=False,
         soft_wrap=True,
     )
