@@ -126,7 +126,7 @@ def test_a_process_that_fails_is_named_with_its_last_line(
 
 def test_a_process_gives_way_with_all_of_its_threads(tmp_path: Path) -> None:
     """Zenoh's threads were as urgent as the node's where only the first one had the lower priority."""
-    with child("stream", ["line", "--robot", "nobody_here"], tmp_path) as process:
+    with child("metrics", ["nobody_here"], tmp_path) as process:
         tasks = Path(f"/proc/{process.process.pid}/task")
         end = time.monotonic() + START
         while len(list(tasks.iterdir())) < 2:
