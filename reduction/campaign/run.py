@@ -23,7 +23,7 @@ from tauten.reduction.campaign.snapshots import (
 )
 from tauten.reduction.provenance import package_versions
 
-CHUNK = 50  # equilibria in a chunk: a killed campaign loses a few seconds of work
+CHUNK = 20  # equilibria in a chunk: a killed campaign loses a few seconds of work
 
 
 def run_campaign(
@@ -87,7 +87,8 @@ class _Ledger:
         ledger = cls(robot, design, folder, origin, tuple([] for _ in design.runs))
         for index, run in enumerate(design.runs):
             while ledger.count(index) < len(run) and ledger.path(index).exists():
-                ledger.parts[index].append(ledger.load(ledger.path(index)))
+                left = len(run) - ledger.count(index)
+                ledger.parts[index].append(ledger.load(ledger.path(index), left))
         return ledger
 
     @property
@@ -103,8 +104,13 @@ class _Ledger:
         """File of the next chunk of a run."""
         return self.folder / f"run{index:04d}-{self.count(index):06d}{SUFFIX}"
 
-    def load(self, path: Path) -> Snapshots:
-        """A chunk of this campaign."""
+    def load(self, path: Path, most: int) -> Snapshots:
+        """A chunk of this campaign.
+
+        Args:
+            path: its file.
+            most: largest number of its equilibria.
+        """
         part = Snapshots.load(path)
         if part.origin != self.origin:
             raise SnapshotError(
@@ -114,10 +120,10 @@ class _Ledger:
         robot = self.robot
         found = (len(part.lam), len(part.q), len(part.position), len(part.effector))
         expected = (robot.n_c, len(robot.rest().q), robot.n_a, 3 * len(robot.effector_names))
-        if found != expected or not 0 < len(part) <= CHUNK:
+        if found != expected or not 0 < len(part) <= most:
             raise SnapshotError(
                 f"{path}: has {len(part)} columns with {found} rows of lam, q, pull and effector, "
-                f"expected 1 to {CHUNK} columns with {expected}"
+                f"expected 1 to {most} columns with {expected}"
             )
         return part
 
@@ -154,6 +160,9 @@ def _work(ledger: _Ledger, executor: Executor, advance: Callable[[int], None]) -
     try:
         for index in range(len(ledger.parts)):
             send(index)
+            while finished := [future for future in pending if future.done()]:
+                for future in finished:  # at once, where this process computes
+                    send(collect(future))
         while pending:
             for future in wait(pending, return_when=FIRST_COMPLETED).done:
                 send(collect(future))

@@ -1,6 +1,6 @@
 import dataclasses
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from tauten.reduction.campaign import (
     run_campaign,
 )
 from tauten.reduction.campaign import run as campaign
+from tauten.reduction.campaign.chunk import Chunk, solve_chunk
 
 STEPS = 12
 
@@ -30,6 +31,20 @@ class Interrupted(executors.InProcess):
     """Ctrl-C before the n-th chunk."""
 
     def __init__(self, chunks: int) -> None:
+        self.left = chunks
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        if self.left == 0:
+            raise KeyboardInterrupt
+        self.left -= 1
+        return super().submit(fn, *args, **kwargs)
+
+
+class InterruptedThreads(ThreadPoolExecutor):
+    """Chunks of all runs at the same time; Ctrl-C before the n-th one."""
+
+    def __init__(self, chunks: int) -> None:
+        super().__init__(chunks)
         self.left = chunks
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
@@ -135,30 +150,45 @@ def test_ctrl_c_saves_what_is_under_way(
     thumb: Robot[NodalBody], design: Design, tmp_path: Path
 ) -> None:
     """The interrupt comes when the first of three chunks is back: all three are kept."""
-    with pytest.raises(KeyboardInterrupt):
-        run_campaign(thumb, design, tmp_path, Interrupted(chunks=3), show_progress=False)
+    with pytest.raises(KeyboardInterrupt), InterruptedThreads(chunks=3) as threads:
+        run_campaign(thumb, design, tmp_path, threads, show_progress=False)
     starts = sorted(path.name for path in tmp_path.iterdir())
     assert starts == [f"run{run:04d}-000000.snapshots" for run in range(3)]
 
 
+def test_ctrl_c_in_the_only_process_keeps_what_is_done(
+    thumb: Robot[NodalBody], design: Design, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As with `--workers 1`: the interrupt comes while the third chunk is computed."""
+    chunks = iter(range(6))
+
+    def solve(chunk: Chunk) -> Snapshots:
+        if next(chunks) == 2:
+            raise KeyboardInterrupt
+        return solve_chunk(chunk)
+
+    monkeypatch.setattr(campaign, "solve_chunk", solve)
+    with pytest.raises(KeyboardInterrupt), executors.processes(1) as here:
+        run_campaign(thumb, design, tmp_path, here, show_progress=False)
+    kept = sorted(path.name for path in tmp_path.iterdir())
+    assert kept == ["run0000-000000.snapshots", "run0000-000010.snapshots"]
+
+
 class Failing(executors.InProcess):
-    """The first chunk is back, the second one failed with its worker, and then comes Ctrl-C."""
+    """The first chunk is back; while the third is sent the second one's worker fails, by Ctrl-C."""
 
     def __init__(self, first: Snapshots) -> None:
-        self.first: Snapshots | None = first
-        self.failed = False
+        self.first = first
+        self.sent: list[Future[Any]] = []
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        if self.failed:
+        if len(self.sent) == 2:
+            self.sent[1].set_exception(BrokenProcessPool("its worker was just starting"))
             raise KeyboardInterrupt
-        future: Future[Any] = Future()
-        if self.first is None:
-            self.failed = True
-            future.set_exception(BrokenProcessPool("Ctrl-C ended a worker that was just starting"))
-        else:
-            future.set_result(self.first)
-            self.first = None
-        return future
+        self.sent.append(Future())
+        if len(self.sent) == 1:
+            self.sent[0].set_result(self.first)
+        return self.sent[-1]
 
 
 def test_workers_that_fail_at_ctrl_c_do_not_hide_it(
