@@ -25,6 +25,7 @@ from tauten.reduction.campaign.touched import (
     pressed_columns,
     touched_robot,
 )
+from tauten.reduction.campaign.within_limits import narrowed
 
 __all__ = [
     "ClusterError",
@@ -46,6 +47,7 @@ __all__ = [
     "join_snapshots",
     "latin_hypercube",
     "latin_hypercube_levels",
+    "narrowed",
     "of_plain_robot",
     "payload",
     "plackett_burman",

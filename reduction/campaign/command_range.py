@@ -6,6 +6,7 @@ motors; a soft robot often gives in long before.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,7 +43,9 @@ class CommandRange:
         return Command(np.where(by_force, nothing, value), np.where(by_force, value, nothing))
 
 
-def command_range(robot: Robot) -> CommandRange:
+def command_range(
+    robot: Robot, report: Callable[[float, str], None] = lambda share, what: None
+) -> CommandRange:
     """The range of each actuator alone, the others without effort.
 
     Positions are commanded where a motor holds its position and nothing opposes it: of drives, and of winches
@@ -52,6 +55,7 @@ def command_range(robot: Robot) -> CommandRange:
 
     Args:
         robot: the robot.
+        report: called with the share that is done since the last call, and with what is being done.
     """
     limits, laws = robot.limits, robot.actuators.laws
     W = _softness(robot)
@@ -61,9 +65,12 @@ def command_range(robot: Robot) -> CommandRange:
     most = limits.position_max.copy()
     for i in np.flatnonzero(by_force):
         softness, number = float(W[i, i]), int(i)
+        what = f"range of {robot.actuators.names[number]}"
+        report(0.0, what)
         low, high = float(limits.effort_min[i]), float(limits.effort_max[i])
         least[i] = _effort(robot, number, low, float(limits.position_min[i]), softness)
         most[i] = _effort(robot, number, high, float(limits.position_max[i]), softness)
+        report(1.0 / by_force.sum(), what)
     return CommandRange(by_force, np.minimum(least, 0.0), most)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +26,12 @@ PAYLOAD = 0.2  # on the effectors there, as a share of the weight
 STANDARD_GRAVITY = 9.81  # m/s², by which payloads are chosen where a robot file has no gravity
 
 
-def exploring(robot: Robot, seed: int = 0, touched: TouchedRobot | None = None) -> Design:
+def exploring(
+    robot: Robot,
+    seed: int = 0,
+    touched: TouchedRobot | None = None,
+    report: Callable[[float, str], None] = lambda share, what: None,
+) -> Design:
     """The design for a robot about which nothing else is known.
 
     Under the gravity of the robot file, one actuator goes through its range in small steps, as in the paper;
@@ -39,8 +45,9 @@ def exploring(robot: Robot, seed: int = 0, touched: TouchedRobot | None = None) 
         robot: its limits and gravity are used.
         seed: of the random commands and loads.
         touched: the robot with spheres, then `robot` is the one in it; None: nothing touches it.
+        report: called with the share that is done since the last call, and with what is being done.
     """
-    found = command_range(robot)
+    found = command_range(robot, report)
     if robot.n_a == 1 and not found.by_force[0] and found.least[0] == 0.0:
         own = ramp(robot, float(found.most[0]) / RAMP_STEPS).runs
     elif robot.n_a == 1:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -32,6 +34,7 @@ def run_campaign(
     folder: str | Path,
     executor: Executor | None = None,
     show_progress: bool = True,
+    each: Callable[[int], None] | None = None,
 ) -> Snapshots:
     """Compute all equilibria of a design, except those that the folder already holds.
 
@@ -45,15 +48,18 @@ def run_campaign(
         folder: of the saved chunks; one campaign in each folder, made when missing.
         executor: see `tauten.reduction.campaign.executors`; None computes in this process.
         show_progress: draw a bar on the terminal.
+        each: called with the number of equilibria after each chunk, instead of the bar.
 
     Raises:
         SnapshotError: the folder holds another campaign, or a damaged file.
     """
     ledger = _Ledger.open(robot, design, Path(folder))
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, TimeRemainingColumn(), disable=not show_progress) as progress:
+    hidden = each is not None or not show_progress
+    with Progress(*columns, TimeRemainingColumn(), disable=hidden) as progress:
         bar = progress.add_task("snapshots", total=design.size, completed=ledger.size)
-        _work(ledger, executor or InProcess(), lambda count: progress.advance(bar, count))
+        done = each or partial(progress.advance, bar)
+        _work(ledger, executor or InProcess(), done)
     return join_snapshots([part for parts in ledger.parts for part in parts])
 
 
@@ -145,6 +151,7 @@ class _Ledger:
 def _work(ledger: _Ledger, executor: Executor, advance: Callable[[int], None]) -> None:
     """Submit the next chunk of a run as soon as the previous one is finished."""
     pending: dict[Future[Snapshots], int] = {}
+    to_begin = deque(range(len(ledger.parts)))
 
     def send(index: int) -> None:
         if (chunk := ledger.next_chunk(index)) is not None:
@@ -158,13 +165,10 @@ def _work(ledger: _Ledger, executor: Executor, advance: Callable[[int], None]) -
         return index
 
     try:
-        for index in range(len(ledger.parts)):
-            send(index)
-            while finished := [future for future in pending if future.done()]:
-                for future in finished:  # at once, where this process computes
-                    send(collect(future))
-        while pending:
-            for future in wait(pending, return_when=FIRST_COMPLETED).done:
+        while to_begin or pending:
+            if to_begin:
+                send(to_begin.popleft())  # finished at once, where this process computes
+            for future in wait(pending, 0.0 if to_begin else None, FIRST_COMPLETED).done:
                 send(collect(future))
     except KeyboardInterrupt:
         for future in [future for future in pending if not future.cancel()]:

@@ -15,6 +15,7 @@ from tauten.reduction.contact.reduce import (
     make_basis,
     provenance,
     reduce_robot,
+    reduce_snapshots,
 )
 from tauten.reduction.contact.tip_error import TipErrors, tip_errors
 from tauten.reduction.contact.weighting import Weighting, snapshot_weights
@@ -50,6 +51,7 @@ __all__ = [
     "provenance",
     "quality",
     "reduce_robot",
+    "reduce_snapshots",
     "refine",
     "snapshot_weights",
     "tip_errors",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,6 +64,7 @@ def cross_validate(
     ks: Sequence[int] = DEFAULT_KS,
     method: BasisMethod = "energy",
     seed: int = 0,
+    report: Callable[[float, str], None] = lambda share, what: None,
 ) -> Curve:
     """Error against k, training and held out.
 
@@ -74,6 +75,7 @@ def cross_validate(
         ks: numbers of modes; those beyond the rank of any training set are omitted.
         method: see `fit_each`.
         seed: see `factorise`.
+        report: called with the share that is done since the last call, and with what is being done.
 
     Raises:
         ValueError: as `factorise`; or no k is within the rank.
@@ -85,12 +87,15 @@ def cross_validate(
     if not usable:
         raise ValueError(f"none of k = {list(ks)} lies in 1 to the rank of the snapshots, {rank}")
     training, held_out = [], []  # rows of BasisQuality, a part each
-    for part in parts:
+    for number, part in enumerate(parts, 1):
+        what = f"errors of {usable[0]} to {usable[-1]} contact modes, part {number} of {len(parts)}"
+        report(0.0, what)
         known = [problem for problem in problems if fold[problem.column] != part]
         unseen = [problem for problem in problems if fold[problem.column] == part]
         fits = fit_each(S[:, fold != part], known, usable, method, seed, _SWEEPS)
         training.append([quality(fit.Psi, known) for fit in fits])
         held_out.append([quality(fit.Psi, unseen) for fit in fits])
+        report(1.0 / len(parts), what)
     return Curve(
         k=np.array(usable),
         training=_mean_energy(training),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -30,6 +31,10 @@ from tauten.reduction.contact.positive_basis import checked_forces
 from tauten.reduction.contact.problems import contact_problems
 from tauten.reduction.contact.weighting import WEIGHTINGS, Weighting, snapshot_weights
 from tauten.reduction.provenance import CurvePoint, Provenance, package_versions
+
+Report = Callable[
+    [float, str], None
+]  # the share that is done since the last call, and what is being done
 
 TOLERANCE = 1e-3  # effector error that "auto" allows, relative to the size of the robot
 
@@ -94,6 +99,7 @@ def reduce_robot(
     executor: Executor | None = None,
     show_progress: bool = True,
     touched: TouchedRobot | None = None,
+    report: Report = lambda share, what: None,
 ) -> Reduction:
     """Run the campaign, or load its saved chunks from the folder, and make a basis from it.
 
@@ -106,6 +112,7 @@ def reduce_robot(
         show_progress: draw a bar on the terminal.
         touched: the robot with spheres, where the design presses it with them; the basis is made from
             snapshots without.
+        report: called after the campaign, as by `reduce_snapshots`.
 
     Raises:
         SnapshotError: the folder holds another campaign, or a damaged file.
@@ -117,17 +124,44 @@ def reduce_robot(
         )
     moved = robot if touched is None else touched.robot
     everything = run_campaign(moved, design, folder, executor, show_progress)
+    return reduce_snapshots(robot, everything, folder, settings, touched, report)
+
+
+def reduce_snapshots(
+    robot: Robot,
+    everything: Snapshots,
+    folder: str | Path,
+    settings: ReduceSettings,
+    touched: TouchedRobot | None = None,
+    report: Report = lambda share, what: None,
+) -> Reduction:
+    """A basis from all equilibria of a campaign.
+
+    Args:
+        robot: the robot.
+        everything: that the campaign computed, converged or not.
+        folder: that has them, for errors.
+        settings: number of modes, method, weighting.
+        touched: the robot with spheres that the campaign was of.
+        report: called with the share that is done since the last call, and with what is being done.
+
+    Raises:
+        ChoiceError: no contact, k beyond the rank, no k within the tolerance.
+    """
     snapshots = everything.select(everything.converged)
     own = snapshots if touched is None else of_plain_robot(touched, snapshots)
     try:
-        basis, curve = make_basis(robot, own, settings)
+        basis, curve = make_basis(robot, own, settings, report)
     except ValueError as error:
         raise ChoiceError(f"{folder}: {error}") from error
     return Reduction(basis, snapshots, len(everything) - len(snapshots), curve)
 
 
 def make_basis(
-    robot: Robot, snapshots: Snapshots, settings: ReduceSettings
+    robot: Robot,
+    snapshots: Snapshots,
+    settings: ReduceSettings,
+    report: Report = lambda share, what: None,
 ) -> tuple[ContactBasis, Curve | None]:
     """A basis from snapshots, and the error against k if it was computed.
 
@@ -137,6 +171,7 @@ def make_basis(
         robot: the robot of the snapshots.
         snapshots: converged equilibria [N, m].
         settings: number of modes, method, weighting.
+        report: called with the share that is done since the last call, and with what is being done.
 
     Raises:
         ValueError: as `factorise`: no contact, k beyond the rank.
@@ -145,14 +180,18 @@ def make_basis(
     weights = snapshot_weights(checked_forces(snapshots.lam), settings.weighting)
     S, method, seed = snapshots.lam * weights, settings.method, settings.seed
     with one_blas_thread():  # the order of sums depends on the number of threads
+        report(0.0, "contact problems")
         problems = contact_problems(robot, snapshots)
         curve, k, fewer = None, settings.k, list[int]()
         if k == "auto" or settings.curve:
-            curve = cross_validate(S, folds(snapshots), problems, method=method, seed=seed)
+            curve = cross_validate(
+                S, folds(snapshots), problems, method=method, seed=seed, report=report
+            )
         if k == "auto":
             assert curve is not None
             k = choose_k(curve, settings.tolerance or TOLERANCE * robot.size)
             fewer = curve.k[curve.k < k].tolist()  # as good a start as in the curve
+        report(0.0, f"{k} contact modes")
         fit = fit_each(S, problems, (*fewer, k), method, seed)[-1]
         found, by_effort = quality(fit.Psi, problems), None
         if robot.actuators.laws.held_by_force.any():

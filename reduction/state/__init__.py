@@ -9,6 +9,7 @@ from tauten.reduction.state.model_error import TipCheck
 from tauten.reduction.state.modes import enriched, pod, responses
 from tauten.reduction.state.parts import ReducedParts, reduced_parts
 from tauten.reduction.state.reduce import (
+    Narrower,
     StateSettings,
     n_elements,
     reduce_states,
@@ -16,6 +17,7 @@ from tauten.reduction.state.reduce import (
 
 __all__ = [
     "ElementSample",
+    "Narrower",
     "ReducedBody",
     "ReducedParts",
     "SUFFIX",

@@ -17,17 +17,12 @@ from tauten.reduction.state.basis import StateBasis, reduced_robot
 HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
 MANY_RUNS = 20  # from so many runs on, what is held out has neighbours in the training
 CHECKS = 100  # largest number of held-out equilibria compared
+FIRST_CHECKS, HOPELESS = 12, 3.0  # those compared first; how far beyond the goal the others are not
 CHOOSING = 0.3  # of the time of an attempt, for modes and elements
 
 Report = Callable[
     [float, str], None
 ]  # the share that is done since the last call, and what is being done
-
-
-def within_share(snapshots: Snapshots, share: float) -> Snapshots:
-    """The snapshots in which each position of an actuator is at most a share of its largest one in all."""
-    size = np.abs(snapshots.position)  # (n_a, s)
-    return snapshots.select((size <= share * size.max(axis=1, keepdims=True)).all(axis=0))
 
 
 def held_out_snapshots(snapshots: Snapshots) -> Bools:
@@ -74,9 +69,16 @@ def check_errors(
 
 
 def checked_on_held_out(
-    robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots, report: Report
+    robot: Robot,
+    states: StateBasis,
+    basis: ContactSpace,
+    held_out: Snapshots,
+    report: Report,
+    goal: float | None = None,
 ) -> StateBasis:
     """The basis with its tip errors on held-out equilibria.
+
+    Where some of them are far beyond the goal, the others are not compared.
 
     Args:
         robot: the full model.
@@ -84,10 +86,19 @@ def checked_on_held_out(
         basis: contact modes.
         held_out: equilibria of the full model.
         report: called with the share of the attempt that is done since the last call, and in words.
+        goal: largest error that is of use [m]; None: any is.
 
     Raises:
         StateBasisError: the reduced model does not converge at half of them or more.
     """
+    if goal is not None and len(held_out) > 2 * FIRST_CHECKS:
+        few = held_out.select(np.arange(0, len(held_out), -(-len(held_out) // FIRST_CHECKS)))
+        first = checked_on_held_out(
+            robot, states, basis, few, lambda share, what: report(0.0, what)
+        )
+        if first.origin.tip_max > HOPELESS * goal:
+            report(1.0 - CHOOSING, "")
+            return first
     checks = held_out.select(np.arange(0, len(held_out), -(-len(held_out) // CHECKS)))
     size = f"{states.r} modes, {len(states.elements)} elements, held-out loads"
     number = count(1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -23,7 +24,6 @@ from tauten.reduction.state.held_out import (
     Report,
     checked_on_held_out,
     held_out_snapshots,
-    within_share,
 )
 from tauten.reduction.state.modes import (
     Pod,
@@ -40,11 +40,16 @@ MOST_ELEMENTS = 3000  # of a sample, from which on no finer one is tried
 ATTEMPTS = 6  # at most, until the error on held-out equilibria is within the goal
 STALLED = 0.9  # of the error of the last attempt, above which more elements alone are of no use
 RANGES = (1.0, 0.5, 0.25)  # of the positions of a campaign, tried one after the other
-LEAST_WITHIN = 15  # snapshots within such a range
+CAMPAIGN = 0.5  # of the time of a smaller range, for its campaign
 FINER_MOTION, FINER_SAMPLE = (
     0.4,
     0.5,
 )  # what an attempt may leave out, of what the last one left out
+
+
+Narrower = Callable[
+    [float, Report], Snapshots
+]  # of another campaign, within a share of the positions of the first one
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,13 +92,15 @@ def reduce_states(
     basis: ContactSpace,
     settings: StateSettings,
     report: Report = lambda share, what: None,
+    narrower: Narrower | None = None,
 ) -> StateBasis:
     """A state basis, its sample of elements, and its tip errors on equilibria that were held out.
 
     Where the errors are above the goal of the settings, modes and elements are chosen again, to leave out
     less, until the goal is reached, the budget is spent, or steps of the reduced model take longer than
-    those of the full one. Then only snapshots within a half, and a quarter, of the actuators' positions
-    count: a body that coils at the ends of its range needs more modes there than its motion elsewhere.
+    those of the full one. Then campaigns within a half, and a quarter, of the actuators' positions take
+    the place of the first one: a body that coils at the ends of its range needs more modes there than its
+    motion elsewhere.
 
     All linear algebra runs on one thread, so that the same snapshots give the same basis to the last bit.
 
@@ -103,6 +110,8 @@ def reduce_states(
         basis: contact modes of the controller that will use the reduced model.
         settings: numbers of modes and tolerances.
         report: called with the share that is done since the last call, and with what is being done.
+        narrower: gives the converged equilibria of a campaign within a share of the positions, which it
+            reports on as `report` does; None: only the whole range is tried.
 
     Raises:
         StateBasisError: a robot that has no state bases, snapshots without configurations,
@@ -115,7 +124,7 @@ def reduce_states(
             f"expected at least {HELD_OUT} with {n_q}"
         )
     with one_blas_thread():  # the order of sums depends on the number of threads
-        return _best(robot.fork(), snapshots, basis, settings, report)
+        return _best(robot.fork(), snapshots, basis, settings, report, narrower)
 
 
 def n_elements(robot: Robot) -> int:
@@ -133,20 +142,21 @@ def _best(
     basis: ContactSpace,
     settings: StateSettings,
     report: Report,
+    narrower: Narrower | None,
 ) -> StateBasis:
     """As `reduce_states`, arguments checked."""
     attempts: list[Attempt] = []
     times: ModelTimes | None = None
     goal = settings.goal
-    for share in RANGES if goal is not None else RANGES[:1]:
-        within = snapshots if share == 1.0 else within_share(snapshots, share)
-        if share < 1.0 and len(within) < LEAST_WITHIN:
-            break
-        size = 1.0 if goal is None else 1.0 / len(RANGES)
+    ranges = RANGES if goal is not None and narrower is not None else RANGES[:1]
+    for share in ranges:
         title = "" if share == 1.0 else f"within {share:.0%} of the positions, "
-        found, times = _attempts(
-            robot, within, basis, settings, partial(_part, report, size, title)
-        )
+        part = partial(_part, report, 1.0 / len(ranges), title)
+        within = snapshots
+        if share < 1.0 and narrower is not None:
+            within = narrower(share, partial(_part, part, CAMPAIGN, ""))
+            part = partial(_part, part, 1.0 - CAMPAIGN, "")
+        found, times = _attempts(robot, within, basis, settings, part)
         attempts += [one.within(share) for one in found]
         if goal is None or any(one.states.origin.tip_max <= goal for one in found):
             break
@@ -184,7 +194,7 @@ def _attempts(
         states = _chosen(robot, training, tried, limit, snapshots.digest(), part)
         part(CHOOSING, "")
         try:
-            attempt = Attempt(checked_on_held_out(robot, states, basis, held_out, part))
+            attempt = Attempt(checked_on_held_out(robot, states, basis, held_out, part, goal))
         except StateBasisError as error:
             attempt = Attempt(states, str(error))
         attempts.append(attempt)

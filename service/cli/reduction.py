@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import typer
 from rich.console import Console
 
+from tauten.service.cli.campaigns import Campaigns, new_executor
 from tauten.service.cli.states import (
     KeepInaccurate,
     Responses,
@@ -23,13 +25,9 @@ from tauten.service.cli.states import (
     show_states,
     state_settings,
 )
-from tauten.service.cli.terminal import RobotName, writable
+from tauten.service.cli.terminal import RobotName, progress_bar, writable
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
-    from tauten.model import Robot
-    from tauten.reduction.campaign import Design, Ranges
     from tauten.reduction.contact import BasisMethod, Weighting
 
 
@@ -117,14 +115,8 @@ def reduce(
     from tauten.controller import load_model_settings
     from tauten.model import EmptySpace, load_robot
     from tauten.model.load import robot_path
-    from tauten.reduction.campaign import (
-        DesignError,
-        Ranges,
-        exploring,
-        run_campaign,
-        touched_robot,
-    )
-    from tauten.reduction.contact import ReduceSettings, reduce_robot
+    from tauten.reduction.campaign import DesignError, Ranges, touched_robot
+    from tauten.reduction.contact import ReduceSettings, reduce_snapshots
     from tauten.reduction.state import reducible
     from tauten.service.plots import draw_curve
 
@@ -154,24 +146,23 @@ def reduce(
         )
     target = _basis_path(out or beside / f"{loaded.name}.basis")
     ranges = Ranges(position=pull, tilt=math.radians(tilt), force=force, effort=tension)
-    plan = (
-        _design(design, loaded, step, ranges, runs, steps, seed)
-        if spheres is None
-        else exploring(moved, seed, spheres)
-    )
     folder = snapshots or Path(f"{loaded.name}-snapshots")
+    campaigns = Campaigns(
+        loaded, spheres, design, step, ranges, runs, steps, seed, folder,
+        partial(new_executor, scheduler, workers),
+    )  # fmt: skip
     for written in (target, folder):
         writable(written)
-    with _executor(scheduler, workers, len(plan.runs)) as executor, _resumable(folder):
-        if loaded.n_c > 0:
-            made = reduce_robot(loaded, plan, folder, settings, executor, touched=spheres)
-        else:
-            found = run_campaign(moved, plan, folder, executor)
-    if loaded.n_c == 0:
-        found, path = found.select(found.converged), target.with_suffix(".states")
-        save_states(moved, found, EmptySpace(moved.n_c), chosen, path, allowed)
-        _use(robot, None, path, write)
-        return
+    with _resumable(folder):
+        found = campaigns.whole()
+        good = found.select(found.converged)
+        if loaded.n_c == 0:
+            path, nothing = target.with_suffix(".states"), EmptySpace(moved.n_c)
+            save_states(moved, good, nothing, chosen, path, allowed, campaigns.narrower(found))
+            _use(robot, None, path, write)
+            return
+        with progress_bar("contact modes") as report:
+            made = reduce_snapshots(loaded, found, folder, settings, spheres, report)
     saved = made.basis.save(target)
     if curve is not None and made.curve is not None:
         draw_curve(made.curve, curve, made.basis.k)
@@ -185,7 +176,9 @@ def reduce(
     )
     path = saved.with_suffix(".states")
     if states:
-        save_states(moved, made.snapshots, made.basis.fitted(moved), chosen, path, allowed)
+        with _resumable(folder):
+            space, narrower = made.basis.fitted(moved), campaigns.narrower(found)
+            save_states(moved, good, space, chosen, path, allowed, narrower)
     _use(robot, saved, path if states else None, write)
 
 
@@ -275,45 +268,6 @@ def _basis_path(path: Path) -> Path:
     if path.suffix != SUFFIX:
         raise BasisError(f"{path}: a contact basis file ends in {SUFFIX}")
     return path
-
-
-def _design(
-    name: str, robot: Robot, step: float, ranges: Ranges, runs: int, steps: int, seed: int
-) -> Design:
-    from tauten.reduction.campaign import (
-        DesignError,
-        exploring,
-        from_csv,
-        latin_hypercube,
-        plackett_burman,
-        ramp,
-    )
-
-    if name == "exploring":
-        return exploring(robot, seed)
-    if name == "ramp":
-        return ramp(robot, step)
-    if name == "plackett-burman":
-        return plackett_burman(robot, ranges, steps)
-    if name == "latin-hypercube":
-        return latin_hypercube(robot, ranges, runs, seed, steps)
-    if not name.endswith(".csv"):
-        raise DesignError(
-            f"no design {name!r}: allowed are exploring, ramp, plackett-burman, latin-hypercube and files "
-            "that end in .csv"
-        )
-    return from_csv(robot, name)
-
-
-def _executor(
-    scheduler: str | None, workers: int | None, runs: int
-) -> AbstractContextManager[Executor]:
-    """A Dask cluster, or at most one process for each run."""
-    from tauten.reduction.campaign import dask_cluster, processes
-
-    if scheduler is not None:
-        return dask_cluster(scheduler)
-    return processes(min(workers or os.cpu_count() or 1, runs))
 
 
 @contextmanager

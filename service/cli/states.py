@@ -14,7 +14,7 @@ from tauten.service.cli.terminal import progress_bar
 if TYPE_CHECKING:
     from tauten.model import ContactSpace, Robot
     from tauten.reduction.campaign import Snapshots
-    from tauten.reduction.state import StateSettings
+    from tauten.reduction.state import Narrower, StateSettings
 
 LEAST_RESPONSES = 10
 
@@ -88,10 +88,11 @@ def save_states(
     settings: StateSettings,
     path: Path,
     max_tip_error: float | None,
+    narrower: Narrower | None,
 ) -> None:
     """Compute the state basis, compare it with the full model on held-out paths, and save it.
 
-    Where the error is larger than allowed, more modes and elements are tried.
+    Where the error is larger than allowed, more modes and elements are tried, then smaller ranges.
 
     Args:
         robot: the full robot.
@@ -100,6 +101,7 @@ def save_states(
         settings: of the state basis.
         path: of the new file.
         max_tip_error: error of the tip that is allowed [m]; None: any.
+        narrower: campaigns within a share of the positions; None: there are none.
 
     Raises:
         StateBasisError: the error is larger than the robot file allows, and not accepted.
@@ -108,7 +110,7 @@ def save_states(
 
     wanted = replace(settings, goal=max_tip_error)
     with progress_bar("state basis") as report:
-        states = reduce_states(robot, snapshots, basis, wanted, report)
+        states = reduce_states(robot, snapshots, basis, wanted, report, narrower)
     times = step_times(robot, states, basis)
     origin, saved = states.origin, states.save(path)
     pressed = ""

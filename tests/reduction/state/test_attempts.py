@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tauten.model import Robot
 from tauten.model.tetra import NodalBody
-from tauten.reduction.campaign import Snapshots
+from tauten.reduction.campaign import Snapshots, narrowed, ramp, run_campaign
 from tauten.reduction.contact import ContactBasis
-from tauten.reduction.state import StateBasisError, StateSettings, attempts, reduce, reduce_states
-from tauten.reduction.state.held_out import within_share
+from tauten.reduction.state import (
+    StateBasisError,
+    StateSettings,
+    attempts,
+    held_out,
+    reduce,
+    reduce_states,
+)
+from tauten.reduction.state.held_out import Report
 
 COARSE = StateSettings(motion=3e-2, responses=0, sample=0.2)
 
@@ -34,7 +43,7 @@ def test_modes_and_elements_are_added_until_the_error_is_within_the_goal(
     size = f"{more.r} modes, {len(more.elements)} elements, held-out loads"
     (number, checks) = re.fullmatch(rf"attempt (\d): {size} \d+ of (\d+)", said[-1][1]).groups()
     assert (f"attempt {number}: {size} 1 of {checks}") in [what for _, what in said]
-    done = int(number) / reduce.ATTEMPTS / len(reduce.RANGES)
+    done = int(number) / reduce.ATTEMPTS
     assert sum(share for share, _ in said) == pytest.approx(done)
 
 
@@ -45,7 +54,6 @@ def test_refusal_names_every_attempt_and_what_a_step_takes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(reduce, "ATTEMPTS", 2)
-    monkeypatch.setattr(reduce, "RANGES", (1.0,))
     with pytest.raises(StateBasisError, match=r"where 1e-06 mm are allowed. 2 tried") as refused:
         reduce_states(thumb, thumb_ramp, thumb_basis, replace(COARSE, goal=1e-9))
     tried = re.findall(r"(\d+) modes and (\d+) elements take the tip up to", str(refused.value))
@@ -62,7 +70,6 @@ def test_no_modes_are_added_to_a_model_that_is_slower_than_the_full_one(
     thumb_basis: ContactBasis,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(reduce, "RANGES", (1.0,))
     monkeypatch.setattr(attempts, "FAST", 0.0)
     monkeypatch.setattr(attempts, "SLOWER", 0.0)
     with pytest.raises(StateBasisError, match=r"1 tried.*Serve the full model"):
@@ -73,6 +80,7 @@ def test_a_smaller_range_is_taken_where_the_whole_one_needs_too_many_modes(
     thumb: Robot[NodalBody],
     thumb_ramp: Snapshots,
     thumb_basis: ContactBasis,
+    tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Two modes follow the first half of the way, not all of it; the origin says so."""
@@ -80,11 +88,39 @@ def test_a_smaller_range_is_taken_where_the_whole_one_needs_too_many_modes(
     few = replace(COARSE, r=2, sample=0.01)
     whole = reduce_states(thumb, thumb_ramp, thumb_basis, few)
     assert whole.origin.position_share == 1.0
-    half = reduce_states(
-        thumb, thumb_ramp, thumb_basis, replace(few, goal=0.9 * whole.origin.tip_max)
-    )
+    reached: list[float] = []
+
+    def narrower(share: float, report: Report) -> Snapshots:
+        close = narrowed(thumb, thumb_ramp.position, share)
+        found = run_campaign(close, ramp(close, share * 5e-4), tmp_path, None, False)
+        reached.append(float(np.abs(found.position).max() / np.abs(thumb_ramp.position).max()))
+        return found
+
+    goal = 0.9 * whole.origin.tip_max
+    half = reduce_states(thumb, thumb_ramp, thumb_basis, replace(few, goal=goal), narrower=narrower)
     assert half.origin.position_share == 0.5
-    assert half.origin.tip_max <= 0.9 * whole.origin.tip_max
-    used = within_share(thumb_ramp, 0.5)
-    assert 0.4 < len(used) / len(thumb_ramp) < 0.6
-    assert np.abs(used.position).max() <= 0.5 * np.abs(thumb_ramp.position).max()
+    assert half.origin.tip_max <= goal
+    assert reached == pytest.approx([0.5], rel=1e-6)
+
+
+def test_hopeless_attempts_are_compared_at_a_few_equilibria_alone(
+    thumb: Robot[NodalBody],
+    thumb_ramp: Snapshots,
+    thumb_basis: ContactBasis,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(held_out, "FIRST_CHECKS", 2)
+    every = int(held_out.held_out_snapshots(thumb_ramp).sum())
+    ends: dict[float, set[str]] = {1e-9: set(), 1.0: set()}
+    coarse = replace(COARSE, r=1)
+    for goal, said in ends.items():
+        with suppress(StateBasisError):
+            reduce_states(
+                thumb,
+                thumb_ramp,
+                thumb_basis,
+                replace(coarse, goal=goal),
+                lambda share, what, said=said: said.add(what.split(" of ")[-1]),
+            )
+    assert {"2"} == ends[1e-9] & {"2", str(every)}
+    assert {"2", str(every)} == ends[1.0] & {"2", str(every)}
