@@ -17,10 +17,11 @@ from tauten.reduction.campaign.touched import TouchedRobot, pressing_runs
 
 RAMP_STEPS = 200  # of one actuator whose position is commanded; the paper takes 800
 EFFORT_STEPS = 60  # of one actuator whose effort is commanded
-RUN_STEPS = 20  # of a run of several actuators
-LEAST_RUNS, RUNS_EACH = 8, 2  # number of such runs, and more for each actuator
-LEAST_LOADED_RUNS, LOADED_STEPS = 10, 10  # runs under other loads, and the steps of each
-LEAST_PRESSED_RUNS = 30  # runs against spheres
+RUN_STEPS = 8  # of a run of several actuators
+LEAST_RUNS, RUNS_EACH = 16, 4  # number of such runs, and more for each actuator
+LEAST_LOADED_RUNS, LOADED_STEPS = 10, 10  # runs under other loads of one actuator, and their steps
+LOADED_RUN_STEPS = 5  # of those of several actuators
+LEAST_PRESSED_RUNS, PRESSED_EACH, PRESSED_STEPS = 30, 2, 10  # runs against spheres, and their steps
 TILT = np.radians(20.0)  # of gravity there
 PAYLOAD = 0.2  # on the effectors there, as a share of the weight
 STANDARD_GRAVITY = 9.81  # m/s², by which payloads are chosen where a robot file has no gravity
@@ -59,7 +60,7 @@ def exploring(
     own_effectors = len(robot.effector_names) if touched is None else touched.own
     runs = (*own, *_loaded_runs(robot, found, own_effectors, seed))
     sizes = f"{len(own)} runs of {len(own[0])} steps, "
-    sizes += f"{len(runs) - len(own)} of {LOADED_STEPS} under other loads"
+    sizes += f"{len(runs) - len(own)} of {len(runs[-1])} under other loads"
     if touched is not None:
         pressed = _pressed_runs(touched, found, seed)
         runs = (
@@ -79,11 +80,11 @@ def _pressed_runs(touched: TouchedRobot, found: CommandRange, seed: int) -> tupl
         seed: of the commands and spheres.
     """
     robot = touched.robot
-    ends = _random_ends(found, LEAST_PRESSED_RUNS + RUNS_EACH * robot.n_a, seed + 2)
+    ends = _random_ends(found, LEAST_PRESSED_RUNS + PRESSED_EACH * robot.n_a, seed + 2)
     ends, centres = pressing_runs(touched, found, ends, seed + 2)
-    shares = _risen(LOADED_STEPS)
+    shares = _risen(PRESSED_STEPS)
     return tuple(
-        replace(_to_command(robot, found, end, shares), pressed=np.tile(at[:, None], LOADED_STEPS))
+        replace(_to_command(robot, found, end, shares), pressed=np.tile(at[:, None], PRESSED_STEPS))
         for end, at in zip(ends, centres, strict=True)
     )
 
@@ -114,7 +115,7 @@ def _loaded_runs(robot: Robot, found: CommandRange, effectors: int, seed: int) -
         ends = np.where(both & (np.arange(count) % 2 == 1), -1.0, 1.0)[:, None]
     else:
         ends = _random_ends(found, count, seed + 1)
-    shares = np.linspace(0.0, 1.0, LOADED_STEPS)
+    shares = np.linspace(0.0, 1.0, LOADED_STEPS if robot.n_a == 1 else LOADED_RUN_STEPS)
     return tuple(
         _to_command(
             robot, found, end, shares, Rotation.from_rotvec(TILT * axis).apply(gravity), force

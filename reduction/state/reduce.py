@@ -38,6 +38,7 @@ from tauten.reduction.state.modes import (
 FIRST_MODES, MOST_MODES = 100, 200  # largest r of the first attempt, and of further ones
 MOST_ELEMENTS = 3000  # of a sample, from which on no finer one is tried
 ATTEMPTS = 6  # at most, until the error on held-out equilibria is within the goal
+FAR = 10.0  # times the goal, above which an error with `FIRST_MODES` is not mended by more modes
 STALLED = 0.9  # of the error of the last attempt, above which more elements alone are of no use
 RANGES = (1.0, 0.5, 0.25)  # of the positions of a campaign, tried one after the other
 CAMPAIGN = 0.5  # of the time of a smaller range, for its campaign
@@ -202,7 +203,7 @@ def _attempts(
             break
         times = step_times(robot, states, basis)
         every = len(states.elements) >= min(MOST_ELEMENTS, training.body.n_elements)
-        if times.useless or every or stalled(attempts):
+        if times.useless or every or stalled(attempts) or far(attempts[-1], goal):
             break
         motion, sample = motion * FINER_MOTION, sample * FINER_SAMPLE
     return attempts, times
@@ -215,6 +216,11 @@ def stalled(attempts: list[Attempt]) -> bool:
     before, last = (one.states.origin for one in attempts[-2:])
     full = last.r == before.r >= MOST_MODES
     return full and last.tip_max > STALLED * before.tip_max
+
+
+def far(attempt: Attempt, goal: float) -> bool:
+    """Whether an attempt with many modes is so far from the goal [m] that more of them do not reach it."""
+    return attempt.states.origin.r >= FIRST_MODES and attempt.states.origin.tip_max > FAR * goal
 
 
 def _part(report: Report, size: float, title: str, share: float, what: str) -> None:
