@@ -11,6 +11,7 @@ from PIL.Image import DecompressionBombError
 
 from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.view.export import film, picture
+from tauten.service.view.viewing import Viewing
 from tauten.service.view.web import Guard
 from tauten.service.view.words import Words
 
@@ -32,7 +33,7 @@ class SaveButtons:
         look: RobotLook,
         guard: Guard,
         frames: Callable[[], list[ViewFrame]],
-        strain: Callable[[], float | None] = lambda: None,
+        viewing: Viewing,
     ) -> None:
         """Add them.
 
@@ -41,10 +42,10 @@ class SaveButtons:
             look: of the robot.
             guard: lets a picture through that was asked for.
             frames: the last `FILM` seconds before the frame that is shown, which is the last of them.
-            strain: at the end of its colours; None: they are not shown.
+            viewing: how one looks at the robot.
         """
         self._look, self._guard, self._frames = look, guard, frames
-        self._strain = strain
+        self._viewing = viewing
         self._busy = threading.Lock()
         buttons = gui.add_button_group(
             "save",
@@ -82,4 +83,4 @@ class SaveButtons:
         )
         with self._guard.picture(height, width):  # it passes this size alone
             image = client.get_render(height, width, transport_format="png", timeout=_PATIENCE)
-        return picture(image, self._look, time, self._strain())
+        return picture(image, self._look, time, self._viewing.strain)

@@ -45,10 +45,10 @@ class PlaybackSession:
         self._panel = ViewPanel(server, recorded.look, targets=None)
         if guard is not None:
             guard.let_all(self._panel.for_all)
-            SaveButtons(server.gui, recorded.look, guard, self._film)
+            SaveButtons(server.gui, recorded.look, guard, self._film, self._panel.viewing)
         self._scene = RobotScene(server, recorded.look, draggable=False)
         self._shown = 0.0  # s
-        self._drawn: ViewFrame | None = None
+        self._drawn: tuple[ViewFrame, tuple[bool, bool]] | None = None  # with forces and strain
         self._pictures = 0
 
     def run(self, stop: StopFlag, seconds: float | None = None) -> int:
@@ -105,10 +105,12 @@ class PlaybackSession:
             return
         self._pictures += 1
         self._panel.show_onlookers(self._server.onlookers)
-        if frame is not self._drawn:
-            self._drawn = frame
+        looks = frame, self._panel.viewing.wanted
+        if looks != self._drawn:
+            self._drawn = looks
             with self._server.atomic():
                 self._scene.draw(frame, self._history.between(frame.time - TRAIL, frame.time))
+                self._panel.viewing.draw(frame, self._scene)
         if self._pictures % _PLOTS != 1:
             return
         history, panel = self._history, self._panel

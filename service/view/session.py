@@ -34,10 +34,8 @@ from tauten.service.view.keeping import FILM, SaveButtons
 from tauten.service.view.panel import Request, ViewPanel
 from tauten.service.view.picture import (
     TRAIL,
-    ForceNumbers,
     ReachDrawing,
     RobotScene,
-    StrainSkin,
     nearest_of,
 )
 from tauten.service.view.program import WaypointProgram
@@ -110,8 +108,8 @@ class ViewSession:
         self._shown: float | None = None  # time of the frame that is shown; None: the newest
         self._elapsed = 0.0  # s of the robot
         self._frames = 0
-        # frame, ghost, points of a new cable, forces, strain
-        self._looks: tuple[ViewFrame, bool, int, bool, bool] | None = None
+        # frame, ghost, points of a new cable, forces and strain
+        self._looks: tuple[ViewFrame, bool, int, tuple[bool, bool]] | None = None
         self._plotted: ViewFrame | None = None
         self._clicks: SimpleQueue[tuple[Array, Array]] = SimpleQueue()
         self.cable: CableDrawing | None = None
@@ -123,11 +121,9 @@ class ViewSession:
         self._panel.on_scalar(self._slid)
         guard.on_operator_left(self._disarm)
         guard.let_all(self._panel.for_all)
-        self._strain = StrainSkin(server.scene, look)
-        self._numbers = ForceNumbers(server.scene, look)
         self._simulated = source if isinstance(source, SimulatedRobot) else None
         self._pushing = HandPull(server.scene, look, self._scene.skin) if self._simulated else None
-        SaveButtons(server.gui, look, guard, self._film, self._strain_shown)
+        SaveButtons(server.gui, look, guard, self._film, self._panel.viewing)
         guard.let_upload(self.program.uploads)
 
     @property
@@ -196,10 +192,6 @@ class ViewSession:
             self._history.add(frame)
             self.targets.rest_at(frame.values)
 
-    def _strain_shown(self) -> float | None:
-        """Strain at the end of the colours; None while they are not shown."""
-        return self._strain.end if self._panel.viewing.shows_strain else None
-
     def _film(self) -> list[ViewFrame]:
         """The last seconds up to the frame that is shown."""
         end = self._history.last if self._shown is None else self._shown
@@ -229,19 +221,14 @@ class ViewSession:
         self._frames += 1
         self._take_clicks(frame)
         self._scene.show_ghost(panel.shows_ghost)
-        viewing = panel.viewing
-        forces, strained = viewing.shows_forces, viewing.shows_strain
-        looks = frame, panel.shows_ghost, len(self.cable or ()), forces, strained
+        looks = frame, panel.shows_ghost, len(self.cable or ()), panel.viewing.wanted
         with self._server.atomic():
             if looks != self._looks:  # nothing is sent while nothing moves
                 self._looks = looks
                 self._scene.draw(frame, history.between(frame.time - TRAIL, frame.time))
                 if self.cable is not None:
                     self.cable.draw(frame.geometry.vertices)
-                self._scene.show_skin(not strained)
-                self._strain.draw(frame.geometry.vertices if strained else None)
-                viewing.show_bar(self._strain.end)
-                self._numbers.draw(frame if forces else None)
+                panel.viewing.draw(frame, self._scene)
             self._scene.show_gizmos(frame.time >= history.last)
             self._scene.place_gizmos(self.targets.values)
         panel.show_follow(self.targets.armed)

@@ -7,8 +7,17 @@ from __future__ import annotations
 
 import viser
 
-from tauten.service.frames import ReachSet, RobotLook
-from tauten.service.view.picture import PRESETS, SHEET, Preset, show_preset, strain_bar
+from tauten.service.frames import ReachSet, RobotLook, ViewFrame
+from tauten.service.view.picture import (
+    PRESETS,
+    SHEET,
+    ForceNumbers,
+    Preset,
+    RobotScene,
+    StrainSkin,
+    show_preset,
+    strain_bar,
+)
 from tauten.service.view.web import LoopbackServer
 
 _LIGHT, _DARK = "light", "dark"
@@ -49,6 +58,7 @@ class Viewing:
             if event.client is not None:
                 await server.colours.choose(event.client, event.target.value == _DARK)
 
+        self._skin, self._numbers = StrainSkin(server.scene, look), ForceNumbers(server.scene, look)
         gui.add_html(_STYLE)
         self._reach: viser.GuiCheckboxHandle | None = None
         with gui.add_folder("View"):
@@ -80,22 +90,27 @@ class Viewing:
         return self._reach is not None and bool(self._reach.value)
 
     @property
-    def shows_forces(self) -> bool:
-        """Whether forces have numbers."""
-        return bool(self._forces.value)
+    def wanted(self) -> tuple[bool, bool]:
+        """Whether forces have numbers, and the skin the colours of its strain."""
+        return bool(self._forces.value), bool(self._strain.value)
 
     @property
-    def shows_strain(self) -> bool:
-        """Whether the skin has the colour of its strain."""
-        return bool(self._strain.value)
+    def strain(self) -> float | None:
+        """Strain at the end of the colours; None while they are not shown."""
+        return self._skin.end if self._strain.value else None
 
-    def show_bar(self, end: float) -> None:
-        """Show the bar of the colours while they are shown.
+    def draw(self, frame: ViewFrame, scene: RobotScene) -> None:
+        """Show the strain of a frame, and numbers of its forces, where they are wanted.
 
         Args:
-            end: strain at its end.
+            frame: to show.
+            scene: that shows it.
         """
-        content = strain_bar(end) if self.shows_strain else ""
+        forces, strained = self.wanted
+        scene.show_skin(not strained)
+        self._skin.draw(frame.geometry.vertices if strained else None)
+        self._numbers.draw(frame if forces else None)
+        content = strain_bar(self._skin.end) if strained else ""
         if self._bar.content != content:
             self._bar.content = content
 

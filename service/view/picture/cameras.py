@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,8 +16,11 @@ from tauten.service.view.picture.directions import sideways, upwards
 Preset = Literal["fit", "front", "side", "top"]
 PRESETS: tuple[Preset, ...] = ("fit", "front", "side", "top")
 FIELD_OF_VIEW = np.radians(40.0)  # from bottom to top
+_PATIENCE, _PAUSE = 600, 0.05  # times and s, for a browser that loads
+_SAME = 1e-3  # of the robot's size, within which two places of a camera are the same
 SHEET = 0.42  # of a phone's window, under the panel
 _HEIGHT, _WIDTH = 0.5, 0.45  # of the window, that the robot takes
+_FIRST = 1.5  # width of a window over its height, which all browsers start with
 _NARROW = 0.8  # aspect below which the panel is at the bottom of the window, as on a phone
 
 
@@ -33,7 +37,7 @@ class Camera:
     look_at: Array
 
 
-def camera_of(look: RobotLook, preset: Preset, aspect: float = 1.5) -> Camera:
+def camera_of(look: RobotLook, preset: Preset, aspect: float = _FIRST) -> Camera:
     """The camera that shows a robot at rest half as high as the window, or nearly half as wide.
 
     Args:
@@ -68,7 +72,7 @@ def camera_of(look: RobotLook, preset: Preset, aspect: float = 1.5) -> Camera:
 
 
 def place_first(server: viser.ViserServer, look: RobotLook) -> None:
-    """Start all browsers with the robot in the middle, narrow ones above the panel.
+    """Start all browsers with the robot in the middle; in narrow windows it is smaller, or above the panel.
 
     Args:
         server: whose browsers they are.
@@ -80,8 +84,15 @@ def place_first(server: viser.ViserServer, look: RobotLook) -> None:
     camera.near, camera.far = 0.02 * look.robot.size, 100.0 * look.robot.size
 
     async def connected(client: viser.ClientHandle) -> None:
-        if client.camera.aspect < _NARROW:
-            show_preset(client, look, "fit")
+        if client.camera.aspect >= _FIRST:
+            return
+        # the camera that all start with would override another one that comes to a browser before it
+        for _ in range(_PATIENCE):
+            away = float(np.linalg.norm(client.camera.position - first.position))
+            if away < _SAME * look.robot.size:
+                show_preset(client, look, "fit")
+                return
+            await asyncio.sleep(_PAUSE)
 
     server.on_client_connect(connected)
 

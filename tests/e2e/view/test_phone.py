@@ -1,4 +1,4 @@
-"""The viewer on a phone, which holds its window upright."""
+"""The viewer on a phone, which holds its window upright, and in other windows that are not wide."""
 
 from __future__ import annotations
 
@@ -37,3 +37,23 @@ def test_a_phone_shows_robot_and_target_above_the_panel(beam_file: Path, beam: R
             return bool(x.min() > 0 and x.max() < PHONE[0] and y.min() > 0 and y.max() < free)
 
         assert wait_until(above)
+
+
+def test_a_robot_is_as_large_in_a_window_that_is_not_wide(beam_file: Path, beam: Robot) -> None:
+    """It was so large as in a wide one, and ended under the panel."""
+    size = (640, 700)
+    setup = load_setup(beam_file, rate=10.0)
+    with (
+        showing(SimulatedRobot(setup, load_setup(beam_file, rate=10.0))) as shown,
+        page_of(shown.origin, "Operate", size),
+    ):
+        (client,) = shown.server.get_clients().values()
+        points = beam.points(beam.rest())
+
+        def width() -> float:
+            """Of the robot, in that of the window."""
+            camera = client.camera
+            places = [on_page(one, camera.position, camera.look_at, size)[0] for one in points]
+            return (max(places) - min(places)) / size[0]
+
+        assert wait_until(lambda: 0.3 < width() < 0.55)

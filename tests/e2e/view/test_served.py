@@ -131,6 +131,11 @@ def test_a_log_is_shown_and_exported(
     with open_server(0, "log") as (server, _):
         session = PlaybackSession(recorded, server)
         assert wait_until(lambda: session.run(stop, 0.5) > 20)  # it counts on from call to call
+        drawn = server.scene._handle_from_node_name
+        assert "/strain/0" not in drawn
+        session._panel.viewing._strain.value = True  # type: ignore[misc]
+        session.run(stop, 0.5)
+        assert "/strain/0" in drawn and not drawn["/skin"].visible, "as in a simulation"
     html = tmp_path / "run.html"
     assert run_main("view", served.log, "--against", beam_file, "--export", html) == 0
     text = html.read_text()

@@ -16,6 +16,7 @@ from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
 from tauten.service.view.keeping import SaveButtons
+from tauten.service.view.viewing import Viewing
 
 
 @pytest.fixture
@@ -48,7 +49,8 @@ def saved(look: RobotLook, *pages: Page) -> list[str]:
     frames: list[Any] = [SimpleNamespace(time=1.0)]
     shown: list[ViewFrame] = frames
     with open_server(0, "test") as (server, guard):
-        buttons = SaveButtons(server.gui, look, guard, lambda: shown)
+        viewing = Viewing(server, look, reaches=False)
+        buttons = SaveButtons(server.gui, look, guard, lambda: shown, viewing)
         for page in pages:
             event: Any = SimpleNamespace(client=page, target=SimpleNamespace(value="PNG"))
             buttons._save(event)
