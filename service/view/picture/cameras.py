@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from dataclasses import dataclass
 from typing import Literal
 
@@ -16,7 +15,6 @@ from tauten.service.view.picture.directions import sideways, upwards
 Preset = Literal["fit", "front", "side", "top"]
 PRESETS: tuple[Preset, ...] = ("fit", "front", "side", "top")
 FIELD_OF_VIEW = np.radians(40.0)  # from bottom to top
-_PATIENCE, _PAUSE = 600, 0.05  # times and s, for a browser that loads
 _SAME = 1e-3  # of the robot's size, within which two places of a camera are the same
 SHEET = 0.42  # of a phone's window, under the panel
 _HEIGHT, _WIDTH = 0.5, 0.45  # of the window, that the robot takes
@@ -86,13 +84,18 @@ def place_first(server: viser.ViserServer, look: RobotLook) -> None:
     async def connected(client: viser.ClientHandle) -> None:
         if client.camera.aspect >= _FIRST:
             return
-        # the camera that all start with would override another one that comes to a browser before it
-        for _ in range(_PATIENCE):
-            away = float(np.linalg.norm(client.camera.position - first.position))
-            if away < _SAME * look.robot.size:
+        fitted = False
+
+        async def moved(now: viser.CameraHandle) -> None:
+            """Fit it once the browser has the camera that all start with: before, that would override it."""
+            nonlocal fitted
+            away = float(np.linalg.norm(now.position - first.position))
+            if not fitted and away < _SAME * look.robot.size:
+                fitted = True
                 show_preset(client, look, "fit")
-                return
-            await asyncio.sleep(_PAUSE)
+
+        client.camera.on_update(moved)
+        await moved(client.camera)
 
     server.on_client_connect(connected)
 
