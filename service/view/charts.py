@@ -158,7 +158,7 @@ def _plot(server: viser.ViserServer, title: str, names: list[str]) -> viser.GuiU
 def padded_range(
     values: Array, least: float, before: tuple[float, float] | None
 ) -> tuple[float, float]:
-    """A range around values.
+    """A range around values; where none is negative, hardly anything below zero.
 
     Args:
         values: that are drawn, finite ones among them.
@@ -172,5 +172,7 @@ def padded_range(
         if width <= max(least, (high - low) / _TIGHT) * (1.0 + 1e-9):
             return before
     width = max(least, (high - low) * (1.0 + 2.0 * _ROOM))
-    middle = 0.5 * (low + high)
-    return middle - 0.5 * width, middle + 0.5 * width
+    begin = 0.5 * (low + high - width)
+    if low >= 0.0:
+        begin = max(begin, -_ROOM * width)
+    return begin, begin + width

@@ -48,3 +48,10 @@ def test_a_range_stays_while_values_are_within_it() -> None:
     assert padded_range(np.array([2.0, 12.0]), 0.5, first)[1] > 12.0
     assert np.ptp(padded_range(np.array([2.0, 2.5]), 0.5, first)) < 1.0, "and not for ever"
     assert padded_range(np.array([np.nan, 1.0]), 0.5, None) == (0.75, 1.25)
+
+
+def test_a_plot_of_small_distances_begins_at_zero() -> None:
+    """The one tick that it had was that of zero in its middle."""
+    low, high = padded_range(np.array([0.0, 0.1]), 2.0, None)
+    assert -0.2 < low <= 0.0 and high == pytest.approx(low + 2.0)
+    assert padded_range(np.array([-1.0, 0.0]), 2.0, None) == (-1.5, 0.5)
