@@ -30,9 +30,14 @@ class ModelTimes:
     reduced: float
 
     @property
-    def useless(self) -> bool:
+    def slower(self) -> bool:
         """Whether a step of the reduced model takes longer than one of the full model."""
-        return self.full > FAST and self.reduced > SLOWER * self.full
+        return self.reduced > SLOWER * self.full
+
+    @property
+    def useless(self) -> bool:
+        """Whether it does, and steps of the full model are not fast either."""
+        return self.full > FAST and self.slower
 
     def __str__(self) -> str:
         return (
@@ -118,7 +123,7 @@ def best_of(attempts: list[Attempt], goal: float | None, times: ModelTimes | Non
     )
     if times is not None:
         text += f". With the last one {times}"
-    if times is not None and times.useless:
+    if times is not None and times.slower:
         text += ". Serve the full model"
     else:
         text += ". Use more modes, a finer sample or a wider campaign"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import count
 
 import numpy as np
@@ -13,6 +14,7 @@ from tauten.reduction.campaign import Snapshots, pressed_columns
 from tauten.reduction.contact import TipErrors, tip_errors
 from tauten.reduction.reduced_body import StateBasisError
 from tauten.reduction.state.basis import StateBasis, reduced_robot
+from tauten.reduction.state.bodies import reducible
 
 HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
 MANY_RUNS = 20  # from so many runs on, what is held out has neighbours in the training
@@ -92,14 +94,14 @@ def checked_on_held_out(
         StateBasisError: the reduced model does not converge at half of them or more.
     """
     if goal is not None and len(held_out) > 2 * FIRST_CHECKS:
-        few = held_out.select(np.arange(0, len(held_out), -(-len(held_out) // FIRST_CHECKS)))
+        few = spread(held_out, FIRST_CHECKS)
         first = checked_on_held_out(
             robot, states, basis, few, lambda share, what: report(0.0, what)
         )
         if first.origin.tip_max > HOPELESS * goal:
             report(1.0 - CHOOSING, "")
             return first
-    checks = held_out.select(np.arange(0, len(held_out), -(-len(held_out) // CHECKS)))
+    checks = spread(held_out, CHECKS)
     size = f"{states.r} modes, {len(states.elements)} elements, held-out loads"
     number = count(1)
 
@@ -113,3 +115,27 @@ def checked_on_held_out(
     found, touched = errors.error[good], errors.error[good & pressed_columns(robot, checks)]
     pressed = (float(touched.mean()), float(touched.max())) if len(touched) else None
     return states.with_tip_errors(float(found.mean()), float(found.max()), pressed)
+
+
+def spread(held_out: Snapshots, most: int) -> Snapshots:
+    """Equilibria at even distances among those held out, at most some number of them."""
+    return held_out.select(np.arange(0, len(held_out), -(-len(held_out) // most)))
+
+
+def modes_suffice(
+    robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots, goal: float
+) -> bool:
+    """Whether the modes of a basis, with all elements, are within the goal at a few held-out equilibria.
+
+    Args:
+        robot: the full model.
+        states: modes and a sample, which may be too coarse.
+        basis: contact modes.
+        held_out: equilibria of the full model.
+        goal: largest error of the tip [m].
+    """
+    count = reducible(robot).n_elements
+    origin = replace(states.origin, sample=count)
+    every = StateBasis(states.Phi, np.arange(count), np.ones(count), origin)
+    errors = check_errors(robot, every, basis, spread(held_out, FIRST_CHECKS))
+    return bool((errors.error <= goal).all())

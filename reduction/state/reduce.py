@@ -24,6 +24,7 @@ from tauten.reduction.state.held_out import (
     Report,
     checked_on_held_out,
     held_out_snapshots,
+    modes_suffice,
 )
 from tauten.reduction.state.modes import (
     Pod,
@@ -42,10 +43,9 @@ FAR = 10.0  # times the goal, above which an error with `FIRST_MODES` is not men
 STALLED = 0.9  # of the error of the last attempt, above which more elements alone are of no use
 RANGES = (1.0, 0.5, 0.25)  # of the positions of a campaign, tried one after the other
 CAMPAIGN = 0.5  # of the time of a smaller range, for its campaign
-FINER_MOTION, FINER_SAMPLE = (
-    0.4,
-    0.5,
-)  # what an attempt may leave out, of what the last one left out
+# What an attempt may leave out, of what the last one left out.
+FINER_MOTION, FINER_SAMPLE = 0.25, 0.3
+LEAST_MOTION = 1e-9  # left out, below which there are no more modes
 
 
 Narrower = Callable[
@@ -205,17 +205,37 @@ def _attempts(
         every = len(states.elements) >= min(MOST_ELEMENTS, training.body.n_elements)
         if times.useless or every or stalled(attempts) or far(attempts[-1], goal):
             break
-        motion, sample = motion * FINER_MOTION, sample * FINER_SAMPLE
+        part(0.0, "do modes or elements lack?")
+        if settings.r == "auto" and not modes_suffice(robot, states, basis, held_out, goal):
+            motion = finer_motion(training.modes, motion)
+        else:
+            sample *= FINER_SAMPLE
     return attempts, times
 
 
+def finer_motion(modes: Pod, motion: float) -> float:
+    """A smaller relative projection error, which takes more modes where there are any.
+
+    Args:
+        modes: all that may be used.
+        motion: the error until now.
+    """
+    before = len(chosen_modes(modes, "auto", motion, MOST_MODES).Phi.T)
+    while motion > LEAST_MOTION:
+        motion *= FINER_MOTION
+        if len(chosen_modes(modes, "auto", motion, MOST_MODES).Phi.T) > before:
+            break
+    return motion
+
+
 def stalled(attempts: list[Attempt]) -> bool:
-    """Whether the last two attempts have as many modes as allowed, and the last error is hardly smaller."""
+    """Whether the last two attempts are the same, or have all modes allowed and hardly another error."""
     if len(attempts) < 2:
         return False
     before, last = (one.states.origin for one in attempts[-2:])
+    same = last.r == before.r and last.sample_tolerance == before.sample_tolerance
     full = last.r == before.r >= MOST_MODES
-    return full and last.tip_max > STALLED * before.tip_max
+    return same or (full and last.tip_max > STALLED * before.tip_max)
 
 
 def far(attempt: Attempt, goal: float) -> bool:

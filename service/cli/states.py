@@ -125,7 +125,7 @@ def save_states(
         f"{origin.snapshots} snapshots, {origin.sample} of "
         f"{n_elements(robot)} elements{within}; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
         f"{1e3 * origin.tip_max:.3g} mm at most on paths held out{pressed}; {times}"
-        + (": serve the full model" if times.useless else "")
+        + (": serve the full model" if times.slower else "")
     )
 
 

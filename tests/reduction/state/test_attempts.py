@@ -58,7 +58,7 @@ def test_refusal_names_every_attempt_and_what_a_step_takes(
         reduce_states(thumb, thumb_ramp, thumb_basis, replace(COARSE, goal=1e-9))
     tried = re.findall(r"(\d+) modes and (\d+) elements take the tip up to", str(refused.value))
     assert len(tried) == 2
-    assert int(tried[0][1]) < int(tried[1][1])
+    assert int(tried[0][0]) < int(tried[1][0])
     assert re.search(
         r"a time step takes \S+ ms of processor time, one of the full", str(refused.value)
     )
