@@ -47,6 +47,18 @@ def test_modes_and_elements_are_added_until_the_error_is_within_the_goal(
     assert sum(share for share, _ in said) == pytest.approx(done)
 
 
+def test_elements_alone_are_added_where_the_modes_suffice(
+    thumb: Robot[NodalBody], thumb_ramp: Snapshots, thumb_basis: ContactBasis
+) -> None:
+    exact = replace(COARSE, motion=1e-4)
+    once = reduce_states(thumb, thumb_ramp, thumb_basis, exact)
+    more = reduce_states(
+        thumb, thumb_ramp, thumb_basis, replace(exact, goal=0.5 * once.origin.tip_max)
+    )
+    assert more.r == once.r
+    assert len(more.elements) > len(once.elements)
+
+
 def test_refusal_names_every_attempt_and_what_a_step_takes(
     thumb: Robot[NodalBody],
     thumb_ramp: Snapshots,
