@@ -117,8 +117,14 @@ def test_targets_locks_and_a_replay_of_both(
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (("lock", "beam", "bellows", "--force", "1e6"), "chamber bellows allows -2000 to 40000 Pa"),
-        (("lock", "beam", "tendon", "--position=-0.1"), "cable tendon allows 0 to 0.02 m"),
+        (
+            ("lock", "beam", "bellows", "--force", "1e6"),
+            "chamber bellows at a pressure of 1e+06 Pa: allowed are -2000 to 40000 Pa",
+        ),
+        (
+            ("lock", "beam", "tendon", "--position=-0.1"),
+            "cable tendon at a pull of -0.1 m: allowed are 0 to 0.02 m",
+        ),
         (("lock", "beam", "pump", "--force", "1"), "its actuators are tendon, bellows"),
         (("unlock", "beam", "pump"), "its actuators are tendon, bellows"),
         (("lock", "beam", "tendon"), "give either --position or --force"),
