@@ -31,7 +31,7 @@ COMMANDS = (
     ("stream", "line", "--robot", "ROBOT", "--port", "PORT"),
     ("new", "bar", "--mesh", "PART", "--size", "1.2", "--yes"),
     ("view", "ROBOT", "--simulate", "--no-browser", "--web-port", "0"),
-    ("bench", "still", "--robot", "ROBOT", "--json", "still.json"),
+    ("bench", "closed-loop", "ROBOT", "--json", "loop.json"),
     ("doctor",),
     ("lock", "beam", "upper", "--position", "0.001", "--port", "PORT"),
 )

@@ -27,7 +27,7 @@ COMMANDS = (
     ("check", "ROBOT", "--figure", "SEALED/check.png"),
     ("check", "ROBOT", "--regions", "SEALED/regions.png"),
     ("compare", "ROBOT"),
-    ("bench", "still", "--robot", "ROBOT", "--figure", "SEALED/still.png"),
+    ("bench", "closed-loop", "ROBOT", "--json", "SEALED/loop.json"),
 )  # fmt: skip
 
 
