@@ -1,6 +1,6 @@
 """`tauten reduce --states` with its defaults on robot files of SOFA: do its errors hold at other equilibria?
 
-Those are equilibria of the full model under random tensions or pressures that no campaign has seen.
+Those are equilibria of the full model under random tensions or pressures and payloads of no campaign.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from support.robots.sofa_robots import robots_folder
 
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.reduction.campaign import Snapshots, command_range, narrowed
+from tauten.reduction.campaign import Snapshots, command_range, narrowed, payload
 from tauten.reduction.state import StateBasis, reduced_robot
 
 COUNT = 30  # equilibria
@@ -60,8 +60,11 @@ def errors(found: Made, within: Robot) -> Array:
     apart = []
     for _ in range(3 * COUNT):
         command = commands.command(rng.uniform(0.0, 1.0, found.robot.n_a))
-        full.reset()
-        small.reset()
+        push = rng.standard_normal(3)
+        push *= rng.uniform() * payload(found.robot, 1) / np.linalg.norm(push)
+        for simulator in (full, small):
+            simulator.load(found.robot.gravity, push)
+            simulator.reset()
         if not full.settle(command.position, command.effort).converged:
             continue
         inside = (limits.position_min <= full.position) & (full.position <= limits.position_max)
