@@ -16,7 +16,8 @@ step of implicit Euler over the rest of h, as steps for unilateral constraints t
 Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems*, 2008, chapter 10).
 
 Where a stage moves a node far from where the velocity alone leads, one linearisation is not enough: the
-period is travelled again in twice as many steps.
+period is travelled again in twice as many steps, up to four times as many. Where a stage moves a node several
+times as far, as where a robot buckles and its tangent is nearly singular, the number is doubled further.
 
 The controller's model and the simulated robots both move so, each with its own number of steps in a period.
 """
@@ -49,7 +50,9 @@ STAGE = 1.0 - 1.0 / np.sqrt(2.0)  # γ
 FARTHEST_CORRECTION = (
     2e-3  # from where the velocity leads, relative to the size of its largest part
 )
-DOUBLINGS = 2  # at most, of the number of steps in a period
+DOUBLINGS = 2  # at most, of the number of steps in a period,
+RESCUES = 5  # unless a stage leads this far from where the velocity does, or there is none:
+VIOLENT = 5.0  # times FARTHEST_CORRECTION
 TINY = float(np.finfo(float).tiny)  # the least positive number
 PUSHES = 1e-9  # of that size: what moves less by its force in a stage does not push, it is rounding
 
@@ -106,18 +109,19 @@ def travel(
         FactorisationError: the state has diverged.
     """
     static, farthest = robot.integration.static, FARTHEST_CORRECTION * robot.body.part_size
-    most = steps if static else steps << DOUBLINGS
+    most, last = (steps, steps) if static else (steps << DOUBLINGS, steps << RESCUES)
     count, commands = steps, (before, command)
     while True:
-        limit = np.inf if count == most else farthest
+        limit = farthest if count < most else VIOLENT * farthest
+        limit = np.inf if count == last else limit
         stages = _Stages(robot, space, enrichment, _scheme(robot.integration, count))
         try:
             found = _in_steps(stages, state, forces, commands, count, limit)
         except FactorisationError:
-            if count == most:
+            if count == last:
                 raise
         else:
-            if count == most or found.correction <= limit:
+            if found.correction <= limit:
                 return found
         count *= 2
 
