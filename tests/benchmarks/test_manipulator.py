@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from benchmarks.control.still import random_goals
 from benchmarks.manipulator import (
     KINDS,
     ArmBench,
@@ -29,7 +30,6 @@ from tauten.model import Forces, Robot, load_robot
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import run_campaign
 from tauten.service.bench import Comparison
-from tauten.service.bench.still import random_goals
 from tauten.service.plant.paths import directions
 from tauten.service.process import host_info
 from tauten.service.replay import Spread

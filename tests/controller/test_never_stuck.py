@@ -10,11 +10,11 @@ import pytest
 from support.robots.bodies import beam_robot, box_mesh
 
 import tauten.controller.step
+from benchmarks.control.orders import order_run
 from tauten.controller import Actuation, Controller, Status
 from tauten.model import Robot, Simulator, load_robot
 from tauten.model.numerics import Array
 from tauten.model.simulation import Travel
-from tauten.service.bench.orders import order_run
 from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from tauten.model.numerics import Array
 
+RATE = "rate = 50.0\n"
 # The tables of time steps, control and service of a robot that its reduced model decides for.
-REDUCED_TABLES = """
+REDUCED_TABLES = f"""
 [integration]
 rayleigh_stiffness = 0.02
 
 [controller]
-rate = 50.0
-
+{RATE}
 [model]
 order = "reduced"
 

@@ -8,9 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.robots.gallery.blocks import disc, grid_cells, write_mesh
-from benchmarks.robots.gallery.text import REDUCED_TABLES, point_list
+from benchmarks.robots.gallery.text import RATE, REDUCED_TABLES, point_list
 from tauten.model.numerics import Array, Ints
 
+SUBSTEPS = (
+    "substeps = 2                # it swings freely between cables that become slack and taut\n"
+)
 HEAD = """\
 # A trunk of cast silicone that hangs from its base: four cables to the tip, four to the middle.
 # Made by python -m benchmarks.robots.gallery, as is trunk.vtu.
@@ -83,7 +86,8 @@ def make_cells(shape: TrunkShape) -> tuple[Array, Ints]:
 
 def make_text(shape: TrunkShape) -> str:
     """The robot file."""
-    text = (HEAD + REDUCED_TABLES).format(tip=-shape.length)
+    tables = REDUCED_TABLES.replace(RATE, RATE + SUBSTEPS)
+    text = (HEAD + tables).format(tip=-shape.length)
     for kind, angle0, share, pull in (("long", 0.0, 1.0, 0.050), ("short", 45.0, 0.5, 0.025)):
         depth = np.linspace(0.0, share * shape.length, round(share * 16) + 1)
         depth[0], depth[-1] = 0.002, depth[-1] - 0.002
