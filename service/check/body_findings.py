@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,7 +17,7 @@ from tauten.service.check.findings import Finding, graded
 SAG = (0.1, 0.5)  # of the size; from here on doubtful and wrong
 VIBRATION = "natural frequencies"  # subject of a finding
 FREQUENCIES = 3
-STEPS_A_PERIOD = 10.0  # below it implicit Euler damps most of the first vibration
+STEPS_A_PERIOD = 10.0  # that resolve the first vibration
 
 
 def body_findings(robot: Robot, free: tuple[str, ...] = ()) -> Iterator[Finding]:
@@ -77,8 +78,9 @@ def vibration(robot: Robot) -> Finding:
     if scheme.rate >= STEPS_A_PERIOD * first:
         return Finding(subject, "fine", found)
     advice = (
-        f"a period of the first vibration has {scheme.rate / first:.2g} steps, implicit Euler damps it; "
-        f"controller.rate = {STEPS_A_PERIOD * first:.3g} would resolve it"
+        f"a period of the first vibration has {scheme.rate / first:.2g} decisions, which do not see it; "
+        f"controller.rate = {STEPS_A_PERIOD * first:.3g} would resolve it, controller.substeps = "
+        f"{math.ceil(STEPS_A_PERIOD * first / scheme.rate)} in the model alone"
     )
     return Finding(subject, "doubtful", found, advice)
 
