@@ -126,7 +126,10 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
     kept, zero, delta = rows.unilateral, rows.equal, rows.under_effort(W)
     lam[rows.forced] = rows.effort
     rest = eliminate_rows(W, delta, kept, zero)
-    found, residual, converged = _pushing_forces(rest.W, rest.delta, friction, start[kept])
+    found, none = np.zeros(len(kept)), np.zeros(0)  # all rows that are left push only
+    _, residual, converged = _unilateral_forces(
+        rest.W, rest.delta, (none, none), bilateral[:0], 0, start[kept], friction, found
+    )
     lam[kept], lam[zero] = found, rest.gain @ found + rest.offset
     solved = np.concatenate([kept, zero])
     moved = W[zero[:, None], solved] * lam[solved]  # (e, k + e)
