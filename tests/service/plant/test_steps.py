@@ -11,6 +11,7 @@ from tauten.model import Robot, Simulator, load_robot
 from tauten.service.plant import DrivenRobot, own_steps
 from tauten.service.plant.drives import ALLOWED, MOST
 from tauten.service.plant.plant import PlantSettings, warm_plant
+from tauten.service.setup import load_setup
 
 
 @pytest.fixture(scope="module")
@@ -51,3 +52,17 @@ def test_drives_keep_their_rates(robot: Robot) -> None:
         driven.move(far, none)
         found.append(driven.simulator.position[0] / step)
     np.testing.assert_allclose(found, [1.0, 2.0, 3.0, 3.5, 3.5], atol=0.02)
+
+
+def test_a_robot_that_buckles_on_its_way_ends_at_the_equilibrium() -> None:
+    robot = load_setup("trunk").robot
+    wound = 1e-3 * np.array([16.912, 9.439, 26.848, 34.259, 8.511, 8.072, 17.232, 15.162])  # m
+    simulator, still = Simulator(robot, "none"), Simulator(robot, "none")
+    simulator.settle_start()
+    driven = DrivenRobot(simulator, steps=1)
+    for _ in range(150):
+        driven.move(wound, np.full(robot.n_a, np.nan))
+    still.settle_start()
+    still.settle(position=wound)
+    tip, wanted = (robot.effector_values(one.state) for one in (simulator, still))
+    np.testing.assert_allclose(tip, wanted, atol=1e-6)
