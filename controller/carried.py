@@ -156,25 +156,36 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
     return Damping(gamma, change, share, objective, actual, predicted, mean, goal)
 
 
-def change_of(prepared: Prepared, plan: Plan, scale: Array, weight: float) -> Array:
+def effort_scale(prepared: Prepared, weight: float) -> Array:
+    """What makes efforts (n_a,) lengths as (T1) weighs them [m/N].
+
+    Args:
+        prepared: the step.
+        weight: of the energy, ε s [m/N].
+    """
+    step = prepared.held.step
+    scale: Array = np.sqrt(weight * step.compliance.W.diagonal()[step.layout.actuators])
+    return scale
+
+
+def change_of(prepared: Prepared, plan: Plan, scale: Array, root: Array) -> Array:
     """How a plan differs from holding: (n_e + n_a,) [m], effector rows and efforts as (T1) weighs them.
 
     Args:
         prepared: the step.
         plan: over the horizon.
         scale: (n_e,) weights times units of the effector rows.
-        weight: of the energy, ε s [m/N].
+        root: (n_a,) of `effort_scale`.
     """
-    step, held, planned = prepared.held.step, prepared.held, plan.predicted
-    effectors, actuators = step.layout.effectors, step.layout.actuators
+    layout, held, planned = prepared.held.step.layout, prepared.held, plan.predicted
+    effectors, actuators = layout.effectors, layout.actuators
     moved = scale * (planned.delta[effectors] - held.delta[effectors])
-    diagonal = step.compliance.W.diagonal()[actuators]
-    pulled = np.sqrt(weight * diagonal) * (planned.lam[actuators] - held.lam[actuators])
+    pulled = root * (planned.lam[actuators] - held.lam[actuators])
     return np.concatenate([moved, pulled])
 
 
 def objective_of(
-    prepared: Prepared, plan: Plan, aim: Aim, before: Array, weight: float, way: Array
+    prepared: Prepared, plan: Plan, aim: Aim, before: Array, root: Array, way: Array
 ) -> Objective:
     """What a plan predicts beside holding.
 
@@ -183,12 +194,11 @@ def objective_of(
         plan: over the horizon.
         aim: targets and weights of the effector rows.
         before: (n_e,) targets of the goal of the decision before.
-        weight: of the energy, ε s [m/N].
+        root: (n_a,) of `effort_scale`.
         way: (n_a,) of the actuators in the tick [m].
     """
-    step, held, planned = prepared.held.step, prepared.held, plan.predicted
-    effectors, actuators = step.layout.effectors, step.layout.actuators
-    root = np.sqrt(weight * step.compliance.W.diagonal()[actuators])
+    layout, held, planned = prepared.held.step.layout, prepared.held, plan.predicted
+    effectors, actuators = layout.effectors, layout.actuators
     here, there = held.delta[effectors], planned.delta[effectors]
     effort, ahead = (root * held.lam[actuators]).tolist(), (root * planned.lam[actuators]).tolist()
     whole = math.dist(planned.delta[actuators].tolist(), held.delta[actuators].tolist())

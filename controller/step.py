@@ -23,6 +23,7 @@ from tauten.controller.carried import (
     Carried,
     adapted,
     change_of,
+    effort_scale,
     nothing_carried,
     objective_of,
 )
@@ -243,12 +244,12 @@ def decide(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
     after = tick.solved.prediction
-    weight = settings.epsilon * prepared.scale
-    change = change_of(prepared, plan, layout.scale, weight)
+    root = effort_scale(prepared, settings.epsilon * prepared.scale)
+    change = change_of(prepared, plan, layout.scale, root)
     before = (
         target if damping.objective is None else layout.row_targets(values, carried.damping.goal)
     )
-    objective = objective_of(prepared, plan, aim, before, weight, tick.position - position)
+    objective = objective_of(prepared, plan, aim, before, root, tick.position - position)
     certificate = replace(
         plan.certificate, deepest_gap=after.deepest_gap, extra_columns=len(after.step.extra)
     )
