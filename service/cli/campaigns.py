@@ -74,15 +74,13 @@ class Campaigns:
         reached = whole.position
 
         def within(share: float, report: Callable[[float, str], None]) -> Snapshots:
-            spheres = self.spheres
-            if spheres is not None:
+            plain, spheres = narrowed(self.plain, reached, share), self.spheres
+            if spheres is not None:  # whose plain robot is that of the campaigns
                 robot = narrowed(spheres.robot, reached, share)
-                spheres = replace(
-                    spheres, robot=robot, plain=narrowed(spheres.plain, reached, share)
-                )
+                spheres = replace(spheres, robot=robot, plain=plain)
             close = replace(
                 self,
-                plain=narrowed(self.plain, reached, share),
+                plain=plain,
                 spheres=spheres,
                 step=share * self.step,
                 folder=self.folder / f"within-{100.0 * share:.0f}",
