@@ -1,6 +1,6 @@
 import dataclasses
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
@@ -27,11 +27,10 @@ from tauten.reduction.campaign.chunk import Chunk, solve_chunk
 STEPS = 12
 
 
-class Interrupted(executors.InProcess):
+class StopsBefore(Executor):
     """Ctrl-C before the n-th chunk."""
 
-    def __init__(self, chunks: int) -> None:
-        self.left = chunks
+    left: int
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         if self.left == 0:
@@ -40,18 +39,19 @@ class Interrupted(executors.InProcess):
         return super().submit(fn, *args, **kwargs)
 
 
-class InterruptedThreads(ThreadPoolExecutor):
-    """Chunks of all runs at the same time; Ctrl-C before the n-th one."""
+class Interrupted(StopsBefore, executors.InProcess):
+    """One chunk after the other."""
+
+    def __init__(self, chunks: int) -> None:
+        self.left = chunks
+
+
+class InterruptedThreads(StopsBefore, ThreadPoolExecutor):
+    """Chunks of all runs at the same time."""
 
     def __init__(self, chunks: int) -> None:
         super().__init__(chunks)
         self.left = chunks
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        if self.left == 0:
-            raise KeyboardInterrupt
-        self.left -= 1
-        return super().submit(fn, *args, **kwargs)
 
 
 def assert_same(one: Snapshots, other: Snapshots) -> None:
