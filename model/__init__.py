@@ -74,7 +74,7 @@ from tauten.model.system import (
     Scheme,
     System,
     make_pattern,
-    semidefinite_shares,
+    tried_tangents,
 )
 from tauten.model.threads import one_blas_thread
 
@@ -155,7 +155,7 @@ __all__ = [
     "contact_wrenches",
     "touched_names",
     "obstacles_of",
-    "semidefinite_shares",
+    "tried_tangents",
     "skin_of",
     "sorted_rows",
     "travel",

@@ -18,6 +18,7 @@ with the exact tangent K.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -49,6 +50,20 @@ class Scheme(NamedTuple):
     a: float
     b_K: float
     ahead: float
+
+
+class Tangent(NamedTuple):
+    """A tangent that a step may use.
+
+    Attributes:
+        values: of K, as its body stores them.
+        exact: whether it is the derivative of the forces.
+        semidefinite: share of the positive semidefinite tangent in it that the next step may try first.
+    """
+
+    values: Array
+    exact: bool
+    semidefinite: float
 
 
 @dataclass(frozen=True)
@@ -112,6 +127,28 @@ def semidefinite_shares(integration: Integration) -> tuple[float, ...]:
     if not integration.static:
         return SHARES
     return tuple(share for share in STATIC_SHARES if share >= integration.semidefinite)
+
+
+def tried_tangents(
+    integration: Integration, exact: Array, semidefinite: Callable[[], Array]
+) -> Iterator[Tangent]:
+    """What a step tries until one has a Cholesky factor.
+
+    Args:
+        integration: of the step.
+        exact: the derivative of the forces.
+        semidefinite: gives the positive semidefinite tangent, asked once at most.
+    """
+    other: Array | None = None
+    for share in semidefinite_shares(integration):
+        if share > 0.0 and other is None:
+            other = semidefinite()
+        if other is None:
+            yield Tangent(exact, True, share)
+        elif share < 1.0:
+            yield Tangent((1.0 - share) * exact + share * other, False, share)
+        else:
+            yield Tangent(other, False, share)
 
 
 def smaller_share(share: float) -> float:

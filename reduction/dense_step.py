@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import Assembled, Integration, Scheme, System, semidefinite_shares
+from tauten.model import Assembled, Integration, Scheme, System, tried_tangents
 from tauten.model.numerics import (
     Array,
     DenseFactors,
@@ -95,17 +95,13 @@ def implicit_system(
     v = np.zeros(n) if scheme.static else at.state.v
     force = at.force if at.inertia is None else at.force + at.inertia
     forces, v_free = (force, at.resisting), np.empty(n)
-    derivative, semidefinite = stiffness(True), None
-    for share in semidefinite_shares(integration):  # buckling makes the exact tangent indefinite
-        S = derivative
-        if share > 0.0:
-            semidefinite = stiffness(False) if semidefinite is None else semidefinite
-            S = (1.0 - share) * derivative + share * semidefinite
+    derivative = stiffness(True)
+    for S, exact, share in tried_tangents(integration, derivative, lambda: stiffness(False)):
         if not implicit_step(scheme, at.mass, forces, S, v, L, v_free):
             continue
-        if 0.0 < scheme.ahead < 1.0 and share > 0.0:  # the derivative leads the rest of the way
+        if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way
             v_free += DenseFactors(L).solve((1.0 - scheme.ahead) * (S - derivative) @ v)
-        residual, exact = math.sqrt(at.force @ at.force), share == 0.0
+        residual = math.sqrt(at.force @ at.force)
         tangent = S / scheme.h**2 if scheme.static else None
         before = v if scheme.ahead == 0.0 else (1.0 - scheme.ahead) * v
         return System(

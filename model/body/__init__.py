@@ -2,7 +2,7 @@
 
 from tauten.model.body.body import Body, Turning
 from tauten.model.body.material import Material
-from tauten.model.body.sparse_body import SparseAssembled, SparseBody, Tangent
+from tauten.model.body.sparse_body import SparseAssembled, SparseBody
 from tauten.model.body.vibration import natural_frequencies
 
 __all__ = [
@@ -10,7 +10,6 @@ __all__ = [
     "Material",
     "SparseAssembled",
     "SparseBody",
-    "Tangent",
     "Turning",
     "natural_frequencies",
 ]

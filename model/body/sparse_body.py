@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -19,8 +19,9 @@ from tauten.model.system import (
     Integration,
     Pattern,
     System,
+    Tangent,
     make_system,
-    semidefinite_shares,
+    tried_tangents,
 )
 
 P = TypeVar("P", default=Any)
@@ -43,20 +44,6 @@ class SparseAssembled(Assembled):
     D: Array | None
     mass: Array
     inertia: Array | None
-
-
-class Tangent(NamedTuple):
-    """A tangent that a step may use.
-
-    Attributes:
-        values: (nnz,) of K.
-        exact: whether it is the derivative of the forces.
-        semidefinite: share of the positive semidefinite tangent in it that the next step may try first.
-    """
-
-    values: Array
-    exact: bool
-    semidefinite: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -175,16 +162,7 @@ class SparseBody(Body[P]):
             at: the state where the step starts.
             scheme: of the step.
         """
-        semidefinite: Array | None = None
-        for share in semidefinite_shares(scheme):
-            if share > 0.0 and semidefinite is None:
-                semidefinite = self.semidefinite(at, scheme)
-            if semidefinite is None:
-                yield Tangent(at.K, True, share)
-            elif share < 1.0:
-                yield Tangent((1.0 - share) * at.K + share * semidefinite, False, share)
-            else:
-                yield Tangent(semidefinite, False, share)
+        return tried_tangents(scheme, at.K, lambda: self.semidefinite(at, scheme))
 
     def semidefinite(self, at: SparseAssembled, scheme: Integration) -> Array:
         """The positive semidefinite tangent (nnz,) of a step.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.body import SparseAssembled, Tangent
+from tauten.model.body import SparseAssembled
 from tauten.model.constraints.coordinates import CoordinateMap, NodeMap, ProductPattern
 from tauten.model.constraints.drums import Drums
 from tauten.model.constraints.frames import Frames
@@ -18,7 +18,7 @@ from tauten.model.numerics import Array, Ints
 from tauten.model.points import NodeMotion
 from tauten.model.rows import Rows
 from tauten.model.state import State
-from tauten.model.system import Integration
+from tauten.model.system import Integration, Tangent
 from tauten.model.tetra import TetBody
 
 
