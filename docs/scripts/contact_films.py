@@ -218,6 +218,27 @@ def push_scene() -> Scene:
     )  # fmt: skip
 
 
+def roll_scene() -> Scene:
+    """The pad and the ball from the side."""
+    names: dict[str, Any] = {}
+
+    def run(found: dict[str, Any]) -> Iterator[Simulator]:
+        names.update(found)
+        yield from found["roll"](load_robot(found["FILE"]))
+
+    return Scene(
+        example="14_roll",
+        run=run,
+        plots=(
+            ("way of the ball along x [mm]", lambda now: MM * names["moved"](now)[0]),
+            ("its turn about y [degrees]", lambda now: float(np.degrees(names["turned"](now)[1]))),
+            ("force of the pad on the ball [N]", lambda now: names["pressed"](now)),
+        ),
+        every=2, rate=15, turn=(-20.0, 8.0), force=0.02,
+        floor=((-0.03, 0.03), (-0.03, 0.03)), objects=("ball",),
+    )  # fmt: skip
+
+
 def lift_scene() -> Scene:
     """The gripper that is told where its cube is to go."""
     names: dict[str, Any] = {}
@@ -241,7 +262,7 @@ def lift_scene() -> Scene:
 
 SCENES = {
     "crawler": crawler_scene, "grasp": grasp_scene, "post": post_scene, "push": push_scene,
-    "lift": lift_scene, "ring": ring_scene, "plate": plate_scene,
+    "roll": roll_scene, "lift": lift_scene, "ring": ring_scene, "plate": plate_scene,
 }  # fmt: skip
 
 

@@ -1,0 +1,45 @@
+"""A pad rolls a ball to its target through contact alone: without contact the ball stays in place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.robots.examples import changed, example
+
+from tauten.model import Robot, Simulator, load_robot
+from tauten.model.numerics import Array
+
+ROLL = example("14_roll")
+PAD = """[[contacts]]
+candidates = { part = "ball" }
+against = { part = "pad", surface = "below" }
+points = "vertices"
+friction = 0.5
+min_force = 0.5              # N: the pad stays on the ball
+"""
+WAY = (-0.0009, 0.0012)
+
+
+def rolled(robot: Robot) -> tuple[Simulator, Array]:
+    """The simulator at the end of a target's way that a controller of the robot follows; how far the ball has gone."""
+    *_, simulator = ROLL["roll"](robot, WAY, 0.4, 0.3)
+    return simulator, ROLL["moved"](simulator)
+
+
+def test_a_pad_rolls_a_ball_to_its_target() -> None:
+    simulator, moved = rolled(load_robot(ROLL["FILE"]))
+    assert np.linalg.norm(moved - WAY) < 2e-4
+    x, y = ROLL["turned"](simulator)  # rolls without sliding
+    np.testing.assert_allclose(ROLL["RADIUS"] * np.array([y, -x]), moved, atol=2e-4)
+    found, weight = simulator.contacts, 9.81 * simulator.robot.body.part_robots[1].body.moving_mass
+    floor = found.force[found.contacts.pair == 1].sum(axis=0)
+    pressed = ROLL["pressed"](simulator)
+    assert pressed == pytest.approx(0.5, rel=0.1)
+    assert floor[2] == pytest.approx(weight + pressed, rel=0.01)
+
+
+def test_without_contact_the_ball_stays(tmp_path: Path) -> None:
+    _, moved = rolled(load_robot(changed(tmp_path, "roll.toml", (PAD, ""))))
+    assert np.linalg.norm(moved) < 1e-6
