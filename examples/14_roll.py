@@ -2,9 +2,9 @@
 
 python examples/14_roll.py
 
-The effector is the centre of the ball, which nothing holds. A controller with exact friction presses a soft pad on
-it and pulls the pad to the sides, so that the ball rolls between pad and floor, half as far as the pad. The
-controller moves a simulated robot of the same file.
+The effector is the centre of the ball, which nothing holds. A controller with exact friction presses a soft
+pad on it and pulls the pad to the sides, so that the ball rolls between pad and floor, half as far as the pad.
+The controller moves a simulated robot of the same file.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ TIME, REST = 1.0, 0.8  # s, of the target's way and of its rest
 def roll(
     robot: Robot, way: tuple[float, float] = WAY, time: float = TIME, rest: float = REST
 ) -> Iterator[Simulator]:
-    """The simulated robot after each step; its controller knows the same robot. The target starts and stops smoothly.
+    """The simulated robot after each step; the target starts and stops smoothly.
 
     Args:
-        robot: of the file, or with other contacts.
+        robot: of the file, or with other contacts, which its controller knows.
         way: of the target along x and y [m].
         time: that it takes [s].
         rest: of the target at its end [s].

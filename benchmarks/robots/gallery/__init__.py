@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from benchmarks.robots.gallery.accordion import make_accordion
-from benchmarks.robots.gallery.blocks import grid_cells, joined, write_mesh
+from benchmarks.robots.gallery.blocks import grid_cells, joined, tetrahedra, write_mesh
 from benchmarks.robots.gallery.diamond import make_diamond
 from benchmarks.robots.gallery.gripper import make_gripper
 from benchmarks.robots.gallery.pneumatic_finger import make_pneumatic_finger
@@ -21,4 +21,4 @@ ROBOTS: dict[str, Callable[[Path], list[str]]] = {
     "gripper": make_gripper,
 }
 
-__all__ = ["ROBOTS", "grid_cells", "joined", "write_mesh"]
+__all__ = ["ROBOTS", "grid_cells", "joined", "tetrahedra", "write_mesh"]

@@ -8,8 +8,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from benchmarks.robots.gallery import grid_cells, write_mesh
-from benchmarks.robots.gallery.blocks import tetrahedra
+from benchmarks.robots.gallery import grid_cells, tetrahedra, write_mesh
 from benchmarks.robots.grasping.push import box
 from tauten.model.mesh import boundary_triangles
 from tauten.model.numerics import Array, Ints

@@ -23,7 +23,7 @@ WAY = (-0.0009, 0.0012)
 
 
 def rolled(robot: Robot) -> tuple[Simulator, Array]:
-    """The simulator at the end of a target's way that a controller of the robot follows; how far the ball has gone."""
+    """The simulator at the end of a target's way, and how far the ball has gone."""
     *_, simulator = ROLL["roll"](robot, WAY, 0.4, 0.3)
     return simulator, ROLL["moved"](simulator)
 
