@@ -3,8 +3,8 @@
 python examples/14_roll.py
 
 The effector is the centre of the ball, which nothing holds. A controller with exact friction presses a soft
-pad on it and pulls the pad to the sides, so that the ball rolls between pad and floor, half as far as the pad.
-The controller moves a simulated robot of the same file.
+pad on it and pulls the pad to the sides, so that the ball rolls between pad and floor, half as far as the
+pad. The controller moves a simulated robot of the same file.
 """
 
 from __future__ import annotations
@@ -76,7 +76,9 @@ def main() -> None:
     *_, simulator = roll(load_robot(FILE))
     missed = np.linalg.norm(moved(simulator) - WAY)
     x, y = turned(simulator)
-    print(f"the ball has rolled {1e3 * moved(simulator).round(5)} mm, {1e3 * missed:.2f} mm from its target")
+    print(
+        f"the ball has rolled {1e3 * moved(simulator).round(5)} mm, {1e3 * missed:.2f} mm from its target"
+    )
     assert missed < 2e-4
     np.testing.assert_allclose(RADIUS * np.array([y, -x]), moved(simulator), atol=3e-4)
 
