@@ -39,7 +39,7 @@ def _with_strict_numbers(schema: Any) -> Any:
     """
     if isinstance(schema, dict):
         if schema.get("function") == {"type": "no-info", "function": _number}:
-            return schema  # of a table within this one
+            return schema
         if isinstance(schema.get("choices"), list):
             schema = schema | {"choices": [_labelled(item) for item in schema["choices"]]}
         found = {
@@ -72,11 +72,14 @@ def _number(value: object) -> object:
 class Section(BaseModel):
     """A table of a robot file: unknown keys and non-finite numbers are errors, so is `true` for a number."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        made: CoreSchema = _with_strict_numbers(handler(source))
+        handled = handler(source)
+        if cls.__pydantic_complete__:  # the schema of a table that has been made, for one around it
+            return handled
+        made: CoreSchema = _with_strict_numbers(handled)
         return made
 
     @model_validator(mode="before")

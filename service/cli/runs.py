@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from tauten.service.cli.entry import run as run_program
 from tauten.service.cli.terminal import (
     Basis,
     ClosedLoop,
@@ -79,7 +80,8 @@ def demo(
 
     with stop_on_signals() as stop, ExitStack() as stack:
         stack.callback(status.stop)
-        done = run_demo(settings, stop, notify, copied=sys.platform == "linux")
+        copied = run_program if sys.platform == "linux" else None
+        done = run_demo(settings, stop, notify, copied)
     from tauten.service.plots import draw_run  # imports matplotlib, which nothing before waits for
 
     draw_run(done.run, done.actuators, folder / FIGURE)

@@ -91,12 +91,13 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         with stop.interruptible():
             controller = warm_controller(setup)
             setup = replace(setup, start="settled" if controller.settled else "rest")
+            claim = stack.enter_context(claimed(session, keys))
             step = step_seconds(controller)
             advice = faster(reducing(setup.path), step, bool(setup.states))
             check_rate(rate, step, settings.rate_requested, advice)
             loop = ControlLoop(controller, not settings.wait, setup.service, timed=True)
             typestore()
-        stack.enter_context(claimed(session, keys))
+        claim.settle()
         recorder = None
         if settings.record is not None:
             recorder = LogRecorder(settings.record, log_metadata(setup, controller.effector_values))
@@ -113,9 +114,38 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         node.run(stop, settings.event)
 
 
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A claim of a node to drive a robot's cables.
+
+    Attributes:
+        session: open Zenoh session.
+        keys: of the robot.
+        begin: monotonic time of the claim [s].
+    """
+
+    session: zenoh.Session
+    keys: Keys
+    begin: float
+
+    def settle(self) -> None:
+        """Make sure that no other node drives the same cables.
+
+        Raises:
+            NetworkError: another node serves the robot, or is about to.
+        """
+        session, keys, mine = self.session, self.keys, own_claim(self.session, self.keys)
+        if not is_alive(session, keys.token):
+            time.sleep(max(self.begin + _CLAIM - time.monotonic(), 0.0))
+        claims = session.liveliness().get(keys.claim("*"), timeout=1.0)
+        others = [str(reply.ok.key_expr) for reply in claims if reply.ok is not None]
+        if is_alive(session, keys.token) or any(other < mine for other in others):
+            raise NetworkError(f"another node serves {keys.robot!r} already: stop it first")
+
+
 @contextmanager
-def claimed(session: zenoh.Session, keys: Keys) -> Iterator[None]:
-    """Make sure that no other node drives the same cables.
+def claimed(session: zenoh.Session, keys: Keys) -> Iterator[Claim]:
+    """Claim the cables of a robot.
 
     A claim is a liveliness token with the session's own id. Of nodes that claim a robot at the same
     time, the one with the smallest id continues.
@@ -123,22 +153,17 @@ def claimed(session: zenoh.Session, keys: Keys) -> Iterator[None]:
     Args:
         session: open Zenoh session.
         keys: of the robot.
-
-    Raises:
-        NetworkError: another node serves the robot, or is about to.
     """
-    mine = keys.claim(str(session.info.zid()))
-    token = session.liveliness().declare_token(mine)
+    token = session.liveliness().declare_token(own_claim(session, keys))
     try:
-        if not is_alive(session, keys.token):
-            time.sleep(_CLAIM)
-        claims = session.liveliness().get(keys.claim("*"), timeout=1.0)
-        others = [str(reply.ok.key_expr) for reply in claims if reply.ok is not None]
-        if is_alive(session, keys.token) or any(other < mine for other in others):
-            raise NetworkError(f"another node serves {keys.robot!r} already: stop it first")
-        yield
+        yield Claim(session, keys, time.monotonic())
     finally:
         token.undeclare()  # type: ignore[no-untyped-call]
+
+
+def own_claim(session: zenoh.Session, keys: Keys) -> str:
+    """The key of a session's claim of a robot."""
+    return keys.claim(str(session.info.zid()))
 
 
 @contextmanager

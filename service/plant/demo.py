@@ -10,27 +10,37 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from tauten.controller import Order, Status, warm_controller
-from tauten.model import Actuators
+from tauten.model import Actuators, one_blas_thread
 from tauten.service.check import faster, first_decision, rate_for, reducing
 from tauten.service.describing import describe
 from tauten.service.link import step_at_start
+from tauten.service.node import ServeSettings, serve
 from tauten.service.plant.copying import robot_copies, write_copies
 from tauten.service.plant.paths import PathSettings, make_path
-from tauten.service.plant.plant import Drive, Steps
+from tauten.service.plant.plant import (
+    Drive,
+    PlantSettings,
+    Steps,
+    plant_robot,
+    plant_setup,
+    simulate,
+)
 from tauten.service.plant.processes import (
     STOP_TIME,
     Child,
     DemoError,
+    Program,
     StartLimit,
     child,
     free_ports,
 )
 from tauten.service.plant.streaming import StreamSettings, stream
 from tauten.service.plant.waypoints import TargetPath, save_path
-from tauten.service.process import StopFlag
+from tauten.service.process import StopFlag, stop_on_signals
 from tauten.service.replay import RecordedRun, RunReport, make_report, read_run
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
@@ -41,13 +51,15 @@ from tauten.service.wire import (
     close_session,
     is_alive,
     open_session,
+    typestore,
 )
 
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"
 
-NODE = "serve"  # the command
+NODE, PLANT = "serve", "plant"  # the commands
 # How much longer than at the start a control step may take. Else a node refuses to start: the next is tried.
 SPARE = (2.0, 4.0, 8.0)
+_GLANCE = 0.03  # s between two looks at what is alive
 _ANSWER = 20.0  # s until a node that is alive must have said how long its control step takes
 
 
@@ -98,8 +110,7 @@ def run_demo(
     settings: DemoSettings,
     stop: StopFlag,
     notify: Callable[[str], None],
-    *,
-    copied: bool = False,
+    as_command: Callable[[Program], object] | None = None,
 ) -> DemoResult:
     """Run the demo; leaves targets, log and report in a folder.
 
@@ -107,16 +118,19 @@ def run_demo(
         settings: what to do.
         stop: raised to end early; what has been recorded is still reported.
         notify: called with a sentence before each part of the work.
-        copied: whether node and plant begin as copies of this process, which have imported everything and
-            loaded the robot's kernels. It must have started no thread and no Zenoh session, and `notify`
-            is called after that.
+        as_command: runs a program and ends the process as a command does; node and plant then begin as
+            copies of this process, which have imported everything and loaded the robot. It must have
+            started no thread and no Zenoh session, and `notify` is called after that. None: they are new
+            processes.
 
     Raises:
         DemoError: a process failed, or a file of the user is in the folder.
         RobotFileError, MeshError, BasisError, PathError: what cannot be used, and why.
         LogError: nothing was recorded.
     """
-    setup = load_setup(settings.robot, basis=settings.basis, model=settings.model)
+    with one_blas_thread():
+        setup = load_setup(settings.robot, basis=settings.basis, model=settings.model)
+    typestore()  # for the copies too
     robot, folder, notes = setup.robot, settings.folder, list[str]()
     copies = robot_copies(setup.path, settings.basis, folder)
     _spare(folder, settings.path)
@@ -128,7 +142,11 @@ def run_demo(
     path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
     rate = robot.integration.rate
     with contextlib.ExitStack() as stack:
-        node, plant = _started(stack, settings, log, common, None, copied)
+        node, plant = (
+            _started(stack, settings, log, common, None)
+            if as_command is None
+            else _copies(stack, settings, setup, network, as_command)
+        )
         notify("node and plant get ready, targets that can be reached are found")
         save_path(make_path(settings.path, robot, path_settings), targets)
         path = make_path(str(targets), robot, PathSettings(repeats=True))
@@ -202,9 +220,8 @@ def _started(
     log: Path,
     common: list[str],
     rate: float | None,
-    copied: bool = False,
 ) -> tuple[Child, Child]:
-    """Node and plant as processes.
+    """Node and plant as new processes.
 
     Args:
         stack: ends them.
@@ -212,7 +229,6 @@ def _started(
         log: to record to.
         common: options of both.
         rate: of both [Hz]; None: the robot file's.
-        copied: whether they are copies of this process.
     """
     common = [*common, *([] if rate is None else ["--rate", repr(rate)])]
     serving = [settings.robot, "--record", str(log), *common]
@@ -227,9 +243,46 @@ def _started(
     if settings.closed_loop:
         serving.append("--closed-loop")
         behaving.append("--measure")
-    node = stack.enter_context(child(NODE, serving, settings.folder, copied=copied))
+    node = stack.enter_context(child(NODE, serving, settings.folder))
     plant = [settings.robot, *behaving, *common]
-    return node, stack.enter_context(child("plant", plant, settings.folder, copied=copied))
+    return node, stack.enter_context(child(PLANT, plant, settings.folder))
+
+
+def _copies(
+    stack: contextlib.ExitStack,
+    settings: DemoSettings,
+    setup: Setup,
+    network: Network,
+    as_command: Callable[[Program], object],
+) -> tuple[Child, Child]:
+    """Node and plant as copies of this process, with the robot that it has loaded; see `_started`.
+
+    Args:
+        stack: ends them.
+        settings: of the demo.
+        setup: of the robot, as these settings say.
+        network: of both.
+        as_command: ends a program as a command does.
+    """
+
+    def serving() -> None:
+        with stop_on_signals() as stop:
+            ways = ServeSettings(settings.folder / LOG, settings.closed_loop)
+            serve(setup, network, ways, stop)
+
+    def behaving() -> None:
+        if settings.young_scale == 1.0:
+            simulated, order = plant_setup(setup, settings.model)
+        else:
+            simulated, order = plant_robot(settings.robot, None, None, settings.young_scale)
+        ways = PlantSettings(settings.closed_loop, settings.drive, settings.steps)
+        with stop_on_signals() as stop:
+            simulate(simulated, network, ways, stop, order)
+
+    node = stack.enter_context(child(NODE, [], settings.folder, partial(as_command, serving)))
+    return node, stack.enter_context(
+        child(PLANT, [], settings.folder, partial(as_command, behaving))
+    )
 
 
 def _too_slow(step: float, rate: float, setup: Setup) -> str:
@@ -253,7 +306,7 @@ def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop:
                 one.check()
             limit.check(", ".join(sorted(missing)))
             missing -= {key for key in missing if is_alive(session, key)}
-            time.sleep(0.1)
+            time.sleep(_GLANCE)
         step, end = math.nan, time.monotonic() + _ANSWER
         while math.isnan(step) and not stop.requested and time.monotonic() < end:
             for one in children:

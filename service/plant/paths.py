@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from tauten.model import Command, Robot, Simulator, State
 from tauten.model.numerics import Array
@@ -174,6 +173,8 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
             "reach: %s has no equilibrium under %d of %d loads, which were shortened",
             robot.name, shortened, len(found),
         )  # fmt: skip
+    from scipy.interpolate import CubicSpline  # takes long, and only this path needs it
+
     knots = np.linspace(0.0, period, len(values))
     times = np.linspace(0.0, period, _SAMPLES + 1)
     curve = CubicSpline(knots, values, bc_type="periodic")(times)

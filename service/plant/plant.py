@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -14,6 +14,7 @@ import zenoh
 
 from tauten.controller import Order, start_at_rest
 from tauten.model import Robot, RobotFileError, Simulator, one_blas_thread
+from tauten.model.body import SparseBody
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.describing import describe
 from tauten.service.drive import Measured, run_driver
@@ -59,6 +60,7 @@ class PlantSettings:
 
 _WARM_UP, _FEW = 12, 4  # periods
 _LEAST = 2  # time steps
+_PRODUCTS = 20  # of its matrix and a vector, which a time step takes longer than: it is factorised
 _MOST_LOAD = 0.5  # of the period, that steps of the full model may take for it to be chosen
 
 
@@ -114,7 +116,17 @@ def plant_robot(
                 f"{robot}: --young-scale {young_scale:g} has no state basis; use --model full"
             )
         return load_setup(robot, rate, "none", "full", young_scale=young_scale), "full"
-    setup = load_setup(robot, rate, "none", model)
+    return plant_setup(load_setup(robot, rate, "none", model), model)
+
+
+def plant_setup(setup: Setup, model: Order | None) -> tuple[Setup, str]:
+    """As `plant_robot`, for a robot that is loaded.
+
+    Args:
+        setup: of the robot, with any contact.
+        model: "full" or "reduced", whatever the machine; it has been loaded with this model.
+    """
+    setup = replace(setup, contact="none", basis_name="none")
     if not setup.states:
         return setup, "full"
     if model is None:
@@ -285,8 +297,11 @@ def warm_plant(robot: Robot, settings: PlantSettings, model: str = "full") -> Wa
 def quick_enough(robot: Robot) -> bool:
     """Whether this machine simulates a robot in half of the time that passes, or in less.
 
-    A period has at least one time step: where that alone takes longer, no period is tried.
+    A period has at least one time step: where that alone takes longer, no period is tried; and no step where
+    a part of it surely takes longer.
     """
+    if _PRODUCTS * _product_seconds(robot) > _MOST_LOAD * robot.h:
+        return False
     simulator, way = Simulator(robot, contact="full"), robot.limits.rate * robot.h  # (n_a,)
     position = np.clip(robot.limits.farthest_position, -way, way)
     seconds = _least_time(lambda: simulator.step(position=position), _LEAST)
@@ -295,6 +310,15 @@ def quick_enough(robot: Robot) -> bool:
         seconds = _least_time(lambda: simulator.move(position=position), _FEW)
     log.info("%s in full order takes %.1f ms of %.1f ms", robot.name, 1e3 * seconds, 1e3 * robot.h)
     return seconds < _MOST_LOAD * robot.h
+
+
+def _product_seconds(robot: Robot) -> float:
+    """Time of a product of the matrix of a step, which is sparse in full order, with a vector [s]."""
+    body = robot.body
+    if not isinstance(body, SparseBody):
+        return 0.0
+    matrix = body.pattern.matrix(np.ones(body.stored_shape))
+    return _least_time(lambda: matrix @ np.ones(body.n), _FEW)
 
 
 def _least_time(work: Callable[[], object], count: int) -> float:

@@ -6,14 +6,13 @@ import contextlib
 import gc
 import os
 import random
-import runpy
 import signal
 import socket
 import subprocess
 import sys
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
@@ -33,23 +32,24 @@ class DemoError(RuntimeError):
     """A process that failed, or a file in the way; the message names it, or the file with its output."""
 
 
-class Copy:
-    """A copy of this process that becomes a `tauten` command; it has the methods of `subprocess.Popen`.
+Program = Callable[[], object]
 
-    It has imported what this process has, and has its compiled kernels. This process must have started no
-    thread of Python and no Zenoh session, which would be missing in the copy.
+
+class Copy:
+    """A copy of this process that runs a program; it has the methods of `subprocess.Popen`.
+
+    It has all that this process has imported, loaded and compiled. This process must have started no thread
+    of Python and no Zenoh session, which would be missing in the copy.
     """
 
-    def __init__(self, command: str, arguments: list[str], output: Path) -> None:
+    def __init__(self, program: Program, output: Path) -> None:
         """Start it.
 
         Args:
-            command: name of the command.
-            arguments: its arguments.
+            program: what it runs.
             output: file for what it prints.
         """
-        given = command, arguments, output, os.getpid()
-        process = get_context("fork").Process(target=_become, args=given)
+        process = get_context("fork").Process(target=_become, args=(program, output, os.getpid()))
         with warnings.catch_warnings():  # of threads: BLAS ends its own before a fork
             warnings.simplefilter("ignore", DeprecationWarning)
             process.start()
@@ -218,7 +218,7 @@ def _can_bind(one: socket.socket, address: str | tuple[str, int]) -> bool:
 
 @contextlib.contextmanager
 def child(
-    command: str, arguments: list[str], folder: Path, *, copied: bool = False
+    command: str, arguments: list[str], folder: Path, program: Program | None = None
 ) -> Iterator[Child]:
     """Run a `tauten` command as a process; it is interrupted, then killed, when the block is left.
 
@@ -228,10 +228,10 @@ def child(
         command: name of the command.
         arguments: its arguments.
         folder: of the file with its output, COMMAND.txt.
-        copied: whether it is a `Copy` of this process, rather than a new one.
+        program: what a `Copy` of this process runs instead of the command; None: a new process runs that.
     """
     output = folder / f"{command}.txt"
-    process = (Copy if copied else _start)(command, arguments, output)
+    process = _start(command, arguments, output) if program is None else Copy(program, output)
     try:
         yield Child(command, process, output)
     finally:
@@ -255,12 +255,11 @@ def _start(command: str, arguments: list[str], output: Path) -> subprocess.Popen
         )
 
 
-def _become(command: str, arguments: list[str], output: Path, parent: int) -> None:
-    """Run a command in a copy, as `python -m tauten.service` does.
+def _become(program: Program, output: Path, parent: int) -> None:
+    """Run a program in a copy, without the handlers of signals of the process that was copied.
 
     Args:
-        command: name of the command.
-        arguments: its arguments.
+        program: what it runs.
         output: file for what it prints.
         parent: number of the process that was copied.
     """
@@ -274,5 +273,4 @@ def _become(command: str, arguments: list[str], output: Path, parent: int) -> No
     with output.open("wb") as sink:
         os.dup2(sink.fileno(), 1)
         os.dup2(sink.fileno(), 2)
-    sys.argv = ["tauten", command, *arguments]
-    runpy.run_module("tauten.service", run_name="__main__")
+    program()

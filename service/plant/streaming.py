@@ -70,7 +70,7 @@ def stream(
     """
     keys = Keys(robot.name)
     key = keys.targets(robot.effector_names)[settings.effector]
-    session = open_session(network, Role.OTHER, robot.name)
+    session = open_session(network, Role.OTHER, robot.name, connected=False)
     try:
         tokens = [keys.token, *([keys.plant_token] if settings.await_plant else [])]
         if not all(wait_for(session, token, stop) for token in tokens):

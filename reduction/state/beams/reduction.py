@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import nnls
 
 from tauten.model import Robot, State
 from tauten.model.beams import BeamBody, BeamLoopError, make_tree
@@ -131,6 +130,8 @@ class ReducibleBeams:
 
 def balancing_effort(robot: Robot[StrainBody], state: State) -> Array:
     """The efforts (n_a,) that balance the other forces at a state best, without contacts [N]."""
+    from scipy.optimize import nnls  # takes long, and only campaigns need it
+
     H = robot.rows(state, contacts=False).actuators.dense()
     both = robot.actuators.laws.bilateral  # these pull, and they push
     effort: Array = nnls(np.hstack([H.T, -H[both].T]), -robot.forces(state)[0])[0]

@@ -13,10 +13,19 @@ from support.processes import START, start_script
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="prctl is of Linux")
 
 PARENT = """
+import sys
 import time
 from pathlib import Path
+from tauten.service.cli import main
 from tauten.service.plant import child
-with child({command!r}, {arguments!r}, Path("."), copied={copied!r}) as process:
+
+command = {command!r}
+
+def program():
+    sys.argv = ["tauten", *command]
+    main()
+
+with child(command[0], command[1:], Path("."), program if {copied!r} else None) as process:
     Path("number").write_text(str(process.process.pid))
     time.sleep(600.0)
 """
@@ -45,9 +54,9 @@ def until(done: Path, text: str = "") -> str:
 @pytest.mark.parametrize("copied", [True, False])
 def test_a_command_ends_with_a_parent_that_is_killed(copied: bool, tmp_path: Path) -> None:
     """A stream without a node waits for it for ever."""
-    arguments = ["line", "--robot", "nobody_here"]
+    command = ["stream", "line", "--robot", "nobody_here"]
     script = tmp_path / "parent.py"
-    script.write_text(PARENT.format(command="stream", arguments=arguments, copied=copied))
+    script.write_text(PARENT.format(command=command, copied=copied))
     parent = start_script(tmp_path / "said.txt", script)
     number = int(until(tmp_path / "number"))
     assert is_running(number), parent.output.read_text()
