@@ -176,6 +176,8 @@ class PartsBody(Body[PartsPoints]):
 
     def states(self, state: State) -> list[State]:
         """The state of each part."""
+        if len(self.bodies) == 1:
+            return [state]
         spans = self.spans
         every = zip(spans.configuration, spans.columns, spans.memory, strict=True)
         return [State(state.q[q], state.v[v], state.memory[memory]) for q, v, memory in every]
@@ -240,6 +242,8 @@ class PartsBody(Body[PartsPoints]):
         assert isinstance(assembled, PartsAssembled)
         every = zip(self.bodies, assembled.parts, self.schemes(integration), strict=True)
         found = [body.system(own, scheme) for body, own, scheme in every]
+        if len(found) == 1:
+            return found[0]
         tangents = [system.tangent.ravel() for system in found if system.tangent is not None]
         return System(
             h=integration.h,

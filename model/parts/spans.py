@@ -106,6 +106,8 @@ def advanced(body: Body[Any], state: State, v: Array, h: float, straight: bool) 
 
 def joined_state(states: list[State]) -> State:
     """The state of all parts."""
+    if len(states) == 1:
+        return states[0]
     return State(
         np.concatenate([state.q for state in states]),
         np.concatenate([state.v for state in states]),
