@@ -236,15 +236,19 @@ class Controller(RobotModel):
             self.status = Status.NOT_FINITE
 
     def decide(self, target: Target, time: TimeLimit | None = None) -> Actuation:
-        """Efforts for a target. A bad target raises nothing: the actuators hold, and `status` is the reason.
+        """Efforts for a target; for one that is not finite the actuators hold, and `status` is the reason.
 
         Args:
             target: positions (p, 3) or (3 p,) of effectors that are points or centres [m]; of other
                 kinds one goal for each effector, a position (3,) [m], a `Pose` or a number, or all goal
                 values (n_v,) in a row.
             time: after which plans with friction end with the best that they have; None: no limit.
+
+        Raises:
+            ValueError: the target has another shape, or entries that are no numbers; nothing is decided.
         """
-        goal = self._robot.effector_layout.goal_values(target)
+        layout = self._robot.effector_layout
+        goal = layout.checked(layout.goal_values(target))
         self.prepare()
         if goal is None:
             return self._hold(Status.NOT_FINITE)
@@ -264,7 +268,8 @@ class Controller(RobotModel):
 
     def rehearse(self, target: Target) -> None:
         """Decide for a target without effect: code that ran just before runs faster."""
-        goal = self.robot.effector_layout.goal_values(target)
+        layout = self.robot.effector_layout
+        goal = layout.checked(layout.goal_values(target))
         free = not (self._locks.by_position | self._locks.by_force).all()
         if goal is not None and self._prepared is not None and self._decision is None and free:
             locks, left = self._step_locks(), self._left.position

@@ -76,6 +76,7 @@ from tauten.model.schema.section import (
     in_range,
     read_text,
     read_toml,
+    shown,
     validated,
 )
 
@@ -154,5 +155,6 @@ __all__ = [
     "read_text",
     "read_toml",
     "robot_digest",
+    "shown",
     "validated",
 ]

@@ -24,7 +24,7 @@ from typing import TypeAlias
 import numpy as np
 
 from tauten.model.numerics import Array, Bools, Ints, rotated_by, rotation_between
-from tauten.model.schema import COMPONENTS, EffectorKind, EffectorSettings
+from tauten.model.schema import COMPONENTS, EffectorKind, EffectorSettings, shown
 
 ROWS = COMPONENTS
 VALUES: dict[EffectorKind, int] = COMPONENTS | {"frame": 7}
@@ -146,36 +146,55 @@ class EffectorLayout:
             found[3 * i : 3 * i + part.stop - part.start] = metres[part]
         return found
 
-    def goal_values(self, target: Target) -> Array | None:
-        """A target as goal values (n_v,); None: not one goal for each effector, or not finite.
+    def goal_values(self, target: Target) -> Array:
+        """A target as goal values (n_v,).
 
         Args:
             target: (n_v,) values; (p, 3) positions where all effectors are points or centres; or one goal
                 for each effector, by its kind a position (3,), a `Pose` or a number. Of a single effector
                 its goal alone.
-        """
-        if isinstance(target, Pose | float | int):
-            target = [target]
-        try:
-            values = np.asarray(target, dtype=float)
-        except (TypeError, ValueError, OverflowError):
-            return self._joined(target) if isinstance(target, Sequence) else None
-        if values.shape == (len(self), 3) and self.positions_only:
-            values = values.ravel()
-        return self.checked(values)
 
-    def _joined(self, target: Sequence[EffectorGoal] | Sequence[float]) -> Array | None:
+        Raises:
+            ValueError: it has another shape, or entries that are no numbers.
+        """
+        given = [target] if isinstance(target, Pose | float | int) else target
+        try:
+            values = np.asarray(given, dtype=float)
+        except (TypeError, ValueError, OverflowError):  # poses, or goals of several lengths
+            values = self._joined(given) if isinstance(given, Sequence) else np.zeros(0)
+        if values.shape == (len(self), 3) and self.positions_only:
+            return values.ravel()
+        if values.shape != (self.n_values,):
+            raise ValueError(f"target: found {_shape_of(target)}, expected {self._expected()}")
+        return values
+
+    def _joined(self, target: Sequence[EffectorGoal] | Sequence[float]) -> Array:
+        """One goal for each effector as values (n_v,); empty where they are of other kinds."""
         try:
             parts = [_flat(goal) for goal in target]
         except (TypeError, ValueError, OverflowError):
-            return None
-        sizes = [VALUES[kind] for kind in self.kinds]
-        if [len(part) for part in parts] != sizes:
-            return None
-        return self.checked(np.concatenate(parts))
+            return np.zeros(0)
+        fits = [len(part) for part in parts] == [VALUES[kind] for kind in self.kinds]
+        return np.concatenate(parts) if fits else np.zeros(0)
+
+    def _expected(self) -> str:
+        """What a target is, for errors."""
+        if self.positions_only:
+            if len(self) == 1:
+                return f"shape (3,), the position of {self.names[0]} [m]"
+            return f"shape ({len(self)}, 3), the positions of {', '.join(self.names)} [m]"
+        goals = {1: "a number", 3: "a position", 7: "a Pose"}
+        one = [
+            f"{goals[VALUES[kind]]} for {name}"
+            for name, kind in zip(self.names, self.kinds, strict=True)
+        ]
+        return f"{', '.join(one)}, or shape ({self.n_values},), all values in a row"
 
     def checked(self, values: Array) -> Array | None:
-        """Values (n_v,) with quaternions of length one; None where they are no goal of these effectors."""
+        """Values (n_v,) with quaternions of length one; None where they are no goal of these effectors.
+
+        That is: of another number, not finite, or with quaternions of another length.
+        """
         if values.shape != (self.n_values,) or not np.isfinite(values).all():
             return None
         if self.positions_only:
@@ -316,6 +335,14 @@ def _flat(goal: EffectorGoal) -> Array:
             [np.asarray(goal.position, float), np.asarray(goal.quaternion, float)]
         )
     return np.atleast_1d(np.asarray(goal, dtype=float)).ravel()
+
+
+def _shape_of(target: object) -> str:
+    """The shape of a target, or what it is where it has none, for errors."""
+    try:
+        return f"shape {np.asarray(target, dtype=float).shape}"
+    except (TypeError, ValueError, OverflowError):
+        return shown(target)
 
 
 def effector_layout(

@@ -103,20 +103,40 @@ def test_a_target_out_of_reach_is_approached_and_then_held(beam: Robot) -> None:
 
 
 @pytest.mark.parametrize(
-    "target",
+    ("target", "found"),
     [
-        [np.nan, 0.0, 0.0],
-        [0.0, np.inf, 0.0],
-        [0.0, 0.0],
-        [],
-        [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
-        "here",
-        [0.0, "there", 0.0],
-        [None, 0.0, 0.0],
-        None,
-        [[1.0], [2.0, 3.0]],
+        ([0.0, 0.0], "shape (2,)"),
+        ([], "shape (0,)"),
+        ([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]], "shape (2, 3)"),
+        (0.1, "shape ()"),
+        (None, "shape ()"),
+        ("here", "'here'"),
+        ([0.0, "there", 0.0], "[0.0, 'there', 0.0]"),
+        ([[1.0], [2.0, 3.0]], "[[1.0], [2.0, 3.0]]"),
+        ([10**400, 0.0, 0.0], "[1000"),
     ],
     ids=str,
+)
+def test_a_target_of_another_shape_is_refused_without_effect(
+    beam: Robot, target: object, found: str
+) -> None:
+    controller, undisturbed = Controller(beam), Controller(beam)
+    goal = controller.effector[0] + DOWN
+    follow(controller, goal, 10)
+    follow(undisturbed, goal, 10)
+    for attempt in (controller.step, controller.decide, controller.rehearse):
+        with pytest.raises(
+            ValueError, match=r"expected shape \(3,\), the position of tip \[m\]"
+        ) as said:
+            attempt(target)  # type: ignore[arg-type]
+        assert f"target: found {found}" in str(said.value)
+    after, expected = controller.step(goal), undisturbed.step(goal)
+    assert after.status is Status.OK
+    np.testing.assert_array_equal(after.effort, expected.effort)
+
+
+@pytest.mark.parametrize(
+    "target", [[np.nan, 0.0, 0.0], [0.0, np.inf, 0.0], [None, 0.0, 0.0]], ids=str
 )
 def test_an_invalid_target_holds_with_a_status(beam: Robot, target: object) -> None:
     controller = Controller(beam)

@@ -239,10 +239,18 @@ def test_an_exact_orientation_names_its_component() -> None:
 def test_a_wrong_goal_holds() -> None:
     robot = trunk(TOOL)
     controller = Controller(robot, settings=PRECISE)
-    for target in ([0.2, 0.0, 0.0], [np.nan] * 7, [0.2, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0]):
+    for target in ([np.nan] * 7, [0.2, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0]):
         actuation = controller.step(target)
         assert actuation.status is Status.NOT_FINITE
         np.testing.assert_array_equal(actuation.position, np.zeros(robot.n_a))
+
+
+def test_a_goal_of_another_kind_is_refused() -> None:
+    controller = Controller(trunk(TOOL), settings=PRECISE)
+    with pytest.raises(
+        ValueError, match=r"found shape \(3,\), expected a Pose for tool, or shape \(7,\)"
+    ):
+        controller.step([0.2, 0.0, 0.0])
 
 
 def test_predicted_values_are_those_of_the_next_state(tmp_path: Path) -> None:
