@@ -204,10 +204,7 @@ class Controller(RobotModel):
 
     @property
     def last_decision(self) -> Decision | None:
-        """The last decision for a target, usable or not; None before the first.
-
-        `tauten.controller.qpcc.write_qpcc` writes its `problem` and `start` to a file for `tauten solve`.
-        """
+        """The last decision for a target, usable or not; None before the first; `write_qpcc` keeps it."""
         return self._last_decision
 
     def set_obstacles(self, poses: ObstaclePoses) -> None:
@@ -247,8 +244,7 @@ class Controller(RobotModel):
         Raises:
             ValueError: the target has another shape, or entries that are no numbers; nothing is decided.
         """
-        layout = self._robot.effector_layout
-        goal = layout.checked(layout.goal_values(target))
+        goal = self._robot.effector_layout.goal_values(target)
         self.prepare()
         if goal is None:
             return self._hold(Status.NOT_FINITE)
@@ -268,8 +264,7 @@ class Controller(RobotModel):
 
     def rehearse(self, target: Target) -> None:
         """Decide for a target without effect: code that ran just before runs faster."""
-        layout = self.robot.effector_layout
-        goal = layout.checked(layout.goal_values(target))
+        goal = self.robot.effector_layout.goal_values(target)
         free = not (self._locks.by_position | self._locks.by_force).all()
         if goal is not None and self._prepared is not None and self._decision is None and free:
             locks, left = self._step_locks(), self._left.position

@@ -11,17 +11,14 @@ from tauten.model.signals.command import Command
 from tauten.model.signals.effector_layout import (
     ROWS,
     UNIT_LENGTH,
-    VALUES,
-    EffectorGoal,
     EffectorLayout,
-    Pose,
-    Target,
     effector_layout,
     joined_layout,
     point_layout,
 )
 from tauten.model.signals.laws import Laws, Springs
 from tauten.model.signals.limits import Limits, coupled_range, joined_limits, limits_of
+from tauten.model.signals.targets import VALUES, EffectorGoal, Pose, Target
 
 __all__ = [
     "ActuatorKind",

@@ -19,39 +19,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
 from tauten.model.numerics import Array, Bools, Ints, rotated_by, rotation_between
-from tauten.model.schema import COMPONENTS, EffectorKind, EffectorSettings, shown
+from tauten.model.schema import COMPONENTS, EffectorKind, EffectorSettings
+from tauten.model.signals.targets import VALUES, Target, target_values
 
 ROWS = COMPONENTS
-VALUES: dict[EffectorKind, int] = COMPONENTS | {"frame": 7}
 COMPONENT_NAMES = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
 MISSED = 1e-3  # of the largest error; smaller ones are those of rows that reach their target
 UNIT_LENGTH = 1e-3  # what the length of a quaternion may differ from one by
 # Angle from which on a rotation pulls less [rad]. Half a turn can be made both ways round: there the pull is
 # zero, so that it does not change its direction at once where a target passes that angle.
 FARTHEST_PULL = 0.75 * np.pi
-
-
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """Goal of a frame.
-
-    Attributes:
-        position: (3,) [m].
-        quaternion: (4,) unit quaternion (w, x, y, z); its negative is the same rotation.
-    """
-
-    position: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float]
-
-
-EffectorGoal: TypeAlias = "Pose | float | Sequence[float] | Array"  # of one effector, by its kind
-# Of all effectors; an array (p, 3) where all are points or centres; of one effector alone its goal.
-Target: TypeAlias = "EffectorGoal | Sequence[EffectorGoal]"
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,49 +127,13 @@ class EffectorLayout:
             found[3 * i : 3 * i + part.stop - part.start] = metres[part]
         return found
 
-    def goal_values(self, target: Target) -> Array:
-        """A target as goal values (n_v,).
-
-        Args:
-            target: (n_v,) values; (p, 3) positions where all effectors are points or centres; or one goal
-                for each effector, by its kind a position (3,), a `Pose` or a number. Of a single effector
-                its goal alone.
+    def goal_values(self, target: Target) -> Array | None:
+        """A target as goal values (n_v,), see `target_values`; None where they are not `checked`.
 
         Raises:
             ValueError: it has another shape, or entries that are no numbers.
         """
-        given = [target] if isinstance(target, Pose | float | int) else target
-        try:
-            values = np.asarray(given, dtype=float)
-        except (TypeError, ValueError, OverflowError):  # poses, or goals of several lengths
-            values = self._joined(given) if isinstance(given, Sequence) else np.zeros(0)
-        if values.shape == (len(self), 3) and self.positions_only:
-            return values.ravel()
-        if values.shape != (self.n_values,):
-            raise ValueError(f"target: found {_shape_of(target)}, expected {self._expected()}")
-        return values
-
-    def _joined(self, target: Sequence[EffectorGoal] | Sequence[float]) -> Array:
-        """One goal for each effector as values (n_v,); empty where they are of other kinds."""
-        try:
-            parts = [_flat(goal) for goal in target]
-        except (TypeError, ValueError, OverflowError):
-            return np.zeros(0)
-        fits = [len(part) for part in parts] == [VALUES[kind] for kind in self.kinds]
-        return np.concatenate(parts) if fits else np.zeros(0)
-
-    def _expected(self) -> str:
-        """What a target is, for errors."""
-        if self.positions_only:
-            if len(self) == 1:
-                return f"shape (3,), the position of {self.names[0]} [m]"
-            return f"shape ({len(self)}, 3), the positions of {', '.join(self.names)} [m]"
-        goals = {1: "a number", 3: "a position", 7: "a Pose"}
-        one = [
-            f"{goals[VALUES[kind]]} for {name}"
-            for name, kind in zip(self.names, self.kinds, strict=True)
-        ]
-        return f"{', '.join(one)}, or shape ({self.n_values},), all values in a row"
+        return self.checked(target_values(target, self.names, self.kinds))
 
     def checked(self, values: Array) -> Array | None:
         """Values (n_v,) with quaternions of length one; None where they are no goal of these effectors.
@@ -326,23 +271,6 @@ class EffectorLayout:
     def _quaternions(self, values: Array) -> list[Array]:
         """Views of the quaternions among values (n_v,)."""
         return [values[part] for _, part in self._rotations()]
-
-
-def _flat(goal: EffectorGoal) -> Array:
-    """A goal of one effector as its values."""
-    if isinstance(goal, Pose):
-        return np.concatenate(
-            [np.asarray(goal.position, float), np.asarray(goal.quaternion, float)]
-        )
-    return np.atleast_1d(np.asarray(goal, dtype=float)).ravel()
-
-
-def _shape_of(target: object) -> str:
-    """The shape of a target, or what it is where it has none, for errors."""
-    try:
-        return f"shape {np.asarray(target, dtype=float).shape}"
-    except (TypeError, ValueError, OverflowError):
-        return shown(target)
 
 
 def effector_layout(

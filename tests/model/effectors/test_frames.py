@@ -139,13 +139,12 @@ def test_goals_are_checked() -> None:
         Pose((0.1, 0.0, 0.0), (1.1, 0.0, 0.0, 0.0)),
         Pose((0.1, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
         Pose((np.nan, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
-        [0.1, 0.0, 0.0],
-        [good, good],
-        1.0,
-        "frame",
     ]
     for target in bad:
-        assert LAYOUT.goal_values(target) is None  # type: ignore[arg-type]
+        assert LAYOUT.goal_values(target) is None
+    for other in ([0.1, 0.0, 0.0], [good, good], 1.0, "frame"):
+        with pytest.raises(ValueError, match="expected a Pose for "):
+            LAYOUT.goal_values(other)  # type: ignore[arg-type]
 
 
 def test_a_frame_far_from_rest_is_moved_by_its_rows() -> None:
