@@ -27,7 +27,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.numerics import Array, Bools, Factorisation, Ints, kernel
-from tauten.model.schema import RobotSettings
+from tauten.model.schema import RobotConfig
 
 # Shares of the semidefinite tangent that a step tries. The smaller it is, the faster steps converge.
 SHARES = (0.0, 0.25, 1.0)
@@ -111,7 +111,7 @@ class Integration:
         return self.viscous or self.rayleigh_mass > 0.0 or self.rayleigh_stiffness > 0.0
 
 
-def integration_of(config: RobotSettings) -> Integration:
+def integration_of(config: RobotConfig) -> Integration:
     """The scheme and time step of a robot file."""
     scheme = config.integration
     return Integration(

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ConfigDict, Field, TypeAdapter
 
 from tauten.controller import ControllerSettings, ModelSettings
-from tauten.model.schema import BeamConfig, ControlPeriod, PartsConfig, RobotConfig, Section
+from tauten.model.schema import ControlPeriod, PartsConfig, RobotConfig, Section
 from tauten.service.settings import ServiceSettings
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -36,13 +36,7 @@ class ServiceTables(Section):
 
 
 class RobotFile(ServiceTables, RobotConfig):
-    """The file of a robot made of tetrahedra."""
-
-    controller: ControllerTable = CONTROLLER
-
-
-class BeamRobotFile(ServiceTables, BeamConfig):
-    """The file of a robot made of beams."""
+    """The file of a robot of one or several bodies."""
 
     controller: ControllerTable = CONTROLLER
 
@@ -55,8 +49,6 @@ class PartsRobotFile(ServiceTables, PartsConfig):
 
 def robot_file_schema() -> dict[str, Any]:
     """The JSON Schema of all robot files, with a description of each field."""
-    kinds: TypeAdapter[RobotFile | BeamRobotFile | PartsRobotFile] = TypeAdapter(
-        RobotFile | BeamRobotFile | PartsRobotFile
-    )
+    kinds: TypeAdapter[RobotFile | PartsRobotFile] = TypeAdapter(RobotFile | PartsRobotFile)
     made = kinds.json_schema()
     return {"$schema": DIALECT, "title": "tauten robot file", **made}

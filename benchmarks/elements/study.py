@@ -19,7 +19,6 @@ from tauten.model.schema import (
     read_toml,
     validated,
 )
-from tauten.model.tetra import TetBody
 from tauten.service.check import Variant, variant_robot
 from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.replay import Spread, spread
@@ -191,7 +190,7 @@ def parse_material(name: str) -> str:
     return name
 
 
-def load_variant(name: str, variant: ElementVariant) -> Robot[TetBody]:
+def load_variant(name: str, variant: ElementVariant) -> Robot:
     """A robot file with another element and another material outside of `materials`.
 
     Young's modulus and density are those of the file; a silicone has its own Poisson's ratio.
@@ -217,7 +216,7 @@ def load_variant(name: str, variant: ElementVariant) -> Robot[TetBody]:
 
 
 def measure_elements(
-    robot: Robot[TetBody], settings: ElementBenchSettings, variant: ElementVariant
+    robot: Robot, settings: ElementBenchSettings, variant: ElementVariant
 ) -> ElementCase:
     """Equilibria along the pulls, then times at the last one.
 
@@ -246,14 +245,14 @@ def measure_elements(
         material=variant.material,
         refinements=variant.refinements,
         nodes=robot.n_nodes,
-        nonzeros=len(robot.body.pattern.indices),
+        nonzeros=len(robot.forces(robot.rest())[1]),
         assembly_ms=assembly,
         step_ms=step,
         equilibria=tuple(equilibria),
     )
 
 
-def time_step(robot: Robot[TetBody], position: Array) -> tuple[Spread, Spread]:
+def time_step(robot: Robot, position: Array) -> tuple[Spread, Spread]:
     """Times of assembly and of a step while the cables are pulled to `position` (n_a,) [ms]."""
     simulator, assembly, step = Simulator(robot, contact="none"), [], []
     for share in np.linspace(0.0, 1.0, TIMED_STEPS + 3):

@@ -16,7 +16,6 @@ from tauten.model.load import build_robot
 from tauten.model.mesh import checked, read_mesh
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
-from tauten.model.tetra import TetBody
 
 TRUNK_CABLES = ("L0", "L1", "L2", "L3", "S0", "S1", "S2", "S3")
 FINGER_ROUTE = (
@@ -29,7 +28,7 @@ MM = 1e-3
 
 def trunk(
     data: Path, cables: tuple[str, ...] = TRUNK_CABLES, gravity: tuple[float, ...] = (0.0, 0.0, 0.0)
-) -> Robot[TetBody]:
+) -> Robot:
     """The trunk: 709 nodes, up to 8 cables, fixed in its lowest 20 mm.
 
     Args:
@@ -46,7 +45,7 @@ def trunk(
     return _built("trunk", model, rows, tip, (450e3, 0.042), gravity)
 
 
-def diamond(data: Path, gravity: tuple[float, ...] = (0.0, 0.0, -9.81)) -> Robot[TetBody]:
+def diamond(data: Path, gravity: tuple[float, ...] = (0.0, 0.0, -9.81)) -> Robot:
     """The diamond: 1,628 nodes, one cable to each of its four legs."""
     model = np.load(data / "diamond_model.npz")
     rows = [
@@ -61,7 +60,7 @@ def diamond(data: Path, gravity: tuple[float, ...] = (0.0, 0.0, -9.81)) -> Robot
     return _built("diamond", model, rows, MM * model["pts"][0], (180e3, 0.5), gravity)
 
 
-def finger(data: Path, refinements: int = 0) -> Robot[TetBody]:
+def finger(data: Path, refinements: int = 0) -> Robot:
     """The finger: 158 nodes, 857 after one refinement, one cable, without gravity.
 
     Args:
@@ -95,7 +94,7 @@ def finger(data: Path, refinements: int = 0) -> Robot[TetBody]:
 def _built(
     name: str, model: Any, cables: list[dict[str, Any]], tip: Array,
     stiffness_and_mass: tuple[float, float], gravity: tuple[float, ...],
-) -> Robot[TetBody]:  # fmt: skip
+) -> Robot:  # fmt: skip
     """A robot in metres with the same mass on every node, as SOFA has it."""
     young_modulus, mass = stiffness_and_mass
     for cable in cables:

@@ -1,4 +1,4 @@
-"""The manipulator's beams, vertebrae and surfaces as the content of its structure file.
+"""The manipulator's beams, vertebrae and surfaces as the content of its file of beams.
 
 An arm of printed plastic hangs along −z from its base at z = 0. Its spine is a tube
 with a thin round disc, a vertebra, every 53 mm. Below each vertebra six ribs leave the spine,
@@ -98,8 +98,8 @@ def bending_tensions(shape: ArmShape, angles: Array, forces: Array) -> Array:
     return tension
 
 
-def make_structure(shape: ArmShape) -> dict[str, Any]:
-    """The structure file's content."""
+def make_network(shape: ArmShape) -> dict[str, Any]:
+    """The content of the file of beams."""
     nodes: list[list[float]] = [[0.0, 0.0, 0.0]]
     beams: list[dict[str, Any]] = []
     vertebrae = [vertebra(shape, 0, 0)]
@@ -134,7 +134,7 @@ def make_structure(shape: ArmShape) -> dict[str, Any]:
         surfaces.append(disc_surface(shape, f"disc{i + 1}", np.array(nodes[joint]), joint, 1.0))
         surfaces.append(disc_surface(shape, f"under{i + 1}", np.array(nodes[joint]), joint, -1.0))
     surfaces.append(disc_surface(shape, "base", np.zeros(3), 0, -1.0))
-    return {"nodes": nodes, "beams": beams, "vertebrae": vertebrae, "surfaces": surfaces}
+    return {"nodes": nodes, "beams": beams, "discs": vertebrae, "surfaces": surfaces}
 
 
 def direction(angle: float) -> Array:
@@ -143,7 +143,7 @@ def direction(angle: float) -> Array:
 
 
 def vertebra(shape: ArmShape, number: int, node: int) -> dict[str, Any]:
-    """A disc of the structure file.
+    """A disc of the file of beams.
 
     Args:
         shape: of the arm.
@@ -231,7 +231,7 @@ def joined(name: str, parts: list[tuple[Array, Ints, int]]) -> dict[str, Any]:
 
 
 def surface(name: str, points: Array, triangles: Ints, nodes: list[int]) -> dict[str, Any]:
-    """A surface of the structure file.
+    """A surface of the file of beams.
 
     Args:
         name: of the surface.

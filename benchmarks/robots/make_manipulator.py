@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.robots.arm import ArmShape, direction, make_structure, tendon_angle
+from benchmarks.robots.arm import ArmShape, direction, make_network, tendon_angle
 from tauten.model.load import shipped_folder
 
 HEAD = """\
@@ -24,8 +24,9 @@ name = "{name}"
 frame = "manipulator_base"   # origin where the spine leaves the base, z up
 gravity = [0.0, 0.0, -9.81]
 
-[beams]
-file = "manipulator.json"
+[[bodies]]
+name = "arm"
+beam = {{ file = "manipulator.json" }}
 
 [material]                   # polyamide 12, laser sintered
 young_modulus = 1.65e9
@@ -87,6 +88,16 @@ max_rate = 0.150
 """
 
 CONTACT = """
+[[regions]]
+name = "feet{i}"
+kind = "group"
+group = "feet{i}"
+
+[[regions]]
+name = "disc{i}"
+kind = "group"
+group = "disc{i}"
+
 [[contacts]]
 candidates = "feet{i}"
 against = "disc{i}"
@@ -132,12 +143,12 @@ def main() -> None:
     """Write the files into the folder given, by default beside this script."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else shipped_folder()
     shape = ArmShape()
-    structure = make_structure(shape)
-    (folder / "manipulator.json").write_text(json.dumps(structure) + "\n", encoding="utf-8")
+    network = make_network(shape)
+    (folder / "manipulator.json").write_text(json.dumps(network) + "\n", encoding="utf-8")
     for name, candidates in (("manipulator", 4500), ("manipulator_1290", 1290)):
         text = make_file(shape, name, candidates)
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
-        print(f"{folder / name}.toml: {len(structure['nodes'])} nodes, {candidates} candidates")
+        print(f"{folder / name}.toml: {len(network['nodes'])} nodes, {candidates} candidates")
 
 
 if __name__ == "__main__":

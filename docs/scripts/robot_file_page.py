@@ -11,7 +11,7 @@ LONGEST_LIST = 3  # names of tables in a cell; more are given as "a region"
 HEAD = """\
 # Robot file
 
-A robot is a TOML file and a mesh, or a TOML file and a structure of beams. Written from the schema that
+A robot is a TOML file, and the files of its meshes and networks of beams. Written from the schema that
 `tauten schema` prints; with that schema an editor completes fields and shows errors while one types:
 
 ```sh

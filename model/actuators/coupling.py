@@ -17,7 +17,7 @@ import scipy.sparse as sp
 
 from tauten.model.numerics import Array, Ints
 from tauten.model.rows import Rows
-from tauten.model.schema import CouplingSettings, RobotSettings
+from tauten.model.schema import CouplingSettings, RobotConfig
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class Coupling:
         return efforts
 
 
-def coupling_of(config: RobotSettings) -> Coupling | None:
+def coupling_of(config: RobotConfig) -> Coupling | None:
     """The couplings of a robot file; None where there are none.
 
     The coordinates of drums are single actuators of their own, after all others, with a gain of one.

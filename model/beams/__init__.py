@@ -18,7 +18,7 @@ from tauten.model.beams.helix import (
 )
 from tauten.model.beams.motion import follow, unit_vector
 from tauten.model.beams.profile import Profile, bar, natural_stiffness, section, tube
-from tauten.model.beams.surfaces import BeamSurfaces, build_beam_surfaces, chain_surface, outline
+from tauten.model.beams.surfaces import BeamSurfaces, chain_surface, outline
 from tauten.model.beams.tree import BeamLoopError, BeamTree, make_tree
 
 __all__ = [
@@ -33,7 +33,6 @@ __all__ = [
     "along_helix",
     "assemble_beams",
     "bar",
-    "build_beam_surfaces",
     "chain_surface",
     "chord_change",
     "element",

@@ -1,4 +1,4 @@
-"""Surfaces of a robot made of beams: those fixed to nodes, and the lateral surfaces of the beams."""
+"""Surfaces of beams: points that move with their nodes, and the lateral surfaces of the beams."""
 
 from __future__ import annotations
 
@@ -10,13 +10,7 @@ from scipy.spatial.transform import Rotation
 from tauten.model.beams.beams import Beams
 from tauten.model.beams.profile import Profile
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import (
-    AttachedPoints,
-    attach_between,
-    attach_to_nodes,
-    join_attached_points,
-)
-from tauten.model.schema import Structure
+from tauten.model.points import AttachedPoints, attach_between
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +18,8 @@ class BeamSurfaces:
     """Points attached to beams, and the triangles between them.
 
     Attributes:
-        contact_points: vertices of the surfaces of the structure file, which contact pairs refer to.
-        drawn_points: vertices of `triangles`: the contact points, then those of the beams.
+        contact_points: vertices of the surfaces that may touch, which contact pairs refer to.
+        drawn_points: vertices of `triangles`.
         triangles: (t, 3) ids of drawn points.
         lever: largest distance of a point from the node it is attached to [m].
     """
@@ -34,40 +28,6 @@ class BeamSurfaces:
     drawn_points: AttachedPoints
     triangles: Ints
     lever: float
-
-
-def build_beam_surfaces(
-    structure: Structure, profiles: list[Profile], body: Beams
-) -> tuple[BeamSurfaces, dict[str, Ints]]:
-    """Surfaces of the structure file and of the beams.
-
-    Args:
-        structure: the structure file.
-        profiles: cross-section of each element.
-        body: the beams.
-
-    Returns:
-        The surfaces, and the triangles (t, 3) of each surface of the structure file by its name.
-    """
-    parts, named, first = [], {}, 0
-    for surface in structure.surfaces:
-        parts.append(attach_to_nodes(body.nodes, np.array(surface.nodes), np.array(surface.points)))
-        named[surface.name] = np.array(surface.triangles, dtype=np.int64) + first
-        first += len(surface.points)
-    contact_points = (
-        join_attached_points(parts)
-        if parts
-        else attach_to_nodes(body.nodes, np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
-    )
-    outlines, triangles = [], list(named.values())
-    for k, profile in enumerate(profiles):
-        part, corners = outline(body, k, profile)
-        outlines.append(part)
-        triangles.append(corners + first)
-        first += len(part)
-    drawn = join_attached_points([contact_points, *outlines])
-    lever = float(np.linalg.norm(drawn.offsets * drawn.weights[:, :, None], axis=2).max())
-    return BeamSurfaces(contact_points, drawn, np.concatenate(triangles), lever), named
 
 
 def chain_surface(body: Beams, profile: Profile) -> tuple[Array, Ints]:

@@ -38,18 +38,23 @@ class FrameMeasure:
 
     Attributes:
         origin: (3,) its origin relative to the mean, in its own axes [m].
+        weights: (4, P) of its points in the mean and in the columns of A; None: its points are these four.
     """
 
     origin: Array
+    weights: Array | None = None
 
     @property
     def carrier(self) -> Array:
-        """Weights (4,) of its points in the place where outer forces act on it: the mean of the region."""
-        return np.array([1.0, 0.0, 0.0, 0.0])
+        """Weights (P,) of its points in the place where outer forces act on it: the mean of the region."""
+        return np.array([1.0, 0.0, 0.0, 0.0]) if self.weights is None else self.weights[0]
 
     def at(self, y: Array) -> Measurement:
-        """The effector for positions y (4, 3): the mean [m], and the columns of A."""
-        position, q, gradient = frame_of(np.ascontiguousarray(y), self.origin)
+        """The effector for positions y (P, 3) of its points [m]."""
+        means = y if self.weights is None else self.weights @ y
+        position, q, gradient = frame_of(np.ascontiguousarray(means), self.origin)
+        if self.weights is not None:
+            gradient = np.einsum("mab,ap->mpb", gradient, self.weights)
         values = np.concatenate([position, q])
         return Measurement(values, np.concatenate([position, np.zeros(3)]), position, gradient)
 

@@ -1,8 +1,8 @@
 """From a robot file to a robot."""
 
-from tauten.model.load.beam_bodies import beam_mesh
+from tauten.model.load.beam_bodies import beam_network
 from tauten.model.load.beams import groups
-from tauten.model.load.bodies import build_bodies, read_bodies
+from tauten.model.load.bodies import Bodies, build_bodies, read_bodies
 from tauten.model.load.extensions import extension, extension_names
 from tauten.model.load.robot import (
     build_robot,
@@ -16,7 +16,8 @@ from tauten.model.load.robot import (
 )
 
 __all__ = [
-    "beam_mesh",
+    "Bodies",
+    "beam_network",
     "build_bodies",
     "build_robot",
     "command_name",

@@ -27,6 +27,8 @@ from tauten.model.actuators import (
     make_forces,
     no_drives,
 )
+from tauten.model.load.beam_bodies import CORNERS
+from tauten.model.load.bodies import AT_DISC, Bodies
 from tauten.model.load.transmissions import build_nodal_transmissions
 from tauten.model.mesh import UNITS, MeshError, Selector, TetMesh, read_triangles
 from tauten.model.numerics import Array, Ints
@@ -248,18 +250,43 @@ def build_cables(
 
 
 def place_points(
-    mesh: TetMesh, extrapolate_from: Extrapolation, points: Points, what: str, slack: float
+    bodies: Bodies, extrapolate_from: Extrapolation, points: Points, what: str, slack: float
 ) -> MaterialPoints:
-    """`attach`, with its error as a RobotFileError.
+    """`attach`, with its error as a RobotFileError; points near discs are attached to their nodes.
 
     Args:
-        mesh: the body.
+        bodies: the bodies.
         extrapolate_from: what points outside the mesh are moved by.
         points: rest positions [m].
         what: the field they come from, for errors.
-        slack: how far outside the body a point may lie [m].
+        slack: how far outside the bodies a point may lie [m].
     """
+    mesh, places = bodies.parts.mesh, np.array(points)
+    discs = {}
+    for number, point in enumerate(places):
+        disc = bodies.nearest_disc(point)
+        if disc is not None and disc[0] <= max(slack, AT_DISC):
+            discs[number] = disc[1]
+    carriers = places.copy()
+    carriers[list(discs)] = mesh.nodes[list(discs.values())]
     try:
-        return attach(mesh, np.array(points), what, slack, extrapolate_from)
+        found = attach(mesh, carriers, what, slack, extrapolate_from)
     except ValueError as error:
         raise RobotFileError(str(error)) from error
+    for number, node in discs.items():
+        found.nodes[number], found.weights[number] = tet_of_node(mesh, node, places[number])
+    return found
+
+
+def tet_of_node(mesh: TetMesh, node: int, point: Array) -> tuple[Ints, Array]:
+    """The tetrahedron (4,) of a beam's node, and the weights (4,) of its corners at a point.
+
+    Args:
+        mesh: of all bodies.
+        node: the node.
+        point: (3,) [m].
+    """
+    corners = node + np.arange(CORNERS)
+    edges = mesh.nodes[corners[1:]] - mesh.nodes[node]
+    weights = np.linalg.solve(edges.T, point - mesh.nodes[node])
+    return corners, np.concatenate([[1.0 - weights.sum()], weights])

@@ -2,43 +2,48 @@
 
 A node of a beam has a position and a rotation. In the mesh of the robot it is a rigid tetrahedron without
 material: the node itself and three corners beside it, along the axes of the body. Points and nodes that are
-attached to a beam are attached to such tetrahedra. Where the robot touches something a ring of nodes around
-the beam's node moves with it too; between these rings lie the triangles of the beam's surface.
+attached to a beam are attached to such tetrahedra. Points of its surface move with its nodes too: a ring of
+them around each node of a line of beams, where the robot touches something, or the points that the file of
+a network of beams attaches to its nodes.
 """
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
-import scipy.sparse as sp
 
 from tauten.model.beams import (
-    BeamArrays,
     BeamError,
     Beams,
     Profile,
     bar,
     chain_surface,
     make_beams,
-    outline,
     section,
     tube,
 )
 from tauten.model.body import Material
-from tauten.model.constraints import FrameJoints
-from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Ints
-from tauten.model.points import attach_to_nodes, join_attached_points
+from tauten.model.load.placing import placed, taken_back, turned
+from tauten.model.mesh import CellGroup, TetMesh
+from tauten.model.numerics import Array, Ints
 from tauten.model.schema import (
     AnyProfile,
+    BeamElement,
+    BeamNetwork,
     BodySettings,
+    Disc,
     PartRobotConfig,
     RobotConfig,
     RobotFileError,
     SectionSettings,
     TubeSettings,
+    read_text,
+    validated,
 )
 from tauten.model.tetra import BodyParts
 
@@ -47,30 +52,45 @@ CORNERS = 4  # of the tetrahedron of a beam's node, which is the first of them
 
 @dataclass(frozen=True, slots=True)
 class BeamPart:
-    """A body that is a beam, in the mesh of its robot.
+    """A body made of beams, in the mesh of its robot.
 
     Attributes:
         name: of the body.
         nodes: (b,) its nodes in the whole mesh; the corners of each follow it.
-        rings: (b, c) nodes of its surface around each; c = 0 where the robot touches nothing.
+        followers: (k,) nodes of its surface in the whole mesh.
+        owners: (k,) number of the node, 0 to b − 1, that each of them moves with.
+        points: (k, 3) positions of the followers at rest [m].
         triangles: (t, 3) of the surface, of nodes of the whole mesh.
+        shown: whether the surface is drawn beside the outlines of the beams.
         body: elements and masses.
-        profile: its cross-section.
+        profiles: cross-section of each element.
+        discs: on its nodes, in metres and in the axes of the robot's frame.
+        radius: of the largest cross-section [m].
     """
 
     name: str
     nodes: Ints
-    rings: Ints
+    followers: Ints
+    owners: Ints
+    points: Array
     triangles: Ints
+    shown: bool
     body: Beams
-    profile: Profile
+    profiles: tuple[Profile, ...]
+    discs: tuple[Disc, ...]
+    radius: float
+
+    @property
+    def first_follower(self) -> int:
+        """The first node of its surface in the whole mesh; they come after the corners of its nodes."""
+        return int(self.nodes[0]) + CORNERS * len(self.nodes)
 
     def moved(self, first: int) -> BeamPart:
         """The same where the first node of the body has another number in the whole mesh."""
         return replace(
             self,
             nodes=self.nodes + first,
-            rings=self.rings + first,
+            followers=self.followers + first,
             triangles=self.triangles + first,
         )
 
@@ -96,47 +116,67 @@ def material_of(body: BodySettings) -> Material:
     return Material(item.young_modulus, item.poisson_ratio, item.density)
 
 
-def own_profile(config: RobotConfig, body: BodySettings) -> Profile:
-    """The cross-section of a body that is a beam."""
-    assert body.beam is not None
-    by_name = {item.name: item for item in config.profiles}
-    return profile_of(by_name[body.beam.profile], material_of(body))
-
-
-def beam_mesh(config: RobotConfig, body: BodySettings, refinements: int = 0) -> TetMesh:
-    """The tetrahedra of a beam's nodes in the body's own coordinates.
+def beam_network(
+    config: RobotConfig, body: BodySettings, source: str = "robot.toml", refinements: int = 0
+) -> BeamNetwork:
+    """Nodes and beams of a body in its own coordinates, before they are scaled.
 
     Args:
         config: the robot file, with the cross-sections.
-        body: the body; its material may be that of the file.
+        body: the body.
+        source: the robot file's path, for errors and for the file beside it.
         refinements: how often every element is halved.
+
+    Raises:
+        RobotFileError: a file that cannot be used, or a cross-section that the robot file has not.
     """
     assert body.beam is not None
-    settings = body if body.material else body.model_copy(update={"material": config.material})
-    arm = float(np.linalg.norm(own_profile(config, settings).outline, axis=1).max())
-    corners = np.array(body.beam.points)
-    count = body.beam.elements * 2**refinements
+    if body.beam.file is None:
+        return chain_of(body, 2**refinements)
+    path = Path(source).parent / body.beam.file
+    network = validated(BeamNetwork, read_text(path, json.loads, "JSON"), path)
+    known = {profile.name for profile in config.profiles}
+    for index, beam in enumerate(network.beams):
+        if beam.profile not in known:
+            raise RobotFileError(
+                f"{path}: beams.{index}: profile {beam.profile!r} is not one of profiles of the robot file, "
+                f"which has {', '.join(sorted(known)) or 'none'}"
+            )
+    for _ in range(refinements):
+        network = network.refine()
+    return network
+
+
+def chain_of(body: BodySettings, parts: int) -> BeamNetwork:
+    """The beams of a body along its points, every element of the file in equal parts."""
+    settings = body.beam
+    assert settings is not None and settings.points is not None and settings.profile is not None
+    corners, count = np.array(settings.points), settings.elements * parts
     share = np.arange(count)[:, None] / count
     pieces = [a + share * (b - a) for a, b in pairwise(corners)]
-    axis = np.concatenate([*pieces, corners[-1:]])  # (b, 3)
-    beside = np.concatenate([np.zeros((1, 3)), arm * np.eye(3)])  # (4, 3)
-    nodes = (axis[:, None] + beside).reshape(-1, 3)
-    return TetMesh(nodes, np.arange(len(nodes)).reshape(-1, CORNERS))
+    nodes = np.concatenate([*pieces, corners[-1:]])
+    profile, up = settings.profile, settings.up
+    ends = pairwise(range(len(nodes)))
+    beams = [BeamElement(ends=pair, profile=profile, up=up) for pair in ends]
+    return BeamNetwork(nodes=[(x, y, z) for x, y, z in nodes.tolist()], beams=beams)
 
 
 def build_beam(
-    config: RobotConfig, body: BodySettings, mesh: TetMesh, source: str, prefix: str
-) -> tuple[BodyParts, BeamPart]:
-    """A beam: its nodes with their masses, without tetrahedra that deform; nodes are numbered from zero.
+    config: RobotConfig, body: BodySettings, network: BeamNetwork, source: str, prefix: str
+) -> tuple[BodyParts, TetMesh, BeamPart]:
+    """Nodes with their masses, without tetrahedra that deform; they are numbered from zero.
 
-    The nodes of its surface come after those of `mesh`.
+    The nodes of the surface come after those of the tetrahedra.
 
     Args:
         config: the robot file.
         body: the body, with its material.
-        mesh: from `beam_mesh`, where the body stands.
+        network: from `beam_network`.
         source: the robot file's path, for errors.
         prefix: of the table's fields, for errors.
+
+    Returns:
+        The body where it stands, its mesh in its own coordinates, and its beams.
 
     Raises:
         RobotFileError: a beam without length, one that lies along `up`, or one that is viscous or
@@ -152,78 +192,157 @@ def build_beam(
             f"{source}: {prefix}material.law: a cross-section is linear elastic, give the beam a material "
             "with the law corotational"
         )
-    profile = own_profile(config, body)
-    axis = mesh.nodes[::CORNERS]  # (b, 3)
-    count = len(axis) - 1
-    ends = np.stack([np.arange(count), np.arange(count) + 1], axis=1)
-    along = np.abs(np.diff(axis, axis=0))
-    up = np.eye(3)[
-        2 - along[:, ::-1].argmin(axis=1)
-    ]  # z where a beam lies across it as well as others
-    if body.beam.up is not None:
-        arms = mesh.nodes[1:CORNERS] - mesh.nodes[0]  # rows along the body's own axes
-        turn = arms / np.linalg.norm(arms, axis=1, keepdims=True)
-        up = np.tile(np.array(body.beam.up) @ turn, (count, 1))
+    material = material_of(body)
+    by_name = {item.name: profile_of(item, material) for item in config.profiles}
+    profiles = tuple(by_name[beam.profile] for beam in network.beams)
+    radius = max(float(np.linalg.norm(profile.outline, axis=1).max()) for profile in profiles)
+    beside = np.concatenate([np.zeros((1, 3)), radius * np.eye(3)])  # (4, 3)
+    own_axis = np.array(network.nodes)  # (b, 3)
+    own = body.scale * (own_axis[:, None] + beside).reshape(-1, 3)
+    discs = tuple(placed_disc(disc, body) for disc in network.discs)
     try:
-        made = make_beams(axis, ends, up, [profile] * count, material_of(body))
+        made = made_beams(network, body, placed(own, body)[::CORNERS], profiles, material)
     except BeamError as error:
         raise RobotFileError(f"{source}: {prefix}beam: {error}") from error
+    made = with_discs(made, discs, material.density)
     if body.material.total_mass is not None:
         share = body.material.total_mass / made.mass.sum()
         made = replace(made, mass=share * made.mass, inertia=share * made.inertia)
-    nodes = CORNERS * np.arange(count + 1)
-    around, triangles = np.zeros((count + 1, 0, 3)), np.zeros((0, 3), np.int64)
-    if has_surface(config):
-        around, triangles = chain_surface(made, profile)
-    rings = len(mesh.nodes) + np.arange(around[..., 0].size).reshape(around.shape[:2])  # (b, c)
-    every = np.concatenate([nodes, rings.ravel()])  # as `chain_surface` numbers them
-    whole = replace(mesh, nodes=np.concatenate([mesh.nodes, around.reshape(-1, 3)]))
-    mass = np.zeros(len(whole.nodes))
+    nodes = CORNERS * np.arange(len(made.nodes))
+    shown = body.beam.file is not None
+    if shown:
+        surface = file_surface(network, len(own))
+        around = body.scale * surface.points
+        points, own_points = placed(around, body), around
+    else:
+        surface = ring_surface(config, made, profiles[0], len(own))
+        points, own_points = surface.points, taken_back(surface.points, body)
+    own = np.concatenate([own, own_points])
+    mass = np.zeros(len(own))
     mass[nodes] = made.mass
-    part = BeamPart(body.name, nodes, rings, every[triangles], made, profile)
-    return BodyParts(whole, [], [], mass, count, []), part
+    tets = np.arange(CORNERS * len(nodes)).reshape(-1, CORNERS)
+    there = np.concatenate([placed(own[: tets.size], body), points])
+    part = BeamPart(
+        name=body.name,
+        nodes=nodes,
+        followers=tets.size + np.arange(len(points)),
+        owners=surface.owners,
+        points=points,
+        triangles=surface.triangles,
+        shown=shown,
+        body=made,
+        profiles=profiles,
+        discs=discs,
+        radius=radius,
+    )
+    mesh = TetMesh(there, tets, surface.groups)
+    parts = BodyParts(mesh, [], [], mass, len(made.ends), [])
+    return parts, replace(mesh, nodes=own), part
+
+
+def made_beams(
+    network: BeamNetwork,
+    body: BodySettings,
+    nodes: Array,
+    profiles: Sequence[Profile],
+    material: Material,
+) -> Beams:
+    """The beams of a network where it stands, without discs.
+
+    Args:
+        network: the network.
+        body: its body.
+        nodes: (b, 3) where its nodes stand [m].
+        profiles: cross-section of each element.
+        material: of all beams.
+
+    Raises:
+        BeamError: a beam without length, a node that no beam leads to, or a beam along its `up`.
+    """
+    ends = np.array([beam.ends for beam in network.beams], dtype=np.int64)
+    along = np.abs(nodes[ends[:, 1]] - nodes[ends[:, 0]])
+    up = np.eye(3)[
+        2 - along[:, ::-1].argmin(axis=1)
+    ]  # z where a beam lies across it as well as others
+    given = np.array([beam.up is not None for beam in network.beams])
+    if given.any():
+        up[given] = turned(np.array([beam.up for beam in network.beams if beam.up]), body)
+    return make_beams(nodes, ends, up, list(profiles), material)
+
+
+def placed_disc(disc: Disc, body: BodySettings) -> Disc:
+    """A disc of a network in metres, its axis of length one in the robot's frame."""
+    axis = turned(np.array([disc.axis]) / np.linalg.norm(disc.axis), body)[0]
+    size = {"radius": body.scale * disc.radius, "thickness": body.scale * disc.thickness}
+    return disc.model_copy(update={**size, "axis": tuple(axis.tolist())})
+
+
+def with_discs(beams: Beams, discs: Sequence[Disc], density: float) -> Beams:
+    """Beams with the masses of discs on their nodes.
+
+    Args:
+        beams: without discs.
+        discs: see `placed_disc`.
+        density: of the discs [kg/m³].
+    """
+    mass, inertia = beams.mass.copy(), beams.inertia.copy()
+    for disc in discs:
+        disc_mass = density * np.pi * disc.radius**2 * disc.thickness
+        mass[disc.node] += disc_mass
+        # mean of ½ r² about the axis and ¼ r² about the two others
+        inertia[disc.node] += disc_mass * disc.radius**2 / 3.0
+    return replace(beams, mass=mass, inertia=inertia)
+
+
+@dataclass(frozen=True, slots=True)
+class _Surface:
+    """Points that move with nodes of beams, and triangles of them and of these nodes.
+
+    Attributes:
+        points: (k, 3) [m].
+        owners: (k,) number of the node that each moves with.
+        triangles: (t, 3) nodes of the body's mesh.
+        groups: triangles that have a name.
+    """
+
+    points: Array
+    owners: Ints
+    triangles: Ints
+    groups: tuple[CellGroup, ...] = ()
+
+
+def file_surface(network: BeamNetwork, first: int) -> _Surface:
+    """The surfaces of a network, in the body's coordinates; the first point is a node with this number."""
+    points, owners, groups = [np.zeros((0, 3))], [np.zeros(0, np.int64)], []
+    none = np.zeros(0, np.int64)
+    for item in network.surfaces:
+        groups.append(CellGroup(item.name, none, np.array(item.triangles, np.int64) + first))
+        points.append(np.array(item.points))
+        owners.append(np.array(item.nodes, np.int64))
+        first += len(item.points)
+    triangles = np.concatenate([np.zeros((0, 3), np.int64), *(one.triangles for one in groups)])
+    return _Surface(np.concatenate(points), np.concatenate(owners), triangles, tuple(groups))
+
+
+def ring_surface(config: RobotConfig, beams: Beams, profile: Profile, first: int) -> _Surface:
+    """The lateral surface of a line of beams, where the robot touches something.
+
+    Args:
+        config: the robot file.
+        beams: element k from node k to node k + 1.
+        profile: their cross-section.
+        first: number of the first of its nodes.
+    """
+    if not has_surface(config):
+        return _Surface(np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros((0, 3), np.int64))
+    around, triangles = chain_surface(beams, profile)
+    count, corners = around.shape[:2]
+    rings = first + np.arange(count * corners)
+    every = np.concatenate([CORNERS * np.arange(count), rings])  # as `chain_surface` numbers them
+    owners = np.repeat(np.arange(count), corners)
+    return _Surface(around.reshape(-1, 3), owners, every[triangles])
 
 
 def has_surface(config: RobotConfig) -> bool:
     """Whether beams have a surface: something may touch the robot, or it is a part of another."""
     return bool(config.contacts or config.surfaces) or isinstance(config, PartRobotConfig)
-
-
-def beam_joints(beams: list[BeamPart], turning: Ints, springs: sp.csr_array) -> FrameJoints | None:
-    """All beams of a robot, and its springs; None: it has neither.
-
-    Args:
-        beams: the bodies that are beams.
-        turning: (n_nodes,) region that each node of the robot moves with, −1: none.
-        springs: see `FrameJoints`.
-    """
-    if not beams and springs.shape[0] == 0:
-        return None
-    first, ends, drawn, triangles, count = 0, [np.zeros((0, 2), np.int64)], [], [], 0
-    corners = [np.zeros((0, 3), np.int64)]
-    for part in beams:
-        for k in range(len(part.body.ends)):
-            points, faces = outline(part.body, k, part.profile)
-            drawn.append(replace(points, nodes=points.nodes + first))
-            triangles.append(faces + count)
-            count += len(points)
-        ends.append(part.body.ends + first)
-        first += len(part.nodes)
-    none = attach_to_nodes(np.zeros((0, 3)), np.zeros(0, dtype=np.int64), np.zeros((0, 3)))
-    nodes = np.concatenate([np.zeros(0, np.int64), *(part.nodes for part in beams)])
-    bodies = [part.body for part in beams]
-    arrays = BeamArrays(
-        np.concatenate(ends),
-        np.concatenate([np.zeros((0, 4)), *(body.axes for body in bodies)]),
-        np.concatenate([np.zeros((0, 6)), *(body.D for body in bodies)]),
-        np.concatenate([np.zeros(0), *(body.length for body in bodies)]),
-    )
-    return FrameJoints(
-        nodes=nodes,
-        turning=turning[nodes],
-        beams=arrays,
-        inertia=np.concatenate([np.zeros(0), *(body.inertia for body in bodies)]),
-        outline=join_attached_points(drawn) if drawn else none,
-        triangles=np.concatenate([*corners, *triangles]),
-        springs=springs,
-    )

@@ -1,11 +1,13 @@
-"""From the file of a robot made of beams to a robot."""
+"""From robot files whose bodies are all made of beams to robots: nodes that move and turn.
+
+Where something else than the nodes of beams moves, their nodes are frames beside it
+(`tauten.model.load.constraints`).
+"""
 
 from __future__ import annotations
 
-import json
-from dataclasses import replace
-from functools import partial
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,23 +23,18 @@ from tauten.model.actuators import (
 )
 from tauten.model.beams import (
     BeamBody,
-    BeamError,
     BeamLoopError,
     Beams,
     BeamSurfaces,
     BeamTree,
-    Profile,
-    build_beam_surfaces,
-    make_beams,
     make_tree,
+    outline,
 )
-from tauten.model.body import Material
-from tauten.model.contact import ContactSet
-from tauten.model.load.beam_bodies import profile_of
-from tauten.model.load.contacts import all_triangles, contact_set
+from tauten.model.load.beam_bodies import CORNERS, BeamPart
+from tauten.model.load.bodies import AT_DISC, Bodies
+from tauten.model.load.contacts import contact_set, contact_surfaces
 from tauten.model.load.effectors import build_beam_effectors
 from tauten.model.load.transmissions import build_beam_transmissions
-from tauten.model.mesh import Selector, point_selector
 from tauten.model.numerics import Array, Bools, Ints, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
@@ -48,73 +45,133 @@ from tauten.model.points import (
     no_attached_points,
 )
 from tauten.model.robot import Robot, names_of
-from tauten.model.schema import (
-    BeamConfig,
-    RobotFileError,
-    Structure,
-    Vertebra,
-    beam_robot_digest,
-    check_surfaces,
-    digests_of_fewer,
-    read_text,
-    validated,
-)
+from tauten.model.schema import Region, RobotConfig, RobotFileError
 from tauten.model.signals import actuators_of, limits_of
 from tauten.model.system import integration_of, make_pattern
 
 
-def read_structure(path: Path) -> Structure:
-    """Read and validate a structure file.
+def of_beams_alone(config: RobotConfig) -> bool:
+    """Whether the nodes of beams, of which some are fixed, are all that moves."""
+    others = (config.rigid, config.attachments, config.drives, config.chambers)
+    drums = any(motor.kind == "drum" for motor in config.couplings)
+    bodies = all(body.beam is not None and not body.free for body in config.all_bodies)
+    return bodies and not drums and not any(others)
 
-    Raises:
-        RobotFileError: missing, not JSON, or a field that is not allowed.
+
+@dataclass(frozen=True, slots=True)
+class BeamNodes:
+    """The nodes of all beams of a robot, which points are attached to.
+
+    Attributes:
+        bodies: the bodies, all of them beams.
+        beams: the beams as one.
+        source: the robot file's path, for errors.
     """
-    raw = read_text(path, json.loads, "JSON")
-    return validated(Structure, raw, path)
+
+    bodies: Bodies
+    beams: Beams
+    source: str
+
+    @property
+    def nodes(self) -> Array:
+        """Their positions at rest: (b, 3) [m]."""
+        return self.beams.nodes
+
+    def select_nodes(self, selection: Region | str, what: str) -> Bools:
+        """Which of them a region selects: (b,); arguments and errors as of `Selector.select_nodes`."""
+        return self.bodies.selector.select_nodes(selection, what)[self.bodies.beam_nodes]
+
+    def attach(
+        self, points: Sequence[tuple[float, float, float]], what: str, slack: float
+    ) -> AttachedPoints:
+        """Points at rest [m], each attached to a node.
+
+        It is that of the nearest disc within `slack`, otherwise the nearest node; points within the radius of
+        the cross-section are at the node.
+
+        Args:
+            points: positions at rest [m].
+            what: the field they come from, for errors.
+            slack: largest distance of a point from its disc or node [m].
+
+        Raises:
+            RobotFileError: a point lies further away.
+        """
+        ids, every = [], self.bodies.beam_nodes
+        radius = np.repeat(
+            [part.radius for part in self.bodies.beams],
+            [len(part.nodes) for part in self.bodies.beams],
+        )
+        for number, point in enumerate(np.array(points)):
+            disc = self.bodies.nearest_disc(point)
+            if disc is not None and disc[0] <= max(slack, AT_DISC):
+                ids.append(int(np.searchsorted(every, disc[1])))
+                continue
+            away = np.linalg.norm(self.nodes - point, axis=1)
+            nearest = int(away.argmin())
+            beyond = float(away[nearest] - radius[nearest])
+            if beyond > max(slack, 1e-9 * self.beams.size):
+                carrier = f"node at {self.nodes[nearest].round(6).tolist()} m"
+                if disc is not None and disc[0] < beyond:
+                    beyond, carrier = disc[0], f"disc {disc[2]!r}"
+                raise RobotFileError(
+                    f"{what}: point {number} at {point.tolist()} m lies {beyond:.3g} m outside of the "
+                    f"nearest {carrier}, allowed is {slack:g} m: move it, or set max_outside"
+                )
+            ids.append(nearest)
+        return attach_to_nodes(self.nodes, np.array(ids, dtype=np.int64), np.array(points))
+
+    def corners(self, ids: Ints) -> AttachedPoints:
+        """Some nodes (m,), each with the three corners of its tetrahedron: (4 m,) points."""
+        corners = self.bodies.beam_nodes[ids][:, None] + np.arange(CORNERS)
+        places = self.bodies.parts.mesh.nodes[corners.ravel()]
+        return attach_to_nodes(self.nodes, np.repeat(ids, CORNERS), places)
 
 
 def build_beam_robot(
-    config: BeamConfig, structure: Structure, source: str
-) -> tuple[Robot[BeamBody], dict[str, Ints]]:
-    """Build a robot from validated files, and the triangles (t, 3) of each of its surfaces.
+    config: RobotConfig, bodies: Bodies, digest: str, fewer: tuple[str, ...], source: str
+) -> Robot[BeamBody]:
+    """Build a robot whose bodies are all made of beams.
 
     Args:
-        config: the robot file.
-        structure: the structure file.
+        config: the robot file, see `of_beams_alone`.
+        bodies: its bodies.
+        digest: of the robot.
+        fewer: digests of the robot with fewer contacts.
         source: the robot file's path, for errors.
 
     Raises:
-        RobotFileError: a beam without length, a node that no beam leads to, a cable outside of its
-            vertebra, unknown names or empty regions; the text names `source`.
+        RobotFileError: a point that lies away from the beams, unknown names or empty regions; the text names
+            `source`.
     """
-    material = Material(**config.material.model_dump())
-    profiles = build_profiles(config, structure, material, source)
-    body = build_beam_body(structure, profiles, material, source)
-    fixed = fixed_beam_nodes(config, body, source)
-    paths, stations = build_beam_cables(config, structure, body, int(fixed.argmax()), source)
-    selector = point_selector(body.nodes, config.named_regions(), source)
-    forces, pushed = build_beam_forces(config, structure, body, selector)
-    attach = partial(on_vertebra, structure, body)
-    effectors = build_beam_effectors(config.effectors, selector, attach)
-    moved = build_beam_transmissions(config.transmissions, selector, attach)
+    beams = joined_beams(bodies.beams)
+    at = BeamNodes(bodies, beams, source)
+    fixed = bodies.fixed[bodies.beam_nodes]
+    paths, stations = build_beam_cables(config, at, int(fixed.argmax()))
+    forces, pushed = build_beam_forces(config, at)
+    effectors = build_beam_effectors(config.effectors, at)
+    moved = build_beam_transmissions(config.transmissions, at, at.attach)
     actuators = beam_actuators(paths, stations, forces, pushed, coupling_of(config), moved)
-    surfaces, named = build_beam_surfaces(structure, profiles, body)
-    contacts = build_beam_contacts(config, surfaces, named, body, source)
+    surfaces = beam_surfaces(bodies, beams)
+    triangles = {
+        name: touched_triangles(bodies, found)
+        for name, found in contact_surfaces(config, bodies.touching).items()
+    }
+    vertices = surfaces.contact_points.at_rest(beams.nodes)
     coupled = [] if moved is None else moved.coupled(moved.points.nodes[:, :1])
     pattern = make_pattern(
         np.repeat(fixed, 2),
-        [groups(body.ends), groups(ends_of(paths, stations)), *map(groups, coupled)],
+        [groups(beams.ends), groups(ends_of(paths, stations)), *map(groups, coupled)],
     )
     free, scheme = ~fixed, config.integration
-    digest = beam_robot_digest(config, structure, Path(source).parent)
-    robot = Robot(
+    return Robot(
         names=names_of(config),
         digest=digest,
         tolerance=config.contact.tolerance,
         actuators=actuators_of(config),
         limits=limits_of(config, source),
         effectors=effectors,
-        contacts=contacts,
+        contacts=contact_set(config, vertices, triangles, source),
         vertices=surfaces.contact_points,
         body=BeamBody(
             gravity=np.array(config.gravity),
@@ -125,18 +182,17 @@ def build_beam_robot(
                 pattern.indptr, pattern.indices, scheme.factorisation, scheme.threads
             ),
             floating=np.zeros(pattern.n, dtype=bool),
-            beams=body,
-            mass=np.repeat(np.stack([body.mass, body.inertia], axis=1)[free].ravel(), 3),
-            tree=tree_of(body, fixed),
-            beam_slot=pattern.blocks(groups(body.ends)),
+            beams=beams,
+            mass=np.repeat(np.stack([beams.mass, beams.inertia], axis=1)[free].ravel(), 3),
+            tree=tree_of(beams, fixed),
+            beam_slot=pattern.blocks(groups(beams.ends)),
             cable_slot=pattern.blocks(groups(ends_of(paths, stations))),
             force_slot=pattern.blocks(2 * levers_of(actuators) + 1),
             outer=effectors.pushed(np.zeros(3 * len(config.effectors))),
             surfaces=surfaces,
         ),
-        digests_of_fewer=digests_of_fewer(digest, config, Path(source).parent),
+        digests_of_fewer=fewer,
     )
-    return robot, named
 
 
 def ends_of(paths: Paths, stations: AttachedPoints) -> Ints:
@@ -196,197 +252,129 @@ def groups(ends: Ints) -> Ints:
     return np.stack([2 * ends, 2 * ends + 1], axis=2).reshape(len(ends), 2 * ends.shape[1])
 
 
-def build_profiles(
-    config: BeamConfig, structure: Structure, material: Material, source: str
-) -> list[Profile]:
-    """Cross-section of every beam.
-
-    Args:
-        config: the robot file.
-        structure: the structure file.
-        material: of the beams.
-        source: the robot file's path, for errors.
-    """
-    known = {settings.name: profile_of(settings, material) for settings in config.profiles}
-    for index, beam in enumerate(structure.beams):
-        if beam.profile not in known:
-            raise RobotFileError(
-                f"{source}: {config.beams.file}: beams.{index}: profile {beam.profile!r} is not "
-                f"defined, known are {', '.join(sorted(known))}"
-            )
-    return [known[beam.profile] for beam in structure.beams]
-
-
-def build_beam_body(
-    structure: Structure, profiles: list[Profile], material: Material, source: str
-) -> Beams:
-    """Beams with the masses of the vertebrae.
-
-    Args:
-        structure: the structure file.
-        profiles: cross-section of each beam.
-        material: of beams and vertebrae.
-        source: the robot file's path, for errors.
-    """
-    ends = np.array([beam.ends for beam in structure.beams], dtype=np.int64)
-    up = np.array([beam.up for beam in structure.beams])
-    try:
-        body = make_beams(np.array(structure.nodes), ends, up, profiles, material)
-    except BeamError as error:
-        raise RobotFileError(f"{source}: {error}") from error
-    mass, inertia = body.mass.copy(), body.inertia.copy()
-    for disc in structure.vertebrae:
-        disc_mass = material.density * np.pi * disc.radius**2 * disc.thickness
-        mass[disc.node] += disc_mass
-        # mean of ½ r² about the axis and ¼ r² about the two others
-        inertia[disc.node] += disc_mass * disc.radius**2 / 3.0
-    return replace(body, mass=mass, inertia=inertia)
-
-
-def fixed_beam_nodes(config: BeamConfig, body: Beams, source: str) -> Bools:
-    """Nodes whose position and rotation are fixed, those in any of the `fixed` boxes: (n_nodes,) bool.
-
-    Args:
-        config: the robot file.
-        body: the beams.
-        source: the robot file's path, for errors.
-    """
-    fixed = np.zeros(len(body.nodes), dtype=bool)
-    selector = point_selector(body.nodes, config.named_regions(), source)
-    for index, region in enumerate(config.fixed):
-        fixed |= selector.select_nodes(region, f"fixed.{index}")
-    if fixed.all():
-        raise RobotFileError(f"{source}: fixed: holds every node, no node can move")
-    return fixed
-
-
 def build_beam_cables(
-    config: BeamConfig, structure: Structure, body: Beams, base: int, source: str
+    config: RobotConfig, at: BeamNodes, base: int
 ) -> tuple[Paths, AttachedPoints]:
-    """Cables through holes of vertebrae, and the points that they pass.
+    """Cables, and the points that they pass.
 
     Args:
         config: the robot file.
-        structure: the structure file.
-        body: the beams.
+        at: the nodes of the beams.
         base: a fixed node, which pull points are attached to.
-        source: the robot file's path, for errors.
     """
     cables, counts = [], []
     for index, cable in enumerate(config.cables):
-        what = f"{source}: cables.{index}"
+        what = f"{at.source}: cables.{index}.points"
         start = [] if cable.pull_point is None else [cable.pull_point]
         route = np.array([*start, *cable.points])
         short = np.flatnonzero(np.linalg.norm(np.diff(route, axis=0), axis=1) < 1e-9)
         if len(short):
-            raise RobotFileError(f"{what}.points: {short[0]} and {short[0] + 1} coincide")
-        at_rest = np.full(len(start), base), np.array(start).reshape(-1, 3)
+            raise RobotFileError(f"{what}: points {short[0]} and {short[0] + 1} coincide")
+        held = np.full(len(start), base), np.array(start).reshape(-1, 3)
         cables += [
-            attach_to_nodes(body.nodes, *at_rest),
-            on_vertebra(structure, body, cable.points, what, cable.max_outside),
+            attach_to_nodes(at.nodes, *held),
+            at.attach(cable.points, what, cable.max_outside),
         ]
         counts.append(len(route))
     stations = join_attached_points(cables)
-    return make_paths(counts, stations.at_rest(body.nodes)), stations
+    return make_paths(counts, stations.at_rest(at.nodes)), stations
 
 
-def build_beam_forces(
-    config: BeamConfig, structure: Structure, body: Beams, selector: Selector
-) -> tuple[ForceSet, AttachedPoints]:
-    """Forces on vertebrae or spread over nodes, and the points that they act on.
+def build_beam_forces(config: RobotConfig, at: BeamNodes) -> tuple[ForceSet, AttachedPoints]:
+    """Forces at points or spread over nodes, and the points that they act on.
 
     Args:
         config: the robot file.
-        structure: the structure file.
-        body: the beams.
-        selector: of regions of the nodes.
+        at: the nodes of the beams.
     """
     points, shares, directions = [], [], [np.zeros((0, 3))]
     for item in config.forces:
         what = f"forces.{item.name}"
         if item.point is not None:
-            where = f"{selector.source}: {what}.point"
-            found = on_vertebra(structure, body, [item.point], where, item.max_outside)
+            found = at.attach([item.point], f"{at.source}: {what}.point", item.max_outside)
             share = np.ones(1)
         else:
             assert item.region is not None
-            ids = np.flatnonzero(selector.select_nodes(item.region, f"{what}.region"))
-            found = attach_to_nodes(body.nodes, ids, body.nodes[ids])
-            share = body.mass[ids] / body.mass[ids].sum()
+            ids = np.flatnonzero(at.select_nodes(item.region, f"{what}.region"))
+            found = attach_to_nodes(at.nodes, ids, at.nodes[ids])
+            share = at.beams.mass[ids] / at.beams.mass[ids].sum()
         points.append(found)
         shares.append(share)
         directions.append(np.array([item.direction]) / np.linalg.norm(item.direction))
     pushed = join_attached_points(points)
-    return make_forces(np.concatenate(directions), shares, pushed.at_rest(body.nodes)), pushed
+    return make_forces(np.concatenate(directions), shares, pushed.at_rest(at.nodes)), pushed
 
 
-def on_vertebra(
-    structure: Structure,
-    body: Beams,
-    points: list[tuple[float, float, float]],
-    what: str,
-    slack: float,
-) -> AttachedPoints:
-    """Points attached to the vertebrae that contain them.
-
-    Args:
-        structure: the structure file.
-        body: the beams.
-        points: positions at rest [m].
-        what: the field they come from, for errors.
-        slack: largest distance of a point from its vertebra [m].
-
-    Raises:
-        RobotFileError: a point lies further away from every vertebra.
-    """
-    ids = []
-    for number, point in enumerate(np.array(points)):
-        distances = [outside(vertebra, body.nodes, point) for vertebra in structure.vertebrae]
-        best = int(np.argmin(distances))
-        disc = structure.vertebrae[best]
-        if distances[best] > max(slack, 1e-9):
-            raise RobotFileError(
-                f"{what}: point {number} at {point.tolist()} m lies {distances[best]:.3g} m outside "
-                f"of the nearest vertebra {disc.name!r} of radius {disc.radius} m, "
-                f"allowed is {slack:g} m: move it, or set max_outside"
-            )
-        ids.append(disc.node)
-    return attach_to_nodes(body.nodes, np.array(ids), np.array(points))
+def joined_beams(parts: Sequence[BeamPart]) -> Beams:
+    """All beams of a robot as one, their nodes in the order of the parts."""
+    first = np.cumsum([0, *(len(part.nodes) for part in parts)]).tolist()
+    bodies = [part.body for part in parts]
+    ends = [body.ends + at for body, at in zip(bodies, first, strict=False)]
+    return Beams(
+        nodes=np.concatenate([np.zeros((0, 3)), *(body.nodes for body in bodies)]),
+        ends=np.concatenate([np.zeros((0, 2), np.int64), *ends]),
+        axes=np.concatenate([np.zeros((0, 4)), *(body.axes for body in bodies)]),
+        D=np.concatenate([np.zeros((0, 6)), *(body.D for body in bodies)]),
+        length=np.concatenate([np.zeros(0), *(body.length for body in bodies)]),
+        mass=np.concatenate([np.zeros(0), *(body.mass for body in bodies)]),
+        inertia=np.concatenate([np.zeros(0), *(body.inertia for body in bodies)]),
+    )
 
 
-def outside(disc: Vertebra, nodes: Array, point: Array) -> float:
-    """Distance of a point from a disc [m], zero inside.
+def drawn_beams(parts: Sequence[BeamPart]) -> tuple[AttachedPoints, Ints]:
+    """Surfaces of files, then outlines of all beams.
 
     Args:
-        disc: the vertebra.
-        nodes: (n_nodes, 3) positions at rest [m].
-        point: (3,) [m].
+        parts: the bodies made of beams.
+
+    Returns:
+        Points that are attached to the nodes of `joined_beams`, and triangles (t, 3) of them.
     """
-    axis = np.array(disc.axis) / np.linalg.norm(disc.axis)
-    away = point - nodes[disc.node]
-    height = float(away @ axis)
-    beyond = max(abs(height) - 0.5 * disc.thickness, 0.0)
-    aside = max(float(np.linalg.norm(away - height * axis)) - disc.radius, 0.0)
-    return float(np.hypot(beyond, aside))
+    surfaces, outlines, first = [], [], 0
+    for part in parts:
+        if part.shown:
+            found = attach_to_nodes(part.body.nodes, part.owners, part.points)
+            surfaces.append((first, found, part.triangles - part.first_follower))
+        for k, profile in enumerate(part.profiles):
+            outlines.append((first, *outline(part.body, k, profile)))
+        first += len(part.nodes)
+    points, triangles, count = [], [np.zeros((0, 3), np.int64)], 0
+    for first, found, faces in [*surfaces, *outlines]:
+        points.append(replace(found, nodes=found.nodes + first))
+        triangles.append(faces + count)
+        count += len(found)
+    return join_attached_points(points), np.concatenate(triangles)
 
 
-def build_beam_contacts(
-    config: BeamConfig, surfaces: BeamSurfaces, named: dict[str, Ints], body: Beams, source: str
-) -> ContactSet:
-    """Candidates and target surfaces of every contact.
+def beam_surfaces(bodies: Bodies, beams: Beams) -> BeamSurfaces:
+    """The surfaces of beams, to touch and to be drawn.
 
     Args:
-        config: the robot file.
-        surfaces: of the beams.
-        named: triangles of each surface of the structure file.
-        body: the beams.
-        source: the robot file's path, for errors.
+        bodies: the bodies, all of them beams.
+        beams: the beams as one.
     """
-    try:
-        check_surfaces(config.contacts, set(named), [one.name for one in config.obstacles])
-    except ValueError as error:
-        raise RobotFileError(f"{source}: {error}") from error
-    triangles: dict[str | None, Ints] = {None: all_triangles(named)}
-    triangles.update(named.items())
-    vertices = surfaces.contact_points.at_rest(body.nodes)
-    return contact_set(config, vertices, triangles, source)
+    owner = np.zeros(len(bodies.parts.mesh.nodes), dtype=np.int64)
+    first = 0
+    for part in bodies.beams:
+        owner[part.nodes[:, None] + np.arange(CORNERS)] = (
+            first + np.arange(len(part.nodes))[:, None]
+        )
+        owner[part.followers] = first + part.owners
+        first += len(part.nodes)
+    touched = touched_nodes(bodies)
+    contact_points = attach_to_nodes(beams.nodes, owner[touched], bodies.parts.mesh.nodes[touched])
+    drawn, triangles = drawn_beams(bodies.beams)
+    every = join_attached_points([contact_points, drawn])
+    lever = float(np.linalg.norm(every.offsets * every.weights[:, :, None], axis=2).max())
+    return BeamSurfaces(contact_points, drawn, triangles, lever)
+
+
+def touched_nodes(bodies: Bodies) -> Ints:
+    """Nodes of the whole mesh in surfaces that may touch, ascending: (v,)."""
+    return np.unique(bodies.touching.boundary)
+
+
+def touched_triangles(bodies: Bodies, triangles: Ints) -> Ints:
+    """Triangles (t, 3) of nodes of the whole mesh as triples of `touched_nodes`."""
+    found: Ints = np.searchsorted(touched_nodes(bodies), triangles)
+    return found

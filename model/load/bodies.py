@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from tauten.model.load.beam_bodies import CORNERS, BeamPart, beam_mesh, build_beam
+from tauten.model.load.beam_bodies import CORNERS, BeamPart, beam_network, build_beam
+from tauten.model.load.placing import placed
 from tauten.model.mesh import (
     BodyRange,
     QuadraticMesh,
@@ -22,10 +22,12 @@ from tauten.model.mesh import (
     read_quadratic_mesh,
 )
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.model.schema import BodySettings, Region, RobotConfig, RobotFileError
+from tauten.model.schema import BeamNetwork, BodySettings, Disc, Region, RobotConfig, RobotFileError
 from tauten.model.tetra import BodyParts, body_parts, join_bodies
 
 AnyMesh = TetMesh | QuadraticMesh
+AT_DISC = 1e-9  # m, distance of a point that is on a disc
+Shape = AnyMesh | BeamNetwork  # of a body, in its own coordinates
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,26 +82,54 @@ class Bodies:
         result = chosen.copy()
         for part in self.beams:
             result[part.nodes[:, None] + np.arange(CORNERS)] = chosen[part.nodes, None]
-            result[part.rings] = chosen[part.nodes, None]
+            result[part.followers] = chosen[part.nodes[part.owners]]
         return result
 
     def corners_of(self, node: int) -> Ints:
-        """A node of a beam and all that moves with it: (4 + c,)."""
+        """A node of a beam and all that moves with it, from the node on: (4 + c,)."""
         part = next(one for one in self.beams if node in one.nodes)
-        ring = part.rings[(node - part.nodes[0]) // CORNERS]
-        return np.concatenate([node + np.arange(CORNERS), ring])
+        number = (node - part.nodes[0]) // CORNERS
+        return np.concatenate([node + np.arange(CORNERS), part.followers[part.owners == number]])
+
+    def nearest_disc(self, point: Array) -> tuple[float, int, str] | None:
+        """Of the disc nearest to a point (3,) its distance [m], node and name; None: there is none."""
+        found = [
+            (
+                outside(disc, point - part.body.nodes[disc.node]),
+                int(part.nodes[disc.node]),
+                disc.name,
+            )
+            for part in self.beams
+            for disc in part.discs
+        ]
+        return min(found, default=None)
 
 
-def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[AnyMesh]:
-    """The meshes of the bodies as they are in their files [m], a file used twice read once.
+def outside(disc: Disc, away: Array) -> float:
+    """Distance of a point from a disc [m], zero inside.
+
+    Args:
+        disc: in metres, its axis of length one.
+        away: (3,) the point relative to the disc's node [m].
+    """
+    axis = np.array(disc.axis)
+    height = float(away @ axis)
+    beyond = max(abs(height) - 0.5 * disc.thickness, 0.0)
+    aside = max(float(np.linalg.norm(away - height * axis)) - disc.radius, 0.0)
+    return float(np.hypot(beyond, aside))
+
+
+def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[Shape]:
+    """The shapes of the bodies as they are in their files [m], a mesh file used twice read once.
 
     Args:
         config: the robot file.
         path: of the file.
-        refinements: how often every tetrahedron is cut into eight.
+        refinements: how often every tetrahedron is cut into eight, every beam into two.
 
     Raises:
         MeshError: a mesh cannot be used.
+        RobotFileError: a file of beams cannot be used.
     """
     read: dict[str, AnyMesh] = {}
     for body in config.all_bodies:
@@ -114,23 +144,29 @@ def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[A
             for _ in range(refinements):
                 read[key] = read[key].refine()
     return [
-        read[body.mesh.model_dump_json()] if body.mesh else beam_mesh(config, body, refinements)
+        read[body.mesh.model_dump_json()]
+        if body.mesh
+        else beam_network(config, body, str(path), refinements)
         for body in config.all_bodies
     ]
 
 
-def contents_of(config: RobotConfig, meshes: Sequence[AnyMesh]) -> list[bytes]:
-    """The meshes as bytes for the robot's digest; of a beam, which has no file, the number of its nodes.
+def contents_of(config: RobotConfig, shapes: Sequence[Shape]) -> list[bytes]:
+    """The shapes as bytes for the robot's digest; of beams without a file the number of their nodes.
 
     Args:
         config: the robot file.
-        meshes: of its bodies, as `read_bodies` gives them.
+        shapes: of its bodies, as `read_bodies` gives them.
     """
-    bodies = zip(config.all_bodies, meshes, strict=True)
-    return [
-        content_of(mesh) if body.mesh is not None else str(len(mesh.tets)).encode()
-        for body, mesh in bodies
-    ]
+    found = []
+    for body, shape in zip(config.all_bodies, shapes, strict=True):
+        if not isinstance(shape, BeamNetwork):
+            found.append(content_of(shape))
+        elif body.beam is not None and body.beam.file is not None:
+            found.append(shape.model_dump_json(exclude_defaults=True).encode())
+        else:
+            found.append(str(len(shape.nodes)).encode())
+    return found
 
 
 def content_of(mesh: AnyMesh) -> bytes:
@@ -145,12 +181,12 @@ def content_of(mesh: AnyMesh) -> bytes:
     return b"".join(parts)
 
 
-def build_bodies(config: RobotConfig, meshes: Sequence[AnyMesh], source: str) -> Bodies:
+def build_bodies(config: RobotConfig, shapes: Sequence[Shape], source: str) -> Bodies:
     """The bodies of a robot file, each in its place and with the laws of its regions.
 
     Args:
         config: the robot file.
-        meshes: of its bodies, as `read_bodies` gives them.
+        shapes: of its bodies, as `read_bodies` gives them.
         source: the robot file's path, for errors.
 
     Raises:
@@ -161,16 +197,15 @@ def build_bodies(config: RobotConfig, meshes: Sequence[AnyMesh], source: str) ->
     beams: list[BeamPart] = []
     solid: list[Bools] = []
     counts = np.zeros(3, dtype=np.int64)  # nodes, tetrahedra, boundary triangles before the body
-    for index, (body, mesh) in enumerate(zip(config.all_bodies, meshes, strict=True)):
+    for index, (body, shape) in enumerate(zip(config.all_bodies, shapes, strict=True)):
         prefix = f"bodies.{index}." if config.bodies else ""
-        own = scaled_mesh(mesh, body)
-        there = replace_nodes(own, placed(own.nodes, body))
-        if body.beam is not None:
-            assert isinstance(there, TetMesh)
-            part, beam = build_beam(config, body, there, source, prefix)
+        own: AnyMesh
+        if isinstance(shape, BeamNetwork):
+            part, own, beam = build_beam(config, body, shape, source, prefix)
             beams.append(beam.moved(int(counts[0])))
-            own = TetMesh(taken_back(part.mesh.nodes, body), part.mesh.tets)
         else:
+            own = scaled_mesh(shape, body)
+            there = replace_nodes(own, placed(own.nodes, body))
             part = build_body(body, own, there, named, source, prefix)
         unmoved = own.split() if isinstance(own, QuadraticMesh) else own
         solid.append(np.full(len(unmoved.tets), body.beam is None))
@@ -209,8 +244,7 @@ def with_beams(whole: Selector, beams: Sequence[BeamPart]) -> Selector:
         own = of.selector
         if name in of_beams:
             part = of_beams[name]
-            first = part.rings[0, 0] if part.rings.size else 0
-            owner = (part.triangles.max(axis=1) - first) // max(part.rings.shape[1], 1)
+            owner = part.owners[part.triangles.max(axis=1) - part.first_follower]
             own = replace(own, boundary=part.triangles - of.first_node, owner=owner)
         ranges[name] = replace(of, selector=own, first_triangle=count)
         triangles.append(own.boundary + of.first_node)
@@ -226,23 +260,6 @@ def scaled_mesh(mesh: AnyMesh, body: BodySettings) -> AnyMesh:
     if body.mesh is not None and body.mesh.element == "quadratic" and isinstance(mesh, TetMesh):
         mesh = quadratic_mesh(mesh)
     return mesh if body.scale == 1.0 else replace_nodes(mesh, body.scale * mesh.nodes)
-
-
-def placed(nodes: Array, body: BodySettings) -> Array:
-    """A body's own coordinates (n_nodes, 3) in the robot's frame: (n_nodes, 3) [m]."""
-    if body.rotation is not None:
-        w, x, y, z = body.rotation.unit_quaternion
-        nodes = Rotation.from_quat([x, y, z, w]).apply(nodes)
-    return nodes + np.array(body.position) if any(body.position) else nodes
-
-
-def taken_back(nodes: Array, body: BodySettings) -> Array:
-    """The inverse of `placed`: nodes (n_nodes, 3) in the robot's frame in a body's own coordinates [m]."""
-    moved: Array = nodes - np.array(body.position)
-    if body.rotation is not None:
-        w, x, y, z = body.rotation.unit_quaternion
-        moved = Rotation.from_quat([x, y, z, w]).apply(moved, inverse=True)
-    return moved
 
 
 def replace_nodes(mesh: AnyMesh, nodes: Array) -> AnyMesh:

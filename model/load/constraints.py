@@ -12,6 +12,7 @@ from tauten.model.constraints import (
     ConstrainedBody,
     DriveRegion,
     Drums,
+    FrameJoints,
     Frames,
     GluedNodes,
     PinnedRegion,
@@ -21,7 +22,8 @@ from tauten.model.constraints import (
     make_product_pattern,
     supports_of,
 )
-from tauten.model.load.beam_bodies import beam_joints
+from tauten.model.load.beam_bodies import BeamPart
+from tauten.model.load.beams import drawn_beams, joined_beams
 from tauten.model.load.bodies import Bodies
 from tauten.model.load.glue import attached_parts, build_glue
 from tauten.model.load.joins import AnyFrame, axis_of, join_frames, require_no_circle
@@ -208,6 +210,29 @@ def constrained(
         [np.repeat(loose[dof >= 0], 3), np.zeros(T.shape[0] - tetrahedra.m)]
     )
     return replace(body, floating=moved > 0.0)
+
+
+def beam_joints(parts: list[BeamPart], turning: Ints, springs: sp.csr_array) -> FrameJoints | None:
+    """All beams of a robot, and its springs; None: it has neither.
+
+    Args:
+        parts: the bodies made of beams.
+        turning: (n_nodes,) region that each node of the robot moves with, −1: none.
+        springs: see `FrameJoints`.
+    """
+    if not parts and springs.shape[0] == 0:
+        return None
+    beams, (points, triangles) = joined_beams(parts), drawn_beams(parts)
+    nodes = np.concatenate([np.zeros(0, np.int64), *(part.nodes for part in parts)])
+    return FrameJoints(
+        nodes=nodes,
+        turning=turning[nodes],
+        beams=beams.arrays,
+        inertia=beams.inertia,
+        outline=points,
+        triangles=triangles,
+        springs=springs,
+    )
 
 
 def build_drives(

@@ -42,7 +42,6 @@ from tauten.model.schema import (
     ObstacleSettings,
     RobotConfig,
     RobotFileError,
-    RobotSettings,
     RotationSettings,
     TouchSettings,
 )
@@ -71,7 +70,7 @@ def build_contacts(config: RobotConfig, selector: Selector) -> ContactSet:
 
 
 def contact_set(
-    config: RobotSettings, vertices: Array, surfaces: Mapping[str | None, Ints], source: str
+    config: RobotConfig, vertices: Array, surfaces: Mapping[str | None, Ints], source: str
 ) -> ContactSet:
     """Candidates and target surfaces of every contact.
 
@@ -246,7 +245,7 @@ def contact_surfaces(config: RobotConfig, selector: Selector) -> dict[str | None
 
 
 def alarm_distance(
-    config: RobotSettings, vertices: Array, surfaces: Mapping[str | None, Ints]
+    config: RobotConfig, vertices: Array, surfaces: Mapping[str | None, Ints]
 ) -> float:
     """The file's, or by default from the meshes of the surfaces that may touch themselves [m].
 
@@ -302,11 +301,6 @@ def contact_pair(
     apart = neighbours_at_rest(vertices, triangles, nodes, weights, along, WALL_ALARMS * alarm)
     name = f"{contact.candidates or 'skin'} on itself"
     return ContactPair(name, nodes, weights, triangles, apart, friction=mu, bounds=bounds)
-
-
-def all_triangles(named: Mapping[str, Ints]) -> Ints:
-    """Triangles (t, 3) of all surfaces of a structure file."""
-    return np.concatenate([np.zeros((0, 3), np.int64), *named.values()])
 
 
 def candidates_on(

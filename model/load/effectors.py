@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,7 +23,7 @@ from tauten.model.effectors import (
 )
 from tauten.model.load.bodies import Bodies
 from tauten.model.load.extensions import made, required_extension
-from tauten.model.mesh import Selector
+from tauten.model.mesh import NodeSelector, Selector
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
     AttachedPoints,
@@ -39,7 +40,22 @@ from tauten.model.signals import effector_layout
 EFFECTORS = "tauten.effectors"
 Positions = list[tuple[float, float, float]]
 PlacePoints = Callable[[Positions, str, float], MaterialPoints]
-AttachPoints = Callable[[Positions, str, float], AttachedPoints]
+
+
+class BeamPoints(NodeSelector, Protocol):
+    """Nodes of beams, and points that are attached to them."""
+
+    def attach(self, points: Positions, what: str, slack: float) -> AttachedPoints:
+        """Points, each attached to a node.
+
+        Args:
+            points: positions at rest [m].
+            what: the field they come from, for errors.
+            slack: how far they may lie away [m].
+        """
+
+    def corners(self, ids: Ints) -> AttachedPoints:
+        """Some nodes (m,) with three points beside each that turn with it: (4 m,)."""
 
 
 def build_nodal_effectors(
@@ -177,55 +193,56 @@ def function_measure(item: EffectorSettings, what: str) -> Measure:
 
 
 def build_beam_effectors(
-    effectors: list[EffectorSettings], selector: Selector, attach: AttachPoints
+    effectors: list[EffectorSettings], beams: BeamPoints
 ) -> Effectors[AttachedPoints]:
-    """Effectors of a robot made of beams.
+    """Effectors of a robot whose bodies are all made of beams.
 
     Args:
         effectors: of the robot file.
-        selector: of regions of the nodes.
-        attach: attaches points at rest [m] to nodes; arguments as of `build_nodal_effectors`.
+        beams: nodes and points of the beams.
 
     Raises:
-        RobotFileError: a point outside of its vertebra, an empty region, a kind that beams do not have.
+        RobotFileError: a point that lies away from the beams, an empty region, a kind that beams do not have.
     """
-    source, nodes = selector.source, selector.nodes
     measures: list[Measure] = []
     parts: list[AttachedPoints] = []
     for index, item in enumerate(effectors):
-        field = f"effectors.{index}"
-
-        def attached(points: Positions | None) -> AttachedPoints:
-            assert points is not None
-            return attach(points, f"{source}: {field}", item.max_outside)  # noqa: B023  called at once
-
-        if item.kind == "volume":
-            raise RobotFileError(f"{source}: {field}.kind: beams have no cavity, found 'volume'")
-        if item.kind == "centre":
-            assert item.region is not None
-            ids = np.flatnonzero(selector.select_nodes(item.region, f"{field}.region"))
-            measures.append(PositionMeasure(len(ids)))
-            parts.append(attach_to_nodes(nodes, ids, nodes[ids]))
-        elif item.points is not None:
-            measures.append(_of_points(item, item.points, f"{source}: {field}"))
-            parts.append(attached(item.points))
-        elif item.kind == "distance":
-            assert item.point is not None and item.other is not None
-            measures.append(DistanceMeasure())
-            parts.append(attached([item.point, item.other]))
-        elif item.point is None:
-            raise RobotFileError(
-                f"{source}: {field}.point: needed by a frame of beams, that of the vertebra there"
-            )
-        elif item.kind == "point":
-            measures.append(PositionMeasure())
-            parts.append(attached([item.point]))
-        else:
-            measures.append(FrameMeasure(np.zeros(3)))
-            parts.append(_node_frame(attached([item.point])))
+        measure, points = _on_beams(item, f"effectors.{index}", beams)
+        measures.append(measure)
+        parts.append(points)
     joined = join_attached_points(parts)
-    kinds = _effector_set(effectors, measures, joined.at_rest(nodes), selector)
+    kinds = _effector_set(effectors, measures, joined.at_rest(beams.nodes), beams)
     return Effectors(kinds, joined)
+
+
+def _on_beams(
+    item: EffectorSettings, field: str, beams: BeamPoints
+) -> tuple[Measure, AttachedPoints]:
+    """An effector, and its points."""
+    source, nodes = beams.source, beams.nodes
+
+    def attached(*points: tuple[float, float, float] | None, name: str) -> AttachedPoints:
+        found = [point for point in points if point is not None]
+        return beams.attach(found, f"{source}: {field}.{name}", item.max_outside)
+
+    if item.kind == "volume":
+        raise RobotFileError(f"{source}: {field}.kind: beams have no cavity, found 'volume'")
+    if item.points is not None:
+        measure = _of_points(item, item.points, f"{source}: {field}")
+        return measure, attached(*item.points, name="points")
+    if item.kind == "distance":
+        return DistanceMeasure(), attached(item.point, item.other, name="point")
+    if item.kind == "point":
+        return PositionMeasure(), attached(item.point, name="point")
+    if item.region is None:
+        return FrameMeasure(np.zeros(3)), _node_frame(attached(item.point, name="point"))
+    ids = np.flatnonzero(beams.select_nodes(item.region, f"{field}.region"))
+    if item.kind == "centre":
+        return PositionMeasure(len(ids)), attach_to_nodes(nodes, ids, nodes[ids])
+    points = beams.corners(ids)
+    rest = points.at_rest(nodes)
+    origin = np.array(item.point or nodes[ids].mean(axis=0)) - rest.mean(axis=0)
+    return FrameMeasure(origin, frame_coefficients(rest)), points
 
 
 def _node_frame(origin: AttachedPoints) -> AttachedPoints:
@@ -240,7 +257,7 @@ def _node_frame(origin: AttachedPoints) -> AttachedPoints:
 
 
 def _effector_set(
-    effectors: list[EffectorSettings], measures: list[Measure], y: Array, selector: Selector
+    effectors: list[EffectorSettings], measures: list[Measure], y: Array, selector: NodeSelector
 ) -> EffectorSet:
     """Effectors over points at rest y (P, 3)."""
     source, size = selector.source, float(np.linalg.norm(np.ptp(selector.nodes, axis=0)))

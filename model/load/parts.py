@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.load.contacts import (
     NO_TRIANGLES,
-    all_triangles,
     build_obstacle,
     candidates_on,
     check_obstacle,
@@ -29,8 +28,8 @@ from tauten.model.schema import (
     ContactRange,
     PartsConfig,
     PartSurfaceSettings,
+    RobotConfig,
     RobotFileError,
-    RobotSettings,
     RotationSettings,
     parts_digest,
 )
@@ -53,7 +52,7 @@ class LoadedPart:
 
     robot: Robot
     surface: Callable[[str | None], Ints]
-    file: RobotSettings
+    file: RobotConfig
 
 
 Read = Callable[[str], LoadedPart]  # by the file of a part
@@ -225,7 +224,7 @@ def common_distance(sets: Sequence[ContactSet], distance: float, source: str) ->
 
 
 def body_surface(selector: Selector, source: str, name: str | None) -> Ints:
-    """Triangles (t, 3) of a surface or region of a robot with meshes, or of its whole surface.
+    """Triangles (t, 3) of a surface or region of a robot, or of its whole surface.
 
     Args:
         selector: of its regions.
@@ -237,40 +236,12 @@ def body_surface(selector: Selector, source: str, name: str | None) -> Ints:
     """
     if name is None:
         return selector.boundary
-    region = known_surface(selector.named, source, name)
-    return selector.boundary[selector.select_triangles(region, f"surfaces.{name}")]
-
-
-def beam_surface(named: Mapping[str, Ints], source: str, name: str | None) -> Ints:
-    """Triangles (t, 3) of a surface of a structure file, or of all of them.
-
-    Args:
-        named: triangles of each surface.
-        source: the robot file's path, for errors.
-        name: of the surface; None: all.
-
-    Raises:
-        RobotFileError: there is no such surface.
-    """
-    return all_triangles(named) if name is None else known_surface(named, source, name)
-
-
-def known_surface(named: Mapping[str, T], source: str, name: str) -> T:
-    """What a robot file calls by this name.
-
-    Args:
-        named: surfaces or regions by name.
-        source: the robot file's path, for errors.
-        name: of the wanted one.
-
-    Raises:
-        RobotFileError: there is no such surface.
-    """
-    if name not in named:
+    if name not in selector.named:
         raise RobotFileError(
-            f"{source}: surface {name!r} is not defined, known are {', '.join(sorted(named)) or 'none'}"
+            f"{source}: surface {name!r} is not defined, known are "
+            f"{', '.join(sorted(selector.named)) or 'none'}"
         )
-    return named[name]
+    return selector.boundary[selector.select_triangles(name, f"surfaces.{name}")]
 
 
 def contact_between(

@@ -15,19 +15,18 @@ import numpy as np
 
 from tauten.model.actuators import ActuatorSet, nodal_curvature
 from tauten.model.load.actuators import build_actuators, place_points
-from tauten.model.load.beams import build_beam_robot, read_structure
-from tauten.model.load.bodies import AnyMesh, Bodies, build_bodies, contents_of, read_bodies
+from tauten.model.load.beams import build_beam_robot, of_beams_alone, touched_triangles
+from tauten.model.load.bodies import Bodies, Shape, build_bodies, contents_of, read_bodies
 from tauten.model.load.constraints import build_constraints, constrained
 from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
 from tauten.model.load.held import loose_nodes
-from tauten.model.load.parts import LoadedPart, beam_surface, body_surface, build_parts
-from tauten.model.numerics import Bools, make_factorisation
+from tauten.model.load.parts import LoadedPart, body_surface, build_parts
+from tauten.model.numerics import Bools, Ints, make_factorisation
 from tauten.model.parts import PartsBody
 from tauten.model.points import MeanPoints, NodePoints, points_at
 from tauten.model.robot import Robot, names_of
 from tauten.model.schema import (
-    BeamConfig,
     Changes,
     MaterialSettings,
     PartRobotConfig,
@@ -46,13 +45,11 @@ from tauten.model.signals import actuators_of, limits_of
 from tauten.model.system import Integration, integration_of, make_pattern
 from tauten.model.tetra import (
     NodalBody,
-    TetBody,
     Tetrahedra,
     make_solid,
     make_viscoelasticity,
 )
 
-C = TypeVar("C", RobotConfig, BeamConfig)
 M = TypeVar("M", bound=MaterialSettings)
 
 
@@ -204,26 +201,28 @@ def make_part(
     raw = model_tables(contents)
     if "parts" in raw:
         raise RobotFileError(f"{path}: parts: a part of a robot has no parts of its own")
-    if "beams" in raw:
-        written = validated(BeamConfig, raw, path)
-        beams = changed(written, changes, path)
-        structure = read_structure(path.parent / beams.beams.file)
-        for _ in range(changes.refinements):
-            structure = structure.refine()
-        robot, named = build_beam_robot(beams, structure, str(path))
-        return LoadedPart(robot, partial(beam_surface, named, str(path)), written)
     file = validated(kind, raw, path)
     config = changed(file, changes, path)
-    meshes = read_bodies(config, path, changes.refinements)
-    bodies = build_bodies(config, meshes, str(path))
-    return LoadedPart(
-        robot_of(config, meshes, bodies, str(path)),
-        partial(body_surface, bodies.touching, str(path)),
-        file,
-    )
+    shapes = read_bodies(config, path, changes.refinements)
+    bodies = build_bodies(config, shapes, str(path))
+    surface = partial(body_surface, bodies.touching, str(path))
+    if of_beams_alone(config):
+        surface = partial(touched_surface, bodies, str(path))
+    return LoadedPart(robot_of(config, shapes, bodies, str(path)), surface, file)
 
 
-def changed(config: C, changes: Changes, path: Path) -> C:
+def touched_surface(bodies: Bodies, source: str, name: str | None) -> Ints:
+    """`body_surface` of a robot of beams alone, whose vertices are those that may touch.
+
+    Args:
+        bodies: of the robot.
+        source: as of `body_surface`.
+        name: as of `body_surface`.
+    """
+    return touched_triangles(bodies, body_surface(bodies.touching, source, name))
+
+
+def changed(config: RobotConfig, changes: Changes, path: Path) -> RobotConfig:
     """A robot file with what the caller of `load_robot` changes in it.
 
     Args:
@@ -247,7 +246,7 @@ def changed(config: C, changes: Changes, path: Path) -> C:
         if config.material is not None:
             sections["material"] = stiffer(config.material, prefix="material")
     config = config.model_copy(update=sections)
-    if changes.young_scale != 1.0 and isinstance(config, RobotConfig):
+    if changes.young_scale != 1.0:
         materials = tuple(
             stiffer(item, prefix=f"materials.{index}")
             for index, item in enumerate(config.materials)
@@ -265,13 +264,13 @@ def changed(config: C, changes: Changes, path: Path) -> C:
             )
             for b, body in enumerate(config.bodies)
         )
-        config = config.model_copy(update={"materials": materials, "bodies": bodies})
-    if changes.young_scale != 1.0:
-        profiles = [
+        profiles = tuple(
             item.scaled(changes.young_scale) if isinstance(item, SectionSettings) else item
             for item in config.profiles
-        ]
-        config = config.model_copy(update={"profiles": type(config.profiles)(profiles)})
+        )
+        config = config.model_copy(
+            update={"materials": materials, "bodies": bodies, "profiles": profiles}
+        )
     return config
 
 
@@ -292,38 +291,39 @@ def scaled(material: M, factor: float, source: str, prefix: str) -> M:
     return validated(type(material), contents, source, prefix)
 
 
-def build_robot(
-    config: RobotConfig, mesh: AnyMesh | Sequence[AnyMesh], source: str
-) -> Robot[TetBody]:
-    """Build a robot from a validated robot file and checked meshes.
+def build_robot(config: RobotConfig, shapes: Shape | Sequence[Shape], source: str) -> Robot:
+    """Build a robot from a validated robot file and checked meshes and beams.
 
     Args:
         config: the robot file.
-        mesh: of its body, or of each of its bodies.
+        shapes: of its body, or of each of its bodies.
         source: the robot file's path, for errors.
 
     Raises:
         RobotFileError: a region is empty or a point lies outside the mesh; the text names `source`.
     """
-    meshes = mesh if isinstance(mesh, Sequence) else [mesh]
-    return robot_of(config, meshes, build_bodies(config, meshes, source), source)
+    every = shapes if isinstance(shapes, Sequence) else [shapes]
+    return robot_of(config, every, build_bodies(config, every, source), source)
 
 
-def robot_of(
-    config: RobotConfig, meshes: Sequence[AnyMesh], bodies: Bodies, source: str
-) -> Robot[TetBody]:
+def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, source: str) -> Robot:
     """`build_robot` where the bodies are built.
 
     Args:
         config: the robot file.
-        meshes: of its bodies.
+        shapes: of its bodies.
         bodies: from `build_bodies`.
         source: the robot file's path, for errors.
     """
     body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
     constraints = build_constraints(config, bodies)
     loose = loose_nodes(config, bodies, constraints)
-    place = partial(place_points, body.mesh, config.extrapolate_from)
+    folder = Path(source).parent
+    digest = robot_digest(config, contents_of(config, shapes), folder)
+    fewer = digests_of_fewer(digest, config, folder)
+    if of_beams_alone(config):
+        return build_beam_robot(config, bodies, digest, fewer, source)
+    place = partial(place_points, bodies, config.extrapolate_from)
     parts = build_actuators(config, body, selector, place)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
     contacts = build_contacts(config, bodies.touching)
@@ -344,8 +344,6 @@ def robot_of(
         viscosity=viscosity,
     )
     scheme = replace(integration_of(config), viscous=viscosity is not None)
-    folder = Path(source).parent
-    digest = robot_digest(config, contents_of(config, meshes), folder)
     actuators = parts.placed(body.mesh.nodes, pattern.dof, pattern.n)
     return Robot(
         names=names_of(config),
@@ -361,7 +359,7 @@ def robot_of(
             if constraints
             else free_body(tetrahedra, config, scheme, actuators, loose)
         ),
-        digests_of_fewer=digests_of_fewer(digest, config, folder),
+        digests_of_fewer=fewer,
     )
 
 

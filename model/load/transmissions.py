@@ -9,7 +9,7 @@ import numpy as np
 
 from tauten.model.actuators import Transmission, TransmissionSet, make_transmissions
 from tauten.model.load.extensions import made, required_extension
-from tauten.model.mesh import Selector
+from tauten.model.mesh import NodeSelector, Selector
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
     AttachedPoints,
@@ -60,7 +60,7 @@ def build_nodal_transmissions(
 
 
 def build_beam_transmissions(
-    items: Sequence[TransmissionSettings], selector: Selector, attach: Placing[AttachedPoints]
+    items: Sequence[TransmissionSettings], selector: NodeSelector, attach: Placing[AttachedPoints]
 ) -> TransmissionSet[AttachedPoints] | None:
     """Transmissions of a body made of beams, each point of which moves with one node; None: there are none.
 
@@ -90,7 +90,7 @@ def build_beam_transmissions(
 def _arguments(
     item: TransmissionSettings,
     field: str,
-    selector: Selector,
+    selector: NodeSelector,
     place: Placing[P],
     at_nodes: Callable[[Ints], P],
 ) -> P:

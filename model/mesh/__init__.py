@@ -1,8 +1,9 @@
 """Tetrahedral meshes: reading, checks, refinement, surfaces, regions."""
 
+from tauten.model.mesh.groups import CellGroup
 from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
 from tauten.model.mesh.quality import mean_ratios, part_numbers, read_unchecked_mesh, wall_thickness
-from tauten.model.mesh.regions import BodyRange, Selector, make_selector, point_selector
+from tauten.model.mesh.regions import BodyRange, NodeSelector, Selector, make_selector
 from tauten.model.mesh.surface import (
     boundary_triangles,
     spread_points,
@@ -25,8 +26,10 @@ from tauten.model.mesh.tet_mesh import (
 
 __all__ = [
     "BodyRange",
+    "CellGroup",
     "EDGES",
     "MeshError",
+    "NodeSelector",
     "QuadraticMesh",
     "Selector",
     "TetMesh",
@@ -38,7 +41,6 @@ __all__ = [
     "mean_ratios",
     "oriented",
     "part_numbers",
-    "point_selector",
     "quadratic_mesh",
     "read_mesh",
     "read_quadratic_mesh",

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -45,16 +45,31 @@ Part = Literal["node", "boundary triangle", "tetrahedron"]
 STL_DISTANCE = 0.25  # of the mean edge on the boundary
 
 
+class NodeSelector(Protocol):
+    """Nodes of a robot that regions select."""
+
+    @property
+    def source(self) -> str:
+        """The robot file, for errors."""
+
+    @property
+    def nodes(self) -> Array:
+        """Their positions at rest: (n_nodes, 3) [m]."""
+
+    def select_nodes(self, selection: Region | str, what: str) -> Bools:
+        """Which of them a region selects, see `Selector.select_nodes`."""
+
+
 @dataclass(frozen=True, slots=True)
 class Selector:
-    """Selects parts of one mesh, or of points alone; made by `make_selector` and `point_selector`.
+    """Selects parts of one mesh; made by `make_selector`.
 
     Attributes:
         source: the robot file, for errors.
         folder: where files that regions name are looked for.
         named: regions by name.
         nodes: (n_nodes, 3) positions at rest [m].
-        tets: (e, 4), none where there are points alone.
+        tets: (e, 4).
         boundary: (t, 3) boundary triangles.
         owner: (t,) the tetrahedron behind each.
         groups: cells that the mesh file names.
@@ -133,8 +148,6 @@ class Selector:
             return combined
         if isinstance(selection, Box | Sphere | Cylinder | HalfSpace | Everything):
             return inside(self._centres(part), selection)
-        if not len(self.tets):
-            raise ValueError(f"a region of the kind {selection.kind!r} needs tetrahedra")  # type: ignore[attr-defined]
         if isinstance(selection, NamedGroup):
             return self._group(selection, part)
         if isinstance(selection, NumberedNodes):
@@ -218,9 +231,10 @@ class Selector:
         group = by_name[region.group]
         tets = np.zeros(len(self.tets), dtype=bool)
         tets[group.tets] = True
-        wanted = {tuple(corners) for corners in np.sort(group.triangles, axis=1).tolist()}
-        listed = np.sort(self.boundary, axis=1).tolist()
-        triangles = np.array([tuple(corners) in wanted for corners in listed], dtype=bool)
+        both = np.sort(np.concatenate([group.triangles, self.boundary]), axis=1)
+        _, keys = np.unique(both, axis=0, return_inverse=True)
+        wanted, listed = np.split(keys.ravel(), [len(group.triangles)])
+        triangles = np.isin(listed, wanted)
         if part == "boundary triangle":
             return triangles | tets[self.owner]
         if part == "tetrahedron":
@@ -280,19 +294,6 @@ def make_selector(
         ranges=ranges or {},
         numbers=mesh.numbers,
     )
-
-
-def point_selector(points: Array, named: Mapping[str, Region], source: str) -> Selector:
-    """A selector on points (n, 3) [m] without tetrahedra, which only knows regions of space.
-
-    Args:
-        points: positions at rest [m].
-        named: regions by name.
-        source: the robot file, for errors.
-    """
-    none = np.zeros((0, 3), dtype=np.int64)
-    tets = np.zeros((0, 4), dtype=np.int64)
-    return Selector(source, Path(source).parent, named, points, tets, none, none[:, 0], ())
 
 
 def inside(points: Array, region: Box | Sphere | Cylinder | HalfSpace | Everything) -> Bools:

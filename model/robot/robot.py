@@ -24,7 +24,7 @@ from tauten.model.layout import Layout, row_layout
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Motion
 from tauten.model.rows import NO_EFFECTOR_ROWS, ContactRows, PairSlots
-from tauten.model.schema import RobotSettings
+from tauten.model.schema import RobotConfig
 from tauten.model.signals import Actuators, EffectorLayout, Limits
 from tauten.model.state import Assembled, RobotRows, State
 from tauten.model.system import Integration, System
@@ -49,7 +49,7 @@ class RobotNames:
     effectors: tuple[str, ...]
 
 
-def names_of(config: RobotSettings) -> RobotNames:
+def names_of(config: RobotConfig) -> RobotNames:
     """The names in a robot file."""
     return RobotNames(
         robot=config.name,

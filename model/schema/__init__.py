@@ -6,7 +6,7 @@ from tauten.model.schema.actuators import (
     Range,
     TransmissionSettings,
 )
-from tauten.model.schema.beam_file import BeamConfig, Structure, Vertebra
+from tauten.model.schema.beam_network import BeamElement, BeamNetwork, Disc
 from tauten.model.schema.body import BodySettings, ElementName, RotationSettings
 from tauten.model.schema.cable import CableSettings, CouplingSettings, check_couplings
 from tauten.model.schema.changes import Changes
@@ -19,10 +19,8 @@ from tauten.model.schema.contact import (
     ContactSettings,
     ObstacleSettings,
     TouchSettings,
-    check_surfaces,
 )
 from tauten.model.schema.digest import (
-    beam_robot_digest,
     differences,
     digests_of_fewer,
     robot_digest,
@@ -58,9 +56,7 @@ from tauten.model.schema.robot_file import (
     Extrapolation,
     PartRobotConfig,
     RobotConfig,
-    RobotSettings,
     SingleActuator,
-    check_unique,
     model_tables,
 )
 from tauten.model.schema.section import (
@@ -73,6 +69,7 @@ from tauten.model.schema.section import (
     Rate,
     RobotFileError,
     Section,
+    check_unique,
     in_range,
     read_text,
     read_toml,
@@ -90,7 +87,8 @@ __all__ = [
     "AnyProfile",
     "AnyRegion",
     "AttachmentSettings",
-    "BeamConfig",
+    "BeamElement",
+    "BeamNetwork",
     "BodySettings",
     "Box",
     "COMPONENTS",
@@ -129,7 +127,6 @@ __all__ = [
     "Extrapolation",
     "RobotConfig",
     "RobotFileError",
-    "RobotSettings",
     "RotationSettings",
     "Section",
     "SectionSettings",
@@ -137,15 +134,12 @@ __all__ = [
     "SolidMaterialSettings",
     "Skin",
     "Sphere",
-    "Structure",
     "TransmissionSettings",
     "TubeSettings",
     "Union",
-    "Vertebra",
-    "beam_robot_digest",
+    "Disc",
     "digests_of_fewer",
     "same_but_contacts",
-    "check_surfaces",
     "check_couplings",
     "check_unique",
     "differences",

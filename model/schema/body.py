@@ -85,26 +85,46 @@ class RotationSettings(Section):
 
 
 class BeamSettings(Section):
-    """A rod, tube or wire along a line, as a body beside others."""
+    """A rod, tube or wire along a line, or a network of beams from a file."""
 
-    points: Annotated[list[Point], Field(min_length=2)] = Field(
-        description="Points of its axis at rest, in order [m]; it is straight between two of them."
+    points: Annotated[list[Point], Field(min_length=2)] | None = Field(
+        default=None,
+        description="Points of its axis at rest, in order [m]; it is straight between two of them.",
     )
     elements: Annotated[int, Field(ge=1, le=1000)] = Field(
         default=8, description="Elements between two successive points, by default 8."
     )
-    profile: Name = Field(description="Name of its cross-section in `profiles`.")
+    profile: Name | None = Field(
+        default=None, description="Name of its cross-section in `profiles`, with points."
+    )
     up: Direction | None = Field(
         default=None,
         description="Direction near axis 3 of its cross-section; by default the axis of the robot's frame "
         "that lies across it most. It matters where the cross-section is not round.",
     )
+    file: str | None = Field(
+        default=None,
+        description="JSON file with nodes, the beams that join them, discs on nodes and surfaces between "
+        "points of them, instead of points, beside the robot file.",
+    )
+
+    @model_validator(mode="after")
+    def _one_form(self) -> BeamSettings:
+        if (self.points is None) == (self.file is None):
+            found = "neither" if self.points is None else "both"
+            raise ValueError(f"a beam has points or a file, this one has {found}")
+        if self.points is not None and self.profile is None:
+            raise ValueError("profile: Field required")
+        beside = self.model_fields_set & {"elements", "profile", "up"}
+        if self.file is not None and beside:
+            raise ValueError(f"{min(beside)}: the file says it of each beam, leave it out")
+        return self
 
 
 class BodySettings(Section):
-    """A body of a robot with several, with a mesh of tetrahedra or a beam.
+    """A body of a robot, with a mesh of tetrahedra or made of beams.
 
-    Its own coordinates are those of its mesh or of the beam's points, in metres and scaled.
+    Its own coordinates are those of its mesh or of its beams, in metres and scaled.
     """
 
     name: Name = Field(description="Name of the body, used once.")
@@ -112,7 +132,7 @@ class BodySettings(Section):
         default=None, description="Mesh of the body; several bodies may have the same file."
     )
     beam: BeamSettings | None = Field(
-        default=None, description="The beam, instead of a mesh, that the body is."
+        default=None, description="The beam or the beams, instead of a mesh, that the body is."
     )
     scale: Annotated[float, in_range(1e-6, 1e6, "")] = Field(
         default=1.0,

@@ -19,14 +19,13 @@ from tauten.model.schema.actuators import (
     ForceSettings,
     TransmissionSettings,
 )
-from tauten.model.schema.beam_file import BeamConfig, Structure
-from tauten.model.schema.body import BodySettings, MeshSettings
+from tauten.model.schema.body import BeamSettings, BodySettings, MeshSettings
 from tauten.model.schema.cable import CableSettings, CouplingSettings
 from tauten.model.schema.constraints import DriveSettings
 from tauten.model.schema.contact import ITSELF, ContactSettings, ObstacleSettings, TouchSettings
 from tauten.model.schema.material import SolidMaterialSettings
 from tauten.model.schema.region import NearStl, Region
-from tauten.model.schema.robot_file import RobotConfig, RobotSettings
+from tauten.model.schema.robot_file import RobotConfig
 from tauten.model.schema.section import Section
 
 # To be raised by every change of the code that gives the same file other contact candidates, elements or
@@ -50,7 +49,7 @@ def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> 
 
     Args:
         config: the robot file.
-        meshes: content of the mesh of each body, as it was read; empty for beams.
+        meshes: content of the mesh or the beams of each body, as it was read.
         folder: where other files that the robot file names are.
     """
     write, bodies = _Writer(_named(config), folder), config.all_bodies
@@ -71,25 +70,7 @@ def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> 
     )
 
 
-def beam_robot_digest(config: BeamConfig, structure: Structure, folder: Path) -> str:
-    """The digest of a robot made of beams alone, see `robot_digest`.
-
-    Args:
-        config: the robot file.
-        structure: its structure file.
-        folder: where other files that the robot file names are.
-    """
-    write = _Writer(_named(config), folder)
-    return _digest(
-        [structure.model_dump(exclude_defaults=True)],
-        [write.plain((config.material, config.profiles))],
-        [write.selections(config.fixed)],
-        _contacts(config, write, len(config.contacts)),
-        _actuators(config, write),
-    )
-
-
-def digests_of_fewer(digest: str, config: RobotSettings, folder: Path) -> tuple[str, ...]:
+def digests_of_fewer(digest: str, config: RobotConfig, folder: Path) -> tuple[str, ...]:
     """Digests of the robot with the first 0, 1, 2, ... of its contacts, the last one left out at least.
 
     A basis of contact forces that was made before contacts were added to a file still fits the others.
@@ -158,7 +139,7 @@ def _hashed(part: Any) -> str:
     return hashlib.sha256(json.dumps(part).encode()).hexdigest()[:_DIGITS]
 
 
-def _contacts(config: RobotSettings, write: _Writer, count: int) -> list[Any]:
+def _contacts(config: RobotConfig, write: _Writer, count: int) -> list[Any]:
     """What the first contacts of a robot depend on.
 
     Args:
@@ -168,21 +149,20 @@ def _contacts(config: RobotSettings, write: _Writer, count: int) -> list[Any]:
     """
     contacts, alarm = config.contacts[:count], config.contact.alarm_distance
     folded = any(item.against == ITSELF for item in contacts)
-    own = [alarm if folded else None] if isinstance(config, RobotConfig) else []
-    return [write.plain(contacts), *own, *_held(config)]
+    return [write.plain(contacts), alarm if folded else None, *_held(config)]
 
 
-def _named(config: RobotSettings) -> dict[str, Section]:
+def _named(config: RobotConfig) -> dict[str, Section]:
     """Regions and obstacles by name."""
     return {**config.named_regions(), **{one.name: one for one in config.obstacles}}
 
 
-def _held(config: RobotSettings) -> list[float]:
+def _held(config: RobotConfig) -> list[float]:
     """The distance at which surfaces are held, where there is one [m]."""
     return [config.contact.distance] if config.contact.distance else []
 
 
-def _actuators(config: RobotSettings, write: _Writer) -> list[Any]:
+def _actuators(config: RobotConfig, write: _Writer) -> list[Any]:
     """Cables, other actuators and couplings; members of a coupling by their numbers."""
     names = [item.name for item in config.single_actuators]
     couplings = [
@@ -253,6 +233,8 @@ def _counts(section: Section, name: str) -> bool:
         return name not in ("material", "materials", "fixed")
     if isinstance(section, MeshSettings):
         return name not in ("file", "length_unit")  # the content counts, in metres
+    if isinstance(section, BeamSettings):
+        return name != "file"
     if isinstance(section, ContactSettings):
         return name not in TouchSettings.model_fields  # candidates are the same without
     if isinstance(section, SolidMaterialSettings):

@@ -14,8 +14,8 @@ from tauten.model.schema.body import RotationSettings
 from tauten.model.schema.cable import CouplingSettings
 from tauten.model.schema.contact import ContactRange, ObstacleSettings, TouchSettings, check_forces
 from tauten.model.schema.digest import joined_digest
-from tauten.model.schema.robot_file import ControlPeriod, NamedRobot, check_unique
-from tauten.model.schema.section import Name, Point, Section
+from tauten.model.schema.robot_file import ControlPeriod, NamedRobot
+from tauten.model.schema.section import Name, Point, Section, check_unique
 
 
 class PartSettings(Section):

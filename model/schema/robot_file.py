@@ -40,6 +40,7 @@ from tauten.model.schema.section import (
     NonNegative,
     Rate,
     Section,
+    check_unique,
     in_range,
 )
 
@@ -52,6 +53,12 @@ Gravity = tuple[Acceleration, Acceleration, Acceleration]
 
 SingleActuator = (
     CableSettings | ChamberSettings | DriveSettings | ForceSettings | TransmissionSettings
+)
+
+
+AS_BODY = (
+    "beams: beams are a body now: write [[bodies]] with a name and beam = { file = ... } instead, rename "
+    "vertebrae to discs in that file, and select its surfaces by [[regions]] of the kind group"
 )
 
 
@@ -113,11 +120,46 @@ class NamedRobot(Section):
     )
 
 
-class RobotSettings(NamedRobot):
-    """The fields of the model in every robot file, for all kinds of bodies."""
+class RobotConfig(NamedRobot):
+    """The file of a robot of one or several bodies."""
 
     is_driven: ClassVar[bool] = True  # whether it needs an actuator
 
+    material: SolidMaterialSettings | None = Field(
+        default=None,
+        description="Material of the body, or of all bodies that have none of their own.",
+    )
+    materials: tuple[RegionMaterialSettings, ...] = Field(
+        default=(),
+        description="Other materials in parts of the body, one table each; a later one replaces an earlier "
+        "one.",
+    )
+    mesh: MeshSettings | None = Field(
+        default=None, description="Mesh of the body, where there is one."
+    )
+    bodies: tuple[BodySettings, ...] = Field(
+        default=(), description="Bodies, one table each, instead of `mesh`."
+    )
+    profiles: tuple[AnyProfile, ...] = Field(
+        default=(), description="Cross-sections of the bodies that are beams, one table each."
+    )
+    rigid: tuple[RigidSettings, ...] = Field(
+        default=(),
+        description="Regions that move as rigid bodies, one table each; by default none.",
+    )
+    attachments: tuple[AttachmentSettings, ...] = Field(
+        default=(),
+        description="What joins regions to each other or to the robot's frame; by default nothing.",
+    )
+    extrapolate_from: Extrapolation = Field(
+        default="face",
+        description="Element that points outside the mesh, as far as `max_outside` of them allows, are moved "
+        "by: the one with the nearest face (face, default) or with the nearest centre (centre), as in SOFA.",
+    )
+    surfaces: tuple[SurfaceSettings, ...] = Field(
+        default=(),
+        description="Named parts of the body's surface, one table each; by default none.",
+    )
     fixed: tuple[Selection, ...] = Field(
         default=(),
         description="Regions, or their names, whose nodes do not move; by default none, where something "
@@ -199,17 +241,20 @@ class RobotSettings(NamedRobot):
         return self
 
     def named_regions(self) -> dict[str, Region]:
-        """Regions by name.
+        """Regions and surfaces by name.
 
         Raises:
-            ValueError: one without a name, or a name used twice.
+            ValueError: a region without a name, or a name used twice.
         """
         for index, region in enumerate(self.regions):
             if region.name is None:
                 raise ValueError(f"regions.{index}: it needs a name")
         names = [region.name or "" for region in self.regions]
         check_unique("regions", names)
-        return dict(zip(names, self.regions, strict=True))
+        surfaces = {surface.name: surface.region() for surface in self.surfaces}
+        check_unique("surfaces", [surface.name for surface in self.surfaces])
+        check_unique("surfaces and regions", [*surfaces, *names])
+        return {**dict(zip(names, self.regions, strict=True)), **surfaces}
 
     def selections(self) -> list[tuple[str, Region | str]]:
         """Selections outside of `regions`, with the fields they come from."""
@@ -220,7 +265,15 @@ class RobotSettings(NamedRobot):
             *((f"forces.{index}.region", f.region) for index, f in enumerate(self.forces)),
             *((f"transmissions.{i}.region", t.region) for i, t in enumerate(self.transmissions)),
             *((f"effectors.{index}.region", e.region) for index, e in enumerate(self.effectors)),
+            *((f"materials.{i}.region", item.region) for i, item in enumerate(self.materials)),
+            *((f"rigid.{item.name}.region", item.region) for item in self.rigid),
+            *((f"attachments.{i}.region", item.region) for i, item in enumerate(self.attachments)),
+            *((f"attachments.{i}.to", item.to) for i, item in enumerate(self.attachments)),
         ]
+        for b, body in enumerate(self.bodies):
+            parts = enumerate(body.materials)
+            found += [(f"bodies.{b}.materials.{i}.region", item.region) for i, item in parts]
+            found += [(f"bodies.{b}.fixed.{i}", region) for i, region in enumerate(body.fixed)]
         return [(field, selection) for field, selection in found if selection is not None]
 
     @model_validator(mode="after")
@@ -240,49 +293,11 @@ class RobotSettings(NamedRobot):
         found = (coupling_of.get(item.name, item) for item in self.single_actuators)
         return tuple({item.name: item for item in found}.values())
 
-
-class RobotConfig(RobotSettings):
-    """The file of a robot made of tetrahedra."""
-
-    material: SolidMaterialSettings | None = Field(
-        default=None,
-        description="Material of the body, or of all bodies that have none of their own.",
-    )
-    materials: tuple[RegionMaterialSettings, ...] = Field(
-        default=(),
-        description="Other materials in parts of the body, one table each; a later one replaces an earlier "
-        "one.",
-    )
-    mesh: MeshSettings | None = Field(
-        default=None, description="Mesh of the body, where there is one."
-    )
-    bodies: tuple[BodySettings, ...] = Field(
-        default=(), description="Bodies, one table each, instead of `mesh`."
-    )
-    profiles: tuple[AnyProfile, ...] = Field(
-        default=(), description="Cross-sections of the bodies that are beams, one table each."
-    )
-    rigid: tuple[RigidSettings, ...] = Field(
-        default=(),
-        description="Regions that move as rigid bodies, one table each; by default none.",
-    )
-    attachments: tuple[AttachmentSettings, ...] = Field(
-        default=(),
-        description="What joins regions to each other or to the robot's frame; by default nothing.",
-    )
-    extrapolate_from: Extrapolation = Field(
-        default="face",
-        description="Element that points outside the mesh, as far as `max_outside` of them allows, are moved "
-        "by: the one with the nearest face (face, default) or with the nearest centre (centre), as in SOFA.",
-    )
-    surfaces: tuple[SurfaceSettings, ...] = Field(
-        default=(),
-        description="Named parts of the body's surface, one table each; by default none.",
-    )
-
     @model_validator(mode="before")
     @classmethod
     def _densities(cls, raw: Any) -> Any:
+        if isinstance(raw, dict) and "beams" in raw:
+            raise ValueError(AS_BODY)
         raw = with_densities(raw)
         if isinstance(raw, dict) and isinstance(raw.get("bodies"), list | tuple):
             shared = raw.get("material")
@@ -301,7 +316,7 @@ class RobotConfig(RobotSettings):
         check_unique("profiles", [profile.name for profile in self.profiles])
         known = [profile.name for profile in self.profiles]
         for index, body in enumerate(self.bodies):
-            if body.beam is not None and body.beam.profile not in known:
+            if body.beam is not None and body.beam.profile not in (None, *known):
                 raise ValueError(
                     f"bodies.{index}.beam.profile: {body.beam.profile!r} is not one of profiles, "
                     f"which has {', '.join(known) or 'none'}"
@@ -355,41 +370,12 @@ class RobotConfig(RobotSettings):
         check_surfaces(self.contacts, set(self.named_regions()), obstacles)
         return self
 
-    def named_regions(self) -> dict[str, Region]:
-        """Regions and surfaces by name."""
-        surfaces = {surface.name: surface.region() for surface in self.surfaces}
-        regions = super().named_regions()
-        check_unique("surfaces", [surface.name for surface in self.surfaces])
-        check_unique("surfaces and regions", [*surfaces, *regions])
-        return {**regions, **surfaces}
-
-    def selections(self) -> list[tuple[str, Region | str]]:
-        """Selections outside of `regions`, with the fields they come from."""
-        found = super().selections()
-        found += [(f"materials.{i}.region", item.region) for i, item in enumerate(self.materials)]
-        found += [(f"rigid.{item.name}.region", item.region) for item in self.rigid]
-        for i, item in enumerate(self.attachments):
-            found.append((f"attachments.{i}.region", item.region))
-            found += [(f"attachments.{i}.to", item.to)] if item.to is not None else []
-        for b, body in enumerate(self.bodies):
-            parts = enumerate(body.materials)
-            found += [(f"bodies.{b}.materials.{i}.region", item.region) for i, item in parts]
-            found += [(f"bodies.{b}.fixed.{i}", region) for i, region in enumerate(body.fixed)]
-        return found
-
 
 class PartRobotConfig(RobotConfig):
-    """The file of a part made of tetrahedra, which may be an object: without actuators and effectors."""
+    """The file of a part, which may be an object: without actuators and effectors."""
 
     is_driven: ClassVar[bool] = False
 
     effectors: list[EffectorSettings] = Field(
         default_factory=list, description="What is to reach targets, one table each."
     )
-
-
-def check_unique(what: str, names: list[str]) -> None:
-    """Raise a ValueError when a name is used twice."""
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ValueError(f"{what}: name {twice[0]!r} is used twice")

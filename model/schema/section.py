@@ -246,3 +246,10 @@ def shown(value: object) -> str:
     except ValueError:  # an integer with more digits than Python prints
         text = f"a value of type {type(value).__name__}"
     return text if len(text) <= 100 else f"{text[:97]}..."
+
+
+def check_unique(what: str, names: list[str]) -> None:
+    """Raise a ValueError when a name is used twice."""
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"{what}: name {twice[0]!r} is used twice")

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from tauten.model.numerics import Ints
-from tauten.model.schema import CableSettings, CouplingSettings, RobotSettings, SingleActuator
+from tauten.model.schema import CableSettings, CouplingSettings, RobotConfig, SingleActuator
 from tauten.model.signals.laws import Laws, Springs
 
 
@@ -172,7 +172,7 @@ def cable_actuators(names: tuple[str, ...]) -> Actuators:
     return Actuators(names, (ActuatorKind.CABLE,) * len(names), Laws(none, none))
 
 
-def actuators_of(config: RobotSettings) -> Actuators:
+def actuators_of(config: RobotConfig) -> Actuators:
     """The actuators of a robot file."""
     motors = [_motor(item, config) for item in config.actuators]
     springs = Springs(
@@ -200,7 +200,7 @@ class _Motor:
     shift: float
 
 
-def _motor(item: SingleActuator | CouplingSettings, config: RobotSettings) -> _Motor:
+def _motor(item: SingleActuator | CouplingSettings, config: RobotConfig) -> _Motor:
     """Kind and law of an actuator or a coupling of a robot file."""
     if not isinstance(item, CouplingSettings):
         members: list[SingleActuator] = [item]

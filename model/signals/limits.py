@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from tauten.model.numerics import Array, Ints
-from tauten.model.schema import CouplingSettings, Range, RobotFileError, RobotSettings
+from tauten.model.schema import CouplingSettings, Range, RobotConfig, RobotFileError
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def joined_limits(parts: Sequence[Limits]) -> Limits:
     )
 
 
-def limits_of(config: RobotSettings, source: str = "robot file") -> Limits:
+def limits_of(config: RobotConfig, source: str = "robot file") -> Limits:
     """Limits of the actuators of a robot file.
 
     Args:

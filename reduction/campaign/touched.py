@@ -21,7 +21,7 @@ from tauten.model.contact import ObstaclePoses, pose_at
 from tauten.model.load import load_part
 from tauten.model.mesh import spread_points
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.model.schema import RobotConfig, RobotFileError, RobotSettings, read_toml
+from tauten.model.schema import RobotConfig, RobotFileError, read_toml
 from tauten.reduction.campaign.command_range import CommandRange
 from tauten.reduction.campaign.snapshots import Snapshots
 
@@ -121,14 +121,14 @@ def touched_robot(path: Path, surfaces: Sequence[str] | None = None) -> TouchedR
     return TouchedRobot(pressed, robot, names, places, normals, x, radii)
 
 
-def touching_surfaces(file: RobotSettings) -> tuple[str, ...]:
+def touching_surfaces(file: RobotConfig) -> tuple[str, ...]:
     """The surfaces of a robot file that touch obstacles, and those that no contact of the file names.
 
     The latter are there for robots that the file is a part of.
     """
     obstacles = {one.name for one in file.obstacles}
     outside = [one.candidates or WHOLE for one in file.contacts if one.against in obstacles]
-    named = [one.name for one in file.surfaces] if isinstance(file, RobotConfig) else []
+    named = [one.name for one in file.surfaces]
     used = {name for one in file.contacts for name in (one.candidates, one.against)}
     return tuple(dict.fromkeys([*outside, *(name for name in named if name not in used)]))
 

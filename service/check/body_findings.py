@@ -11,7 +11,6 @@ from tauten.model import ActuatorKind, Robot, Simulator
 from tauten.model.body import natural_frequencies
 from tauten.model.mesh import wall_thickness
 from tauten.model.numerics import FactorisationError
-from tauten.model.tetra import TetBody
 from tauten.service.check.findings import Finding, graded
 
 SAG = (0.1, 0.5)  # of the size; from here on doubtful and wrong
@@ -85,7 +84,7 @@ def vibration(robot: Robot) -> Finding:
     return Finding(subject, "doubtful", found, advice)
 
 
-def thin_walls(robot: Robot[TetBody], alarm_distance: float) -> Finding:
+def thin_walls(robot: Robot, alarm_distance: float) -> Finding:
     """Thickness of the body behind the surfaces that may touch, against the alarm distance."""
     subject = "walls that may touch"
     pairs = robot.contacts.pairs
@@ -93,7 +92,7 @@ def thin_walls(robot: Robot[TetBody], alarm_distance: float) -> Finding:
         return Finding(subject, "fine", "no contacts in the robot file")
     if not any(len(pair.triangles) for pair in pairs):
         return Finding(subject, "fine", "all contacts are with obstacles")
-    nodes, drawn = robot.body.mesh.nodes, robot.triangles
+    nodes, drawn = robot.motion(robot.rest()).placed(robot.vertices).y, robot.triangles
     boundary = drawn[(drawn < len(nodes)).all(axis=1)]  # outlines of beams are no walls
     triangles = np.unique(np.concatenate([pair.triangles for pair in pairs]), axis=0)
     thickness = wall_thickness(nodes, boundary, triangles)  # (t,)

@@ -14,7 +14,6 @@ from tauten.model.load import build_robot, read_bodies
 from tauten.model.numerics import Array
 from tauten.model.schema import ElementName, RobotConfig
 from tauten.model.signals import Quantity
-from tauten.model.tetra import TetBody
 
 AnyElement = ElementName | Literal["beam"]
 
@@ -185,7 +184,7 @@ def tensioned(robot: Robot, cable: int, shares: list[float]) -> Iterator[tuple[f
         yield share, float(simulator.position[cable])
 
 
-def chosen_variants(element: ElementName, refinements: int) -> tuple[Variant, ...]:
+def chosen_variants(element: AnyElement, refinements: int) -> tuple[Variant, ...]:
     """The meshes to compare, in the order of their use: the robot's own, the finest quadratic, others.
 
     Args:
@@ -193,14 +192,16 @@ def chosen_variants(element: ElementName, refinements: int) -> tuple[Variant, ..
         refinements: of linear and smoothed elements at most; quadratic ones have one less, as their nodes are
             those of a refined linear mesh, except where the robot itself is quadratic.
     """
-    finest = refinements if element == "quadratic" else max(refinements - 1, 0)
     own = [Variant(element, count) for count in range(refinements + 1)]
+    if element == "beam":
+        return tuple(own)
+    finest = refinements if element == "quadratic" else max(refinements - 1, 0)
     quadratic = [Variant("quadratic", count) for count in range(finest, -1, -1)]
     smoothed = [] if element == "smoothed" else [Variant("smoothed", 0)]
     return tuple(dict.fromkeys([own[0], *quadratic, *smoothed, *own[1:]]))
 
 
-def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> Robot[TetBody]:
+def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> Robot:
     """The robot of a file on another mesh.
 
     Args:
@@ -211,8 +212,7 @@ def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> Robot[Te
     Raises:
         RobotFileError, MeshError: it cannot be built.
     """
-    assert variant.element != "beam"
-    changed = config.with_element(variant.element)
+    changed = config if variant.element == "beam" else config.with_element(variant.element)
     return build_robot(changed, read_bodies(changed, path, variant.refinements), str(path))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.mesh import Selector
+from tauten.model.load import Bodies
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import Region, RobotConfig, RobotFileError
 from tauten.service.check.findings import Finding
@@ -30,6 +30,11 @@ class RegionParts:
     n_tets: int
 
     @property
+    def of_beams(self) -> bool:
+        """Whether it is a surface in a file of beams, which is as the file says."""
+        return len(self.nodes) == 0 and len(self.triangles) > 0
+
+    @property
     def finding(self) -> Finding:
         """Its counts."""
         found = (
@@ -42,13 +47,14 @@ class RegionParts:
         return Finding(f"region {self.name}", "doubtful", found, advice)
 
 
-def region_parts(config: RobotConfig, selector: Selector) -> Iterator[RegionParts]:
+def region_parts(config: RobotConfig, bodies: Bodies) -> Iterator[RegionParts]:
     """What the named regions and those of `fixed` select.
 
     Args:
         config: the robot file.
-        selector: of its mesh.
+        bodies: its bodies.
     """
+    touching = bodies.touching  # with the surfaces of beams
     selections: dict[str, Region | str] = dict(config.named_regions())
     for field, selection in config.selections():
         if not isinstance(selection, str) and not field.startswith("bodies."):
@@ -56,9 +62,9 @@ def region_parts(config: RobotConfig, selector: Selector) -> Iterator[RegionPart
     for name, selection in selections.items():
         yield RegionParts(
             name,
-            selector.nodes[chosen(selector.select_nodes, selection)],
-            selector.boundary[chosen(selector.select_triangles, selection)],
-            len(chosen(selector.select_tets, selection)),
+            bodies.selector.nodes[chosen(bodies.selector.select_nodes, selection)],
+            touching.boundary[chosen(touching.select_triangles, selection)],
+            len(chosen(bodies.selector.select_tets, selection)),
         )
 
 

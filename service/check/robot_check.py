@@ -118,35 +118,25 @@ def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
     with one_blas_thread():
         if "parts" in raw:
             return check_parts(settings, path, stop, progress)
-        if "beams" in raw:
-            robot = load_robot(path)
-            progress(0.1, "beams")
-            variants = tuple(Variant("beam", count) for count in range(settings.refinements + 1))
-
-            def refined(variant: Variant) -> Robot:
-                return load_robot(path, refinements=variant.refinements)
-
-            return compared(
-                settings, robot, tuple(body_findings(robot)), variants, refined, stop, progress
-            )
         config = validated(RobotConfig, raw, path)
         progress(0.0, "mesh")
         meshes = [
             read_unchecked_mesh(path.parent / mesh.file, mesh.length_unit) for mesh in config.meshes
         ]
         findings = tuple(mesh_findings(config, meshes))
-        element = config.meshes[0].element if config.meshes else "linear"
+        element = config.meshes[0].element if config.meshes else "beam"
         own = Variant(element, 0)
         try:
             robot = variant_robot(config, path, own)
         except (RobotFileError, MeshError) as error:
             return RobotCheck(config.name, findings, refused=str(error))
-        findings += tuple(part.finding for part in parts_of(config, path))
+        findings += tuple(part.finding for part in parts_of(config, path) if not part.of_beams)
         findings += tuple(chamber_findings(config, path.parent))
         progress(0.02, "body")
         free = tuple(body.name for body in config.bodies if body.free)
         findings += tuple(body_findings(robot, free))
-        findings += (thin_walls(robot, robot.contacts.alarm_distance),)
+        if config.meshes:
+            findings += (thin_walls(robot, robot.contacts.alarm_distance),)
         progress(0.08, own.name)
         if free:
             findings += (Finding("error of the mesh", "fine", not_held(free)),)
@@ -209,23 +199,23 @@ def parts_of(config: RobotConfig, path: Path) -> tuple[RegionParts, ...]:
         path: of the file.
     """
     bodies = build_bodies(config, read_bodies(config, path), str(path))
-    return tuple(region_parts(config, bodies.selector))
+    return tuple(region_parts(config, bodies))
 
 
 def selected(name_or_path: str) -> tuple[Robot, tuple[RegionParts, ...]]:
-    """A robot made of tetrahedra, and what the regions of its file select.
+    """A robot, and what the regions of its file select.
 
     Args:
         name_or_path: a robot file, or the name of a shipped robot.
 
     Raises:
-        RobotFileError: it cannot be built, or is not made of tetrahedra.
+        RobotFileError: it cannot be built, or has parts.
         MeshError: its mesh cannot be used.
     """
     path = robot_path(name_or_path)
     raw = model_tables(read_toml(path))
-    if "beams" in raw or "parts" in raw:
-        raise RobotFileError(f"{path}: regions are drawn of robots made of tetrahedra only")
+    if "parts" in raw:
+        raise RobotFileError(f"{path}: regions are drawn of the robot file of each part")
     return load_robot(path), parts_of(validated(RobotConfig, raw, path), path)
 
 

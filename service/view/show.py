@@ -135,7 +135,7 @@ def simulated(
     if simulation.path is not None:
         path = make_path(simulation.path, plant.robot, PathSettings(repeats=True))
     file = Path(simulation.robot)
-    own = file.suffix == ".toml" and not read_toml(file).keys() & {"beams", "parts"}
+    own = file.suffix == ".toml" and "parts" not in read_toml(file)
     return SimulatedRobot(setup, plant, order), path, file if own else None
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.processes import ROBOT, run_main, write_robot
-from support.robots.combinations import add, robot_with, write_structures
+from support.robots.combinations import add, robot_with, write_networks
 from support.robots.my_package import tables
 from support.robots.small_bodies import small_body
 from support.state_bases import basis_of, turned_space
@@ -38,11 +38,11 @@ BODIES = [
     [], [("element", "smoothed")], [("element", "quadratic"), ("law", "neo-hookean")],
     [("map", "rigid region")], [("map", "rotating drive")], [("map", "pin")], [("map", "glue")],
     [("body", "rigid body"), ("map", "pin")], [("body", "beam body")], [("map", "pin of a beam")],
-    [("body", "structure file")], [("body", "structure file with a loop")],
+    [("body", "network of beams")], [("body", "network with a loop")],
     [("reduction", "state basis")],
     [("map", "rigid region"), ("reduction", "state basis")],
     [("map", "rotating drive"), ("reduction", "state basis")],
-    [("body", "structure file"), ("reduction", "state basis")],
+    [("body", "network of beams"), ("reduction", "state basis")],
 ]  # fmt: skip
 
 
@@ -66,7 +66,7 @@ def test_rows_and_tangent_are_derivatives_on_every_body(
     package: ModuleType, tmp_path: Path, options: list[tuple[str, str]]
 ) -> None:
     """Along random directions, away from rest: of δ, and of the force of the muscle."""
-    write_structures(tmp_path)
+    write_networks(tmp_path)
     table = muscle(max_outside=0.05)
     robot = robot_with([*options, ("row", "cable")], tmp_path, add("transmissions", **table))
     rng, rest = np.random.default_rng(1), robot.rest()

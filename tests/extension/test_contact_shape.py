@@ -13,9 +13,9 @@ from support.robots.combinations import (
     Option,
     add,
     every,
-    is_structure,
+    is_network,
     robot_with,
-    write_structures,
+    write_networks,
 )
 from support.robots.my_package import tables
 from support.robots.small_bodies import small_body
@@ -32,9 +32,9 @@ CENTRE, RADIUS, WIRE = np.array([0.1, 0.01, 0.01]), 0.02, 0.005
 BODIES = [
     [], [("element", "quadratic")], [("map", "rotating drive")], [("map", "glue")],
     [("body", "rigid body"), ("map", "pin")], [("map", "pin of a beam")],
-    [("body", "structure file")], [("body", "structure file with a loop")],
+    [("body", "network of beams")], [("body", "network with a loop")],
     [("reduction", "state basis")], [("map", "rotating drive"), ("reduction", "state basis")],
-    [("body", "structure file"), ("reduction", "state basis")],
+    [("body", "network of beams"), ("reduction", "state basis")],
 ]  # fmt: skip
 
 
@@ -50,7 +50,9 @@ def around(**table: Any) -> Option:
 
     def contact(settings: dict[str, Any]) -> None:
         box = {"lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
-        if not is_structure(settings):
+        if is_network(settings):
+            settings["regions"] = [{"name": "top", "kind": "group", "group": "top"}]
+        else:
             settings["surfaces"] = [{"name": "top", "box": box, "normal": [0.0, 0.0, 1.0]}]
         settings["contacts"] = [{"candidates": "top", "against": "hoop", "points": 40}]
         settings["contact"] = {"alarm_distance": 0.5}
@@ -71,7 +73,7 @@ def test_the_distance_of_the_ring_is_that_to_its_wire(package: ModuleType) -> No
 def test_gaps_are_distances_and_rows_their_derivatives(
     package: ModuleType, tmp_path: Path, options: list[tuple[str, str]]
 ) -> None:
-    write_structures(tmp_path)
+    write_networks(tmp_path)
     robot = robot_with([*options, ("row", "cable")], tmp_path, around())
     rng, rest = np.random.default_rng(1), robot.rest()
 

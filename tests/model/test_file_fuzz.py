@@ -18,7 +18,7 @@ import pytest
 from support.robots.bodies import box_mesh
 
 from benchmarks.robots.arm import ArmShape
-from benchmarks.robots.make_manipulator import make_file, make_structure
+from benchmarks.robots.make_manipulator import make_file, make_network
 from tauten.model import MeshError, RobotFileError, load_robot
 from tauten.model.numerics import FactorisationError
 
@@ -153,13 +153,13 @@ def body_bytes(folder: Path, rng: np.random.Generator) -> None:
 
 def arm_file(folder: Path, rng: np.random.Generator) -> None:
     file = tomllib.loads(make_file(ARM, "small", 90))
-    (folder / "manipulator.json").write_text(json.dumps(make_structure(ARM)))
+    (folder / "manipulator.json").write_text(json.dumps(make_network(ARM)))
     (folder / "robot.toml").write_text(toml_file(damaged(file, rng)))
 
 
-def arm_structure(folder: Path, rng: np.random.Generator) -> None:
-    structure = damaged(json.loads(json.dumps(make_structure(ARM))), rng)
-    (folder / "manipulator.json").write_text(json.dumps(structure))
+def arm_network(folder: Path, rng: np.random.Generator) -> None:
+    network = damaged(json.loads(json.dumps(make_network(ARM))), rng)
+    (folder / "manipulator.json").write_text(json.dumps(network))
     (folder / "robot.toml").write_text(make_file(ARM, "small", 90))
 
 
@@ -204,23 +204,23 @@ def mesh_file(folder: Path, nodes: np.ndarray, tets: np.ndarray, kind: str = "vt
     (folder / "robot.toml").write_text(toml_file(file))
 
 
-def test_half_a_surrogate_pair_in_a_structure_is_named(folder: Path) -> None:
+def test_half_a_surrogate_pair_in_a_network_is_named(folder: Path) -> None:
     """JSON may hold one; no file in UTF-8 does."""
-    structure = json.loads(json.dumps(make_structure(ARM)))
+    network = json.loads(json.dumps(make_network(ARM)))
     (folder / "robot.toml").write_text(make_file(ARM, "small", 90))
     for place, found in (
-        ("name", "vertebrae.0.name"),
-        ("x\ud800", r"vertebrae.0.x\ud800: unknown"),
+        ("name", "discs.0.name"),
+        ("x\ud800", r"discs.0.x\ud800: unknown"),
     ):
-        changed = copy.deepcopy(structure)
-        changed["vertebrae"][0][place] = "a\udfff"
+        changed = copy.deepcopy(network)
+        changed["discs"][0][place] = "a\udfff"
         (folder / "manipulator.json").write_text(json.dumps(changed))
         sentence = load(folder / "robot.toml")
         assert found in sentence
         assert sentence.encode("utf-8")
 
 
-DAMAGES = (body_file, body_bytes, arm_file, arm_structure, mesh_arrays, mesh_bytes)
+DAMAGES = (body_file, body_bytes, arm_file, arm_network, mesh_arrays, mesh_bytes)
 
 
 @pytest.fixture
@@ -252,7 +252,7 @@ def test_damaged_files_give_a_robot_or_a_sentence(
     run(damage, folder, range(20))
 
 
-@pytest.mark.parametrize(("damage", "case"), [(body_file, 1510), (arm_structure, 314)])
+@pytest.mark.parametrize(("damage", "case"), [(body_file, 1510), (arm_network, 314)])
 def test_a_name_of_two_lines_and_a_disc_inside_out_are_a_sentence(
     damage: Callable[[Path, np.random.Generator], None], case: int, folder: Path
 ) -> None:

@@ -61,6 +61,11 @@ BEAM_KINDS: list[dict[str, Any]] = [
     {"name": "tip", "point": [0.5, 0.0, 0.0], "max_outside": 1.0},
     {"name": "tool", "kind": "frame", "point": [0.55, 0.01, 0.0], "max_outside": 1.0},
     {
+        "name": "plate",
+        "kind": "frame",
+        "region": {"lower": [0.25, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]},
+    },
+    {
         "name": "middle",
         "kind": "centre",
         "region": {"lower": [0.25, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]},

@@ -1,4 +1,4 @@
-"""Forces, pull points and contact of a surface with itself, of robots of a structure file."""
+"""Forces, pull points and contact of a surface with itself, of robots of beams alone."""
 
 from __future__ import annotations
 
@@ -129,16 +129,16 @@ def test_contact_of_a_surface_with_itself_is_that_of_its_parts(tmp_path: Path) -
     """Ribs and discs as one surface of each joint against ribs and discs as two."""
     apart = short_arm(tmp_path)
     file = write_short_arm(tmp_path)
-    structure = json.loads((tmp_path / "manipulator.json").read_text())
-    surfaces = {item["name"]: item for item in structure["surfaces"]}
+    network = json.loads((tmp_path / "manipulator.json").read_text())
+    surfaces = {item["name"]: item for item in network["surfaces"]}
     for joint in "123":
         feet, disc = surfaces[f"feet{joint}"], surfaces.pop(f"disc{joint}")
         first = len(feet["points"])
         feet["triangles"] += [[first + i for i in corners] for corners in disc["triangles"]]
         feet["points"] += disc["points"]
         feet["nodes"] += disc["nodes"]
-    structure["surfaces"] = list(surfaces.values())
-    (tmp_path / "manipulator.json").write_text(json.dumps(structure))
+    network["surfaces"] = list(surfaces.values())
+    (tmp_path / "manipulator.json").write_text(json.dumps(network))
     text = file.read_text()
     for joint in "123":
         text = text.replace(

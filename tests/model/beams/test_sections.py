@@ -61,7 +61,7 @@ def test_the_scale_of_stiffness_applies_to_them(tmp_path: Path) -> None:
     contents = {"profiles": [STIFFNESSES]}
     robot = cantilever(tmp_path, STIFFNESSES)
     file = {
-        "name": "benchmark", "beams": {"file": "structure.json"}, **contents,
+        "name": "benchmark", "bodies": [{"name": "frame", "beam": {"file": "beams.json"}}], **contents,
         "material": {"young_modulus": E, "poisson_ratio": NU, "density": RHO},
         "fixed": [{"lower": [-1e-6] * 3, "upper": [1e-6] * 3}],
         "cables": [{

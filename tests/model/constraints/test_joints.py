@@ -11,7 +11,7 @@ from support.robots.small_bodies import moved
 
 from tauten.model import Robot, State
 from tauten.model.constraints import ConstrainedBody
-from tauten.model.load import beam_mesh
+from tauten.model.load import beam_network
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
 
@@ -284,5 +284,5 @@ def test_parts_that_follow_each_other_are_refused() -> None:
 
 def test_refinement_halves_the_beams() -> None:
     config = joined_config([{**RIGID[0], "fixed": [node(0.0)]}])
-    counts = [len(beam_mesh(config, config.bodies[0], k).tets) for k in range(3)]
+    counts = [len(beam_network(config, config.bodies[0], refinements=k).nodes) for k in range(3)]
     assert counts == [3, 5, 9]

@@ -104,8 +104,6 @@ def test_regions_without_frame_or_volume_are_named() -> None:
         solid([{"name": "one", "kind": "distance", "point": point, "other": point}])
 
 
-def test_beams_have_no_volume_and_frames_of_vertebrae_only(tmp_path: Path) -> None:
+def test_beams_have_no_volume(tmp_path: Path) -> None:
     with pytest.raises(RobotFileError, match="beams have no cavity"):
         beams(tmp_path, [{"name": "one", "kind": "volume", "region": END}])
-    with pytest.raises(RobotFileError, match=r"effectors\.0\.point: needed by a frame of beams"):
-        beams(tmp_path, [{"name": "one", "kind": "frame", "region": END}])

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from support.robots.combinations import AXES, BODIES, robot_with, write_structures
+from support.robots.combinations import AXES, BODIES, robot_with, write_networks
 from support.robots.my_package import installed
 
 from tauten.model import Robot
@@ -73,7 +73,7 @@ def test_the_table_names_options_and_is_short() -> None:
 @pytest.mark.parametrize("axes", list(combinations(OPTIONS, 2)), ids=" and ".join)
 def test_just_these_pairs_are_refused(axes: tuple[str, str], tmp_path: Path) -> None:
     """Every other pair makes a robot that takes a step."""
-    write_structures(tmp_path)
+    write_networks(tmp_path)
     found, said = set(), {}
     pairs = list(product(*(OPTIONS[axis] for axis in axes)))
     for pair in pairs:

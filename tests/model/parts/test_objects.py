@@ -8,7 +8,7 @@ import meshio
 import numpy as np
 import pytest
 from support.robots.bodies import box_mesh
-from support.robots.combinations import write_structures
+from support.robots.combinations import write_networks
 from support.robots.solids import RIGID_CUBE
 
 from tauten.model import (
@@ -307,7 +307,7 @@ max_rate = 0.1
 
 def test_an_arm_of_beams_bends_under_a_cube_as_a_cantilever(tmp_path: Path) -> None:
     """Contact of beams with a body of tetrahedra; P L³ / 3 E I with the moment of where the cube has slid."""
-    write_structures(tmp_path)
+    write_networks(tmp_path)
     (tmp_path / "arm.toml").write_text(ARM)
     table = TABLE.replace("cushion", "arm").replace("[0.02, 0.02, 0.0302]", "[0.08, 0.0, 0.02001]")
     touching = ON_CUSHION.replace('part = "cushion"', 'part = "arm", surface = "top"')

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.robots.combinations import AXES, BODIES, robot_with, write_structures
+from support.robots.combinations import AXES, BODIES, robot_with, write_networks
 
 from tauten.controller import Controller
 from tauten.model import Robot, Simulator, State
@@ -29,13 +29,13 @@ OPTIONS: list[Options] = [
     for name in options
     if name not in NEEDS_PACKAGES and name != "rigid body"  # nothing holds it: see test_objects
 ]
-REDUCED_BEAMS = [("body", "structure file"), ("reduction", "state basis")]
+REDUCED_BEAMS = [("body", "network of beams"), ("reduction", "state basis")]
 REDUCED_DRIVE = [("map", "rotating drive"), ("reduction", "state basis")]
 
 
 def alone(kind: Options, folder: Path, place: Placement, gravity: Array = GRAVITY) -> Robot:
     """A robot of a kind, under gravity as it is in a place."""
-    write_structures(folder)
+    write_networks(folder)
     robot = robot_with(kind, folder)
     none = np.zeros(3 * len(robot.effector_names))
     return robot.loaded(place.into_part(gravity), none)
@@ -109,7 +109,7 @@ def test_steps_rows_and_energy_are_those_of_each_part(kind: Options, tmp_path: P
 SOME = [
     [],
     [("map", "rotating drive")],
-    [("body", "structure file")],
+    [("body", "network of beams")],
     [("reduction", "state basis")],
     REDUCED_BEAMS,
 ]

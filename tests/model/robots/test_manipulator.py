@@ -12,7 +12,7 @@ import pytest
 import scipy.sparse as sp
 from scipy.linalg import eigh
 
-from benchmarks.robots.arm import ArmShape, make_structure
+from benchmarks.robots.arm import ArmShape, make_network
 from benchmarks.robots.make_manipulator import make_file
 from tauten.model import Robot, Simulator, State, load_robot
 from tauten.model.beams import BeamBody
@@ -87,7 +87,7 @@ def test_shipped_files_are_what_the_generator_makes() -> None:
     folder = Path(__file__).parents[3] / "model" / "robots"
     shape = ArmShape()
     assert json.loads((folder / "manipulator.json").read_text()) == json.loads(
-        json.dumps(make_structure(shape))
+        json.dumps(make_network(shape))
     )
     for name, candidates in (("manipulator", 4500), ("manipulator_1290", 1290)):
         assert (folder / f"{name}.toml").read_text() == make_file(shape, name, candidates)
@@ -216,56 +216,73 @@ def test_halved_beams_are_the_same_body(arm: Robot[BeamBody]) -> None:
 
 # ---- files that cannot be used
 
+
+def test_a_file_with_the_table_beams_says_what_to_write(tmp_path: Path) -> None:
+    old = make_file(SMALL, "small", 90).replace(
+        '[[bodies]]\nname = "arm"\nbeam = { file = "manipulator.json" }',
+        '[beams]\nfile = "manipulator.json"',
+    )
+    assert "[beams]" in old
+    with pytest.raises(RobotFileError, match=r"small\.toml: beams: .*\[\[bodies\]\].*discs.*group"):
+        load_robot(written(tmp_path, lambda network: None, old))
+
+
 SMALL = ArmShape(length=0.16, sections=1, joints=3)
 
 
 def written(folder: Path, change: Callable[[dict], None], text: str = "") -> Path:  # type: ignore[type-arg]
-    structure = json.loads(json.dumps(make_structure(SMALL)))
-    change(structure)
-    (folder / "manipulator.json").write_text(json.dumps(structure))
+    network = json.loads(json.dumps(make_network(SMALL)))
+    change(network)
+    (folder / "manipulator.json").write_text(json.dumps(network))
     path = folder / "small.toml"
     path.write_text(text or make_file(SMALL, "small", 90))
     return path
 
 
 def test_small_arm_loads(tmp_path: Path) -> None:
-    robot = load_robot(written(tmp_path, lambda structure: None))
+    robot = load_robot(written(tmp_path, lambda network: None))
     assert (robot.n_a, robot.n_c) == (3, 90)
 
 
-def shorten(structure: dict) -> None:  # type: ignore[type-arg]
-    a, b = structure["beams"][4]["ends"]
-    structure["nodes"][b] = structure["nodes"][a]
+def shorten(network: dict) -> None:  # type: ignore[type-arg]
+    a, b = network["beams"][4]["ends"]
+    network["nodes"][b] = network["nodes"][a]
 
 
-def cut(structure: dict) -> None:  # type: ignore[type-arg]
-    del structure["beams"][2]
+def cut(network: dict) -> None:  # type: ignore[type-arg]
+    del network["beams"][2]
 
 
-def lose(structure: dict) -> None:  # type: ignore[type-arg]
-    structure["beams"][3]["ends"] = [0, 999]
+def lose(network: dict) -> None:  # type: ignore[type-arg]
+    network["beams"][3]["ends"] = [0, 999]
 
 
-def thread(structure: dict) -> None:  # type: ignore[type-arg]
-    structure["beams"][0]["profile"] = "thread"
+def thread(network: dict) -> None:  # type: ignore[type-arg]
+    network["beams"][0]["profile"] = "thread"
 
 
-def crooked(structure: dict) -> None:  # type: ignore[type-arg]
-    structure["surfaces"][0]["nodes"].pop()
+def crooked(network: dict) -> None:  # type: ignore[type-arg]
+    network["surfaces"][0]["nodes"].pop()
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (shorten, r"small\.toml: beams\.4 from node \d+ to node \d+ has a length of 0 m"),
-        (cut, r"small\.toml: node \d+ is not connected to node 0: .* 2 parts"),
+        (
+            shorten,
+            r"small\.toml: bodies\.0\.beam: beams\.4 from node \d+ to node \d+ has a length of 0 m",
+        ),
+        (cut, r"small\.toml: bodies\.0\.beam: node \d+ is not connected to node 0: .* 2 parts"),
         (lose, r"manipulator\.json: beams\.3: ends \(0, 999\), there are nodes 0 to"),
-        (thread, r"beams\.0: profile 'thread' is not defined, known are rib, spine"),
+        (
+            thread,
+            r"manipulator\.json: beams\.0: profile 'thread' is not one of .* has rib, spine",
+        ),
         (crooked, r"surface 'feet1' has 54 points and 53 nodes"),
-        (lambda s: s.pop("vertebrae"), r"manipulator\.json: vertebrae: Field required"),
+        (lambda s: s.pop("nodes"), r"manipulator\.json: nodes: Field required"),
     ],
 )
-def test_structures_that_cannot_be_used(
+def test_networks_that_cannot_be_used(
     tmp_path: Path,
     change: Callable[[dict], None],
     message: str,  # type: ignore[type-arg]
@@ -280,8 +297,8 @@ def test_structures_that_cannot_be_used(
         (
             "[0.028000, 0.000000, -0.053333]",
             "[0.058000, 0.000000, -0.053333]",
-            r"cables\.0: point 1 at \[0\.058, .*\] m lies 0\.008 m outside of the nearest vertebra "
-            r"'vertebra1' of radius 0\.05 m, allowed is 0 m",
+            r"cables\.0\.points: point 1 at \[0\.058, .*\] m lies 0\.008 m outside of the nearest disc "
+            r"'vertebra1', allowed is 0 m",
         ),
         ("inner = 6.0e-3", "inner = 9.5e-3", r"inner 0\.0095 must be less than outer 0\.009"),
         (
@@ -304,4 +321,4 @@ def test_files_that_cannot_be_used(tmp_path: Path, old: str, new: str, message: 
     text = make_file(SMALL, "small", 90)
     assert old in text
     with pytest.raises(RobotFileError, match=message):
-        load_robot(written(tmp_path, lambda structure: None, text.replace(old, new, 1)))
+        load_robot(written(tmp_path, lambda network: None, text.replace(old, new, 1)))

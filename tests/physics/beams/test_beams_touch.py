@@ -8,7 +8,7 @@ from support.robots.bodies import box_mesh
 from support.robots.joined import PLASTIC, joined, joined_config, push, rod
 
 from tauten.model import Robot, Simulator
-from tauten.model.load import beam_mesh, build_bodies
+from tauten.model.load import beam_network, build_bodies
 from tauten.model.schema import RobotFileError
 
 G, L, DIAMETER = 9.81, 0.1, 2e-3
@@ -71,7 +71,8 @@ def test_the_surface_of_a_bent_rod_is_closed_around_its_material() -> None:
     triangles = robot.contacts.pairs[1].triangles
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     assert {(a, b) for a, b in edges.tolist()} == {(b, a) for a, b in edges.tolist()}
-    a, b, c = np.moveaxis(robot.body.mesh.nodes[triangles], 1, 0)
+    at_rest = robot.motion(robot.rest()).placed(robot.vertices).y
+    a, b, c = np.moveaxis(at_rest[triangles], 1, 0)
     volume = float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
     prism = 4.0 * np.sin(np.pi / 4.0) * (0.5 * DIAMETER) ** 2 * L
     assert volume == pytest.approx(prism, rel=0.05)
@@ -134,7 +135,7 @@ def test_behind_each_triangle_of_a_beam_is_the_tetrahedron_of_a_node(first: int)
     ]
     config = joined_config(tables[:: 1 - 2 * first], **TOUCHING)
     meshes = [
-        beam_mesh(config, body) if body.beam else box_mesh(size, (2, 2, 2))
+        beam_network(config, body) if body.beam else box_mesh(size, (2, 2, 2))
         for body in config.all_bodies
     ]
     bodies = build_bodies(config, meshes, "joined.toml")

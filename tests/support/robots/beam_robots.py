@@ -16,7 +16,6 @@ from tauten.model.load import make_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import Changes
 
-SMALL = 1e-5  # m, radius and half thickness of the discs that carry loads; they weigh nothing beside a beam
 EXACTLY = 1e-9  # m, half the side of a box around one node
 
 
@@ -46,30 +45,22 @@ def build(
     Its only cable runs from the first held node to the loaded one, unless `cables` is given.
 
     Args:
-        folder: where the structure file is written.
+        folder: where the file of beams is written.
         nodes: (n_nodes, 3) positions at rest [m].
-        beams: of the structure file.
+        beams: of that file.
         profiles: of the robot file.
         material: Young's modulus [Pa], Poisson's ratio, density [kg/m³].
         held: nodes that neither move nor turn.
         loaded: node that carries the effector.
-        changes: other fields of the robot file, and the surfaces of the structure.
+        changes: other fields of the robot file, and the surfaces of the file of beams.
     """
-    discs = sorted({*held, loaded})
-    structure = {
-        "nodes": nodes.tolist(),
-        "beams": beams,
-        "vertebrae": [
-            {"name": f"disc{i}", "node": i, "radius": SMALL, "thickness": 2 * SMALL} for i in discs
-        ],
-        "surfaces": changes.pop("surfaces", []),
-    }
-    (folder / "structure.json").write_text(json.dumps(structure))
+    network = {"nodes": nodes.tolist(), "beams": beams, "surfaces": changes.pop("surfaces", [])}
+    (folder / "beams.json").write_text(json.dumps(network))
     E, nu, density = material
     tip = nodes[loaded].tolist()
     contents: dict[str, Any] = {
         "name": "benchmark",
-        "beams": {"file": "structure.json"},
+        "bodies": [{"name": "frame", "beam": {"file": "beams.json"}}],
         "profiles": profiles,
         "material": {"young_modulus": E, "poisson_ratio": nu, "density": density},
         "gravity": [0.0, 0.0, 0.0],

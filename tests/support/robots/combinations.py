@@ -1,8 +1,8 @@
 """Small robots with one option of each of some axes of a robot file: body, map, row, element, law, contact,
 reduction.
 
-A body is a block of three cells, or of 3 x 3 x 3 cells around a cavity where a row needs one, a beam, or the
-beams of a structure file, along x from 0 to 0.1 m and held at x = 0.
+A body is a block of three cells, or of 3 x 3 x 3 cells around a cavity where a row needs one, a beam, or a
+network of beams from a file, along x from 0 to 0.1 m and held at x = 0.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import numpy as np
 from support.robots.bodies import box_mesh, without
 from support.robots.my_package import tables
 from tauten.model import Robot
-from tauten.model.load import beam_mesh, build_robot, make_robot
+from tauten.model.load import beam_network, build_robot
 from tauten.model.mesh import TetMesh
-from tauten.model.schema import Changes, RobotConfig, validated
+from tauten.model.schema import RobotConfig, validated
 from tauten.reduction.state import reducible
 from tauten.reduction.state.modes import with_own
 
@@ -68,18 +68,23 @@ BODIES: dict[str, Callable[[], Settings]] = {
     "mesh": lambda: one_body(**MESH, fixed=[ROOT]),
     "rigid body": lambda: one_body(**MESH, rigid=True, free=True),
     "beam body": lambda: one_body(**ROD, fixed=[ROOT]),
-    "structure file": lambda: robot_file(beams={"file": "tree.json"}, fixed=[ROOT]),
-    "structure file with a loop": lambda: robot_file(beams={"file": "loop.json"}, fixed=[ROOT]),
+    "network of beams": lambda: one_body(**network("tree.json"), fixed=[ROOT]),
+    "network with a loop": lambda: one_body(**network("loop.json"), fixed=[ROOT]),
 }
 
 
-def is_structure(settings: Settings) -> bool:
-    """Whether a file names a structure file."""
-    return "beams" in settings
+def network(file: str) -> Settings:
+    """The fields of a body that is a network of beams."""
+    return {"beam": {"file": file}, "material": PLASTIC}
 
 
-def write_structures(folder: Path) -> None:
-    """The structure files of `BODIES`."""
+def is_network(settings: Settings) -> bool:
+    """Whether the body is a network of beams."""
+    return "file" in settings["bodies"][0].get("beam", {})
+
+
+def write_networks(folder: Path) -> None:
+    """The files of beams of `BODIES`."""
     nodes = [[x, 0.01, 0.01] for x in np.linspace(0.0, 0.1, 4)]
     ends = [[0, 1], [1, 2], [2, 3]]
     discs = [
@@ -92,7 +97,7 @@ def write_structures(folder: Path) -> None:
         ("loop", [[0.05, 0.05, 0.01]], [*ends, [1, 4], [4, 3]]),
     ):
         beams = [{"ends": pair, "profile": "rod", "up": [0, 0, 1]} for pair in ends_]
-        found = {"nodes": nodes + more, "beams": beams, "vertebrae": discs, "surfaces": surfaces}
+        found = {"nodes": nodes + more, "beams": beams, "discs": discs, "surfaces": surfaces}
         (folder / f"{name}.json").write_text(json.dumps(found))
 
 
@@ -125,11 +130,6 @@ def every(*options: Option) -> Option:
             option(settings)
 
     return apply
-
-
-def region_of_body(region: Settings, settings: Settings) -> Settings:
-    """A region of the body; structure files name no bodies."""
-    return region if is_structure(settings) else {**region, "body": "body"}
 
 
 AXIS = {"axis": [0.0, 1.0, 0.0], "through": TIP}
@@ -185,11 +185,6 @@ def force(**where: Any) -> Option:
     return add("forces", name="push", direction=[0.0, 0.0, 1.0], **limits, **where)
 
 
-def force_over_a_region(settings: Settings) -> None:
-    """A force that is spread over the end of the body."""
-    force(region=region_of_body(END, settings))(settings)
-
-
 def pair_of_cables(kind: str, more: Settings, **motor: Any) -> Option:
     """Two cables on one motor."""
     return every(
@@ -210,18 +205,6 @@ def effector(kind: str, **where: Any) -> Option:
     return add("effectors", name="measured", kind=kind, **where)
 
 
-def centre(settings: Settings) -> None:
-    """The centre of the end of the body."""
-    effector("centre", region=region_of_body(END, settings))(settings)
-
-
-def frame(settings: Settings) -> None:
-    """Position and orientation of the end of the body."""
-    structure = is_structure(settings)
-    where = {"point": TIP, **NEAR} if structure else {"region": OWN_END}
-    effector("frame", **where)(settings)
-
-
 def hollow(settings: Settings) -> None:
     """The block with a cavity."""
     settings["hollow"] = True
@@ -235,13 +218,13 @@ ROWS: dict[str, Option] = {
     "rod": cable(min_tension=-5.0),
     "chamber": every(hollow, add("chambers", name="bellows", inside=MIDDLE, **CHAMBER)),
     "force": force(point=TIP, **NEAR),
-    "force over a region": force_over_a_region,
+    "force over a region": force(region=OWN_END),
     "coupling": pair_of_cables("differential", {}, pretensions=[1.0, 1.0]),
     "drum": pair_of_cables("drum", {"spring": SPRING}),
     "transmission": transmission,
     "point": effector("point", point=BELOW, **NEAR),
-    "centre": centre,
-    "frame": frame,
+    "centre": effector("centre", region=OWN_END),
+    "frame": effector("frame", region=OWN_END),
     "distance": effector("distance", point=TIP, other=[0.0, 0.01, 0.01], **NEAR),
     "length": effector("length", points=LINE, **NEAR),
     "volume": every(hollow, effector("volume", inside=MIDDLE)),
@@ -274,7 +257,10 @@ def contact(**table: Any) -> Option:
 
     def apply(settings: Settings) -> None:
         settings["contacts"] = [{**table, "points": 5}]
-        if not is_structure(settings):
+        if is_network(settings):
+            groups = [{"name": name, "kind": "group", "group": name} for name in ("top", "bottom")]
+            settings.setdefault("regions", []).extend(groups)
+        else:
             box = {"lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
             settings["surfaces"] = [
                 {"name": name, "box": box, "normal": [0.0, 0.0, z]}
@@ -322,7 +308,7 @@ def robot_with(options: list[tuple[str, str]], folder: Path, *more: Option) -> R
 
     Args:
         options: axis and name of each, of a body the axis "body".
-        folder: where the structure files are.
+        folder: where the files of beams are.
         more: other options.
 
     Raises:
@@ -348,11 +334,10 @@ def robot_with(options: list[tuple[str, str]], folder: Path, *more: Option) -> R
 
 def built(settings: Settings, mesh: TetMesh, folder: Path) -> Robot:
     """The robot of a file whose bodies are all made of one mesh, or are beams."""
-    if is_structure(settings):
-        return make_robot(settings, folder / "robot.toml", Changes())
-    config = validated(RobotConfig, settings, "robot.toml")
-    meshes = [beam_mesh(config, body) if body.beam else mesh for body in config.all_bodies]
-    return build_robot(config, meshes, "robot.toml")
+    file = str(folder / "robot.toml")
+    config = validated(RobotConfig, settings, file)
+    shapes = [beam_network(config, body, file) if body.beam else mesh for body in config.all_bodies]
+    return build_robot(config, shapes, file)
 
 
 def with_random_modes(robot: Robot) -> Robot:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from support.robots.bodies import box_mesh
 from tauten.model import Robot
-from tauten.model.constraints import ConstrainedBody
-from tauten.model.load import beam_mesh, build_robot
+from tauten.model.load import beam_network, build_robot
 from tauten.model.schema import RobotConfig, validated
 
 PLASTIC = {"young_modulus": 2e9, "poisson_ratio": 0.3, "density": 1100.0}
@@ -45,7 +44,7 @@ def joined(
     bodies: list[dict[str, object]],
     boxes: dict[str, tuple[tuple[float, float, float], tuple[int, int, int]]] | None = None,
     **changes: object,
-) -> Robot[ConstrainedBody]:
+) -> Robot:
     """A robot of beams and boxes.
 
     Args:
@@ -59,9 +58,7 @@ def joined(
     ]
     config = joined_config(tables, **changes)
     meshes = [
-        beam_mesh(config, body) if body.beam else box_mesh(*shapes[body.name])
+        beam_network(config, body) if body.beam else box_mesh(*shapes[body.name])
         for body in config.all_bodies
     ]
-    robot = build_robot(config, meshes, "joined.toml")
-    assert isinstance(robot.body, ConstrainedBody)
-    return robot
+    return build_robot(config, meshes, "joined.toml")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from benchmarks.robots.arm import ArmShape, make_structure
+from benchmarks.robots.arm import ArmShape, make_network
 from benchmarks.robots.make_manipulator import make_file
 from tauten.model import Robot, load_robot
 from tauten.model.beams import BeamBody
@@ -27,8 +27,8 @@ max_rate = 0.1
 
 
 def write_short_arm(folder: Path, more: str = "") -> Path:
-    """Robot file, with more tables, and structure in a folder; returns the file. It has no basis yet."""
-    (folder / "manipulator.json").write_text(json.dumps(make_structure(SHAPE)))
+    """Robot file without a basis, with more tables, and its beams in a folder; returns the file."""
+    (folder / "manipulator.json").write_text(json.dumps(make_network(SHAPE)))
     text = make_file(SHAPE, "short_arm", CANDIDATES).replace('basis = "short_arm"\n', "")
     file = folder / "short_arm.toml"
     file.write_text(text + more)
