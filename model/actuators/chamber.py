@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.numerics import Array, Ints, kernel
-from tauten.model.points import Entries, MaterialPoints, Placed
+from tauten.model.points import Entries, NodePoints, Placed
 from tauten.model.rows import Rows
 
 
@@ -30,7 +30,7 @@ class ChamberSurface:
     """
 
     triangles: Ints
-    points: MaterialPoints | None = None
+    points: NodePoints | None = None
 
     @property
     def corner_nodes(self) -> int:

@@ -22,6 +22,7 @@ from tauten.model.system import Pattern
 _STEP = 6e-6  # of differences, relative to the distance of points: cube root of the rounding
 _CLOSE = 1e-2  # m, distance of points that are closer to each other
 P = TypeVar("P")
+P_co = TypeVar("P_co", covariant=True)
 Q = TypeVar("Q")
 
 
@@ -49,7 +50,7 @@ class Transmission(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class TransmissionSet(Generic[P]):
+class TransmissionSet(Generic[P_co]):
     """All transmissions of a robot, each over points of its own.
 
     Attributes:
@@ -64,7 +65,7 @@ class TransmissionSet(Generic[P]):
     starts: Ints
     rest: Array
     curved: Bools
-    points: P
+    points: P_co
 
     def __len__(self) -> int:
         return len(self.functions)
@@ -78,7 +79,7 @@ class TransmissionSet(Generic[P]):
         parts = zip(self.functions, self.starts[:-1], self.starts[1:], strict=True)
         return [function.at(y[first:end]) for function, first, end in parts]
 
-    def rows(self, motion: Motion[P]) -> Rows:
+    def rows(self, motion: Motion[P_co]) -> Rows:
         """Positions δ and their derivative: Rows of (t, n)."""
         placed = motion.placed(self.points)
         found = self.at(placed.y)
@@ -91,7 +92,7 @@ class TransmissionSet(Generic[P]):
         pairs = zip(efforts, self.at(y), strict=True)
         return np.concatenate([effort * one.gradient for effort, one in pairs])
 
-    def segments(self, motion: Motion[P]) -> Array:
+    def segments(self, motion: Motion[P_co]) -> Array:
         """From the mean of the points of each to every one of them, for drawing: (p, 2, 3) [m]."""
         y, counts = motion.placed(self.points).y, np.diff(self.starts)
         means = np.add.reduceat(y, self.starts[:-1]) / counts[:, None]
@@ -111,7 +112,7 @@ class TransmissionSet(Generic[P]):
         parts = zip(self.starts[:-1], self.starts[1:], self.curved, strict=True)
         return [np.unique(nodes[first:end])[None] for first, end, curved in parts if curved]
 
-    def stiffness(self, motion: Motion[P], efforts: Array) -> Array:
+    def stiffness(self, motion: Motion[P_co], efforts: Array) -> Array:
         """What efforts (t,) add to a dense tangent, −Σ λ ∂²f/∂q²: (n, n)."""
         total = np.zeros((motion.n, motion.n))
         for moved, bend in self._bends(motion, efforts):
@@ -119,7 +120,9 @@ class TransmissionSet(Generic[P]):
             total += J.T @ bend @ J
         return total
 
-    def add_stiffness(self, motion: Motion[P], efforts: Array, pattern: Pattern, K: Array) -> None:
+    def add_stiffness(
+        self, motion: Motion[P_co], efforts: Array, pattern: Pattern, K: Array
+    ) -> None:
         """Add what efforts do to a sparse tangent.
 
         Args:
@@ -134,7 +137,7 @@ class TransmissionSet(Generic[P]):
             J = moved[:, columns].toarray()
             pattern.add_block(K, columns, J.T @ bend @ J)
 
-    def _bends(self, motion: Motion[P], efforts: Array) -> Iterator[tuple[Jacobian, Array]]:
+    def _bends(self, motion: Motion[P_co], efforts: Array) -> Iterator[tuple[Jacobian, Array]]:
         """Of each effort that bends anything, the motion of the points (3 k, n) and −λ ∂²f/∂y² (3 k, 3 k)."""
         placed = motion.placed(self.points)
         moved = placed.motion()

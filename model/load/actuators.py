@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -27,25 +26,20 @@ from tauten.model.actuators import (
     make_forces,
     no_drives,
 )
-from tauten.model.load.beam_bodies import CORNERS
-from tauten.model.load.bodies import AT_DISC, Bodies
-from tauten.model.load.transmissions import build_nodal_transmissions
-from tauten.model.mesh import UNITS, MeshError, Selector, TetMesh, read_triangles
+from tauten.model.load.places import MeshPlaces, Places
+from tauten.model.load.transmissions import build_transmissions
+from tauten.model.mesh import UNITS, MeshError, Selector, read_triangles
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
-    Cable,
-    MaterialPoints,
     MeanPoints,
     NodePoints,
     Paths,
-    attach,
-    make_cables,
+    make_paths,
     mean_points,
     points_at,
 )
 from tauten.model.schema import (
     ChamberSettings,
-    Extrapolation,
     ForceSettings,
     RobotConfig,
     RobotFileError,
@@ -55,8 +49,7 @@ from tauten.model.tetra import BodyParts
 log = logging.getLogger(__name__)
 
 
-Points: TypeAlias = list[tuple[float, float, float]]
-Place: TypeAlias = Callable[[Points, str, float], MaterialPoints]
+P = TypeVar("P")
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +106,7 @@ class ActuatorParts:
 
 
 def build_actuators(
-    config: RobotConfig, body: BodyParts, selector: Selector, place: Place
+    config: RobotConfig, body: BodyParts, selector: Selector, places: MeshPlaces
 ) -> ActuatorParts:
     """All actuators of a robot file but drives.
 
@@ -121,15 +114,15 @@ def build_actuators(
         config: the robot file.
         body: with the mesh and the masses of its nodes.
         selector: of regions of the mesh.
-        place: attaches points to the body, `place_points`.
+        places: on the bodies.
 
     Raises:
         RobotFileError: a point outside the mesh, a chamber that is not closed, an empty region.
     """
     x0 = body.mesh.nodes
-    paths, stations = build_cables(config, body.mesh, selector.source, place)
-    surfaces = [build_chamber(item, selector, place) for item in config.chambers]
-    weights = [pushed_nodes(item, body, selector, place) for item in config.forces]
+    paths, stations = build_cables(config, places)
+    surfaces = [build_chamber(item, selector, places) for item in config.chambers]
+    weights = [pushed_nodes(item, body, selector, places) for item in config.forces]
     directions = np.array([item.direction for item in config.forces]).reshape(-1, 3)
     return ActuatorParts(
         paths=paths,
@@ -138,17 +131,17 @@ def build_actuators(
         directions=directions / np.linalg.norm(directions, axis=1, keepdims=True),
         pushed=sp.csr_array(np.array(weights).reshape(-1, len(x0))),
         coupling=coupling_of(config),
-        transmissions=build_nodal_transmissions(config.transmissions, selector, place),
+        transmissions=build_transmissions(config.transmissions, places),
     )
 
 
-def build_chamber(item: ChamberSettings, selector: Selector, place: Place) -> ChamberSurface:
+def build_chamber(item: ChamberSettings, selector: Selector, places: MeshPlaces) -> ChamberSurface:
     """The closed surface of a chamber.
 
     Args:
         item: the chamber.
         selector: of regions of the mesh.
-        place: attaches points to the body.
+        places: on the bodies.
 
     Raises:
         RobotFileError: a surface that is not there, not closed or outside the mesh.
@@ -173,8 +166,8 @@ def build_chamber(item: ChamberSettings, selector: Selector, place: Place) -> Ch
         outward = chamber_surface(points, triangles)
     except (ChamberError, MeshError) as error:
         raise RobotFileError(f"{where}: {error}") from error
-    places = [(x, y, z) for x, y, z in points.tolist()]
-    return ChamberSurface(outward, place(places, f"{where}.stl", item.max_outside))
+    vertices = [(x, y, z) for x, y, z in points.tolist()]
+    return ChamberSurface(outward, places.attach(vertices, f"{where}.stl", item.max_outside))
 
 
 def boundary_of(item: ChamberSettings, selector: Selector) -> Ints:
@@ -204,19 +197,21 @@ def turned_surface(item: ChamberSettings, points: Array, triangles: Ints) -> str
     return f"{item.stl} is inside out: its normals point into the chamber; it has been turned"
 
 
-def pushed_nodes(item: ForceSettings, body: BodyParts, selector: Selector, place: Place) -> Array:
+def pushed_nodes(
+    item: ForceSettings, body: BodyParts, selector: Selector, places: MeshPlaces
+) -> Array:
     """Weights (n_nodes,) of the nodes in the point of a force; in a region they are by mass.
 
     Args:
         item: the force.
         body: with the mesh and the masses of its nodes.
         selector: of regions of the mesh.
-        place: attaches points to the body.
+        places: on the bodies.
     """
     weights = np.zeros(len(body.mesh.nodes))
     if item.point is not None:
         where = f"{selector.source}: forces.{item.name}.point"
-        point = place([item.point], where, item.max_outside)
+        point = places.attach([item.point], where, item.max_outside)
         np.add.at(weights, point.nodes[0], point.weights[0])
         return weights
     assert item.region is not None
@@ -225,68 +220,23 @@ def pushed_nodes(item: ForceSettings, body: BodyParts, selector: Selector, place
     return weights
 
 
-def build_cables(
-    config: RobotConfig, mesh: TetMesh, source: str, place: Place
-) -> tuple[Paths, NodePoints]:
-    """Cables attached to the mesh, and the points that they pass.
+def build_cables(config: RobotConfig, places: Places[P]) -> tuple[Paths, P]:
+    """Cables, and the points that they pass.
 
     Args:
         config: the robot file.
-        mesh: the body.
-        source: the robot file's path, for errors.
-        place: attaches points to the body.
+        places: on its bodies.
     """
-    cables = []
+    stations: list[P] = []
+    counts = []
     for index, cable in enumerate(config.cables):
-        what = f"{source}: cables.{index}.points"
-        points = place(cable.points, what, cable.max_outside)
-        pull_point = None if cable.pull_point is None else np.array(cable.pull_point)
-        route = np.array(cable.points if pull_point is None else [pull_point, *cable.points])
+        what = f"{places.source}: cables.{index}.points"
+        start = () if cable.pull_point is None else (cable.pull_point,)
+        stations += [places.held(start), places.attach(cable.points, what, cable.max_outside)]
+        route = np.array([*start, *cable.points])
         short = np.flatnonzero(np.linalg.norm(np.diff(route, axis=0), axis=1) < 1e-9)
         if len(short):
             raise RobotFileError(f"{what}: points {short[0]} and {short[0] + 1} coincide")
-        cables.append(Cable(cable.name, points, pull_point))
-    return make_cables(cables, mesh.nodes)
-
-
-def place_points(
-    bodies: Bodies, extrapolate_from: Extrapolation, points: Points, what: str, slack: float
-) -> MaterialPoints:
-    """`attach`, with its error as a RobotFileError; points near discs are attached to their nodes.
-
-    Args:
-        bodies: the bodies.
-        extrapolate_from: what points outside the mesh are moved by.
-        points: rest positions [m].
-        what: the field they come from, for errors.
-        slack: how far outside the bodies a point may lie [m].
-    """
-    mesh, places = bodies.parts.mesh, np.array(points)
-    discs = {}
-    for number, point in enumerate(places):
-        disc = bodies.nearest_disc(point)
-        if disc is not None and disc[0] <= max(slack, AT_DISC):
-            discs[number] = disc[1]
-    carriers = places.copy()
-    carriers[list(discs)] = mesh.nodes[list(discs.values())]
-    try:
-        found = attach(mesh, carriers, what, slack, extrapolate_from)
-    except ValueError as error:
-        raise RobotFileError(str(error)) from error
-    for number, node in discs.items():
-        found.nodes[number], found.weights[number] = tet_of_node(mesh, node, places[number])
-    return found
-
-
-def tet_of_node(mesh: TetMesh, node: int, point: Array) -> tuple[Ints, Array]:
-    """The tetrahedron (4,) of a beam's node, and the weights (4,) of its corners at a point.
-
-    Args:
-        mesh: of all bodies.
-        node: the node.
-        point: (3,) [m].
-    """
-    corners = node + np.arange(CORNERS)
-    edges = mesh.nodes[corners[1:]] - mesh.nodes[node]
-    weights = np.linalg.solve(edges.T, point - mesh.nodes[node])
-    return corners, np.concatenate([[1.0 - weights.sum()], weights])
+        counts.append(len(route))
+    joined = places.join(stations)
+    return make_paths(counts, places.at_rest(joined)), joined

@@ -28,9 +28,9 @@ from tauten.model.beams import (
     tube,
 )
 from tauten.model.body import Material
-from tauten.model.load.placing import placed, taken_back, turned
 from tauten.model.mesh import CellGroup, TetMesh
 from tauten.model.numerics import Array, Ints
+from tauten.model.parts import Placement
 from tauten.model.schema import (
     AnyProfile,
     BeamElement,
@@ -41,6 +41,7 @@ from tauten.model.schema import (
     RobotConfig,
     RobotFileError,
     SectionSettings,
+    SolidMaterialSettings,
     TubeSettings,
     read_text,
     validated,
@@ -192,58 +193,48 @@ def build_beam(
             f"{source}: {prefix}material.law: a cross-section is linear elastic, give the beam a material "
             "with the law corotational"
         )
-    material = material_of(body)
+    material, place = material_of(body), Placement.of(body.rotation, body.position)
     by_name = {item.name: profile_of(item, material) for item in config.profiles}
     profiles = tuple(by_name[beam.profile] for beam in network.beams)
     radius = max(float(np.linalg.norm(profile.outline, axis=1).max()) for profile in profiles)
-    beside = np.concatenate([np.zeros((1, 3)), radius * np.eye(3)])  # (4, 3)
-    own_axis = np.array(network.nodes)  # (b, 3)
-    own = body.scale * (own_axis[:, None] + beside).reshape(-1, 3)
-    discs = tuple(placed_disc(disc, body) for disc in network.discs)
+    axis = place.points(body.scale * np.array(network.nodes))  # (b, 3)
+    beside = place.vectors(body.scale * radius * np.vstack([np.zeros(3), np.eye(3)]))  # (4, 3)
+    discs = tuple(placed_disc(disc, body.scale, place) for disc in network.discs)
     try:
-        made = made_beams(network, body, placed(own, body)[::CORNERS], profiles, material)
+        made = made_beams(network, axis, place, profiles, material)
     except BeamError as error:
         raise RobotFileError(f"{source}: {prefix}beam: {error}") from error
-    made = with_discs(made, discs, material.density)
-    if body.material.total_mass is not None:
-        share = body.material.total_mass / made.mass.sum()
-        made = replace(made, mass=share * made.mass, inertia=share * made.inertia)
-    nodes = CORNERS * np.arange(len(made.nodes))
-    shown = body.beam.file is not None
-    if shown:
-        surface = file_surface(network, len(own))
-        around = body.scale * surface.points
-        points, own_points = placed(around, body), around
+    made = with_masses(made, discs, body.material)
+    corners = (axis[:, None] + beside).reshape(-1, 3)
+    if body.beam.file is not None:
+        surface = file_surface(network, len(corners), body.scale, place)
     else:
-        surface = ring_surface(config, made, profiles[0], len(own))
-        points, own_points = surface.points, taken_back(surface.points, body)
-    own = np.concatenate([own, own_points])
-    mass = np.zeros(len(own))
-    mass[nodes] = made.mass
-    tets = np.arange(CORNERS * len(nodes)).reshape(-1, CORNERS)
-    there = np.concatenate([placed(own[: tets.size], body), points])
+        surface = ring_surface(config, made, profiles[0], len(corners))
     part = BeamPart(
         name=body.name,
-        nodes=nodes,
-        followers=tets.size + np.arange(len(points)),
+        nodes=CORNERS * np.arange(len(axis)),
+        followers=len(corners) + np.arange(len(surface.points)),
         owners=surface.owners,
-        points=points,
+        points=surface.points,
         triangles=surface.triangles,
-        shown=shown,
+        shown=body.beam.file is not None,
         body=made,
         profiles=profiles,
         discs=discs,
         radius=radius,
     )
-    mesh = TetMesh(there, tets, surface.groups)
-    parts = BodyParts(mesh, [], [], mass, len(made.ends), [])
-    return parts, replace(mesh, nodes=own), part
+    tets = np.arange(len(corners)).reshape(-1, CORNERS)
+    mesh = TetMesh(np.concatenate([corners, surface.points]), tets, surface.groups)
+    mass = np.zeros(len(mesh.nodes))
+    mass[part.nodes] = made.mass
+    own = replace(mesh, nodes=place.points_in_part(mesh.nodes))
+    return BodyParts(mesh, [], [], mass, len(made.ends), []), own, part
 
 
 def made_beams(
     network: BeamNetwork,
-    body: BodySettings,
     nodes: Array,
+    place: Placement,
     profiles: Sequence[Profile],
     material: Material,
 ) -> Beams:
@@ -251,8 +242,8 @@ def made_beams(
 
     Args:
         network: the network.
-        body: its body.
         nodes: (b, 3) where its nodes stand [m].
+        place: of the body.
         profiles: cross-section of each element.
         material: of all beams.
 
@@ -261,37 +252,43 @@ def made_beams(
     """
     ends = np.array([beam.ends for beam in network.beams], dtype=np.int64)
     along = np.abs(nodes[ends[:, 1]] - nodes[ends[:, 0]])
-    up = np.eye(3)[
-        2 - along[:, ::-1].argmin(axis=1)
-    ]  # z where a beam lies across it as well as others
-    given = np.array([beam.up is not None for beam in network.beams])
-    if given.any():
-        up[given] = turned(np.array([beam.up for beam in network.beams if beam.up]), body)
+    # z where a beam lies across it as well as others
+    up = np.eye(3)[2 - along[:, ::-1].argmin(axis=1)]
+    for index, beam in enumerate(network.beams):
+        if beam.up is not None:
+            up[index] = place.vectors(np.array(beam.up))
     return make_beams(nodes, ends, up, list(profiles), material)
 
 
-def placed_disc(disc: Disc, body: BodySettings) -> Disc:
-    """A disc of a network in metres, its axis of length one in the robot's frame."""
-    axis = turned(np.array([disc.axis]) / np.linalg.norm(disc.axis), body)[0]
-    size = {"radius": body.scale * disc.radius, "thickness": body.scale * disc.thickness}
+def placed_disc(disc: Disc, scale: float, place: Placement) -> Disc:
+    """A disc of a network in metres, its axis of length one in the robot's frame.
+
+    Args:
+        disc: in the body's coordinates.
+        scale: of the body.
+        place: of the body.
+    """
+    axis = place.vectors(np.array(disc.axis) / np.linalg.norm(disc.axis))
+    size = {"radius": scale * disc.radius, "thickness": scale * disc.thickness}
     return disc.model_copy(update={**size, "axis": tuple(axis.tolist())})
 
 
-def with_discs(beams: Beams, discs: Sequence[Disc], density: float) -> Beams:
-    """Beams with the masses of discs on their nodes.
+def with_masses(beams: Beams, discs: Sequence[Disc], material: SolidMaterialSettings) -> Beams:
+    """Beams with the masses of discs on their nodes, and with the mass that the file gives.
 
     Args:
         beams: without discs.
         discs: see `placed_disc`.
-        density: of the discs [kg/m³].
+        material: of the body.
     """
     mass, inertia = beams.mass.copy(), beams.inertia.copy()
     for disc in discs:
-        disc_mass = density * np.pi * disc.radius**2 * disc.thickness
+        disc_mass = material.density * np.pi * disc.radius**2 * disc.thickness
         mass[disc.node] += disc_mass
         # mean of ½ r² about the axis and ¼ r² about the two others
         inertia[disc.node] += disc_mass * disc.radius**2 / 3.0
-    return replace(beams, mass=mass, inertia=inertia)
+    share = 1.0 if material.total_mass is None else material.total_mass / mass.sum()
+    return replace(beams, mass=share * mass, inertia=share * inertia)
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,17 +308,25 @@ class _Surface:
     groups: tuple[CellGroup, ...] = ()
 
 
-def file_surface(network: BeamNetwork, first: int) -> _Surface:
-    """The surfaces of a network, in the body's coordinates; the first point is a node with this number."""
-    points, owners, groups = [np.zeros((0, 3))], [np.zeros(0, np.int64)], []
-    none = np.zeros(0, np.int64)
-    for item in network.surfaces:
-        groups.append(CellGroup(item.name, none, np.array(item.triangles, np.int64) + first))
-        points.append(np.array(item.points))
-        owners.append(np.array(item.nodes, np.int64))
-        first += len(item.points)
-    triangles = np.concatenate([np.zeros((0, 3), np.int64), *(one.triangles for one in groups)])
-    return _Surface(np.concatenate(points), np.concatenate(owners), triangles, tuple(groups))
+def file_surface(network: BeamNetwork, first: int, scale: float, place: Placement) -> _Surface:
+    """The surfaces of a network where it stands.
+
+    Args:
+        network: in the body's coordinates.
+        first: number of the first of their points in the body's mesh.
+        scale: of the body.
+        place: of the body.
+    """
+    every, none = network.surfaces, np.zeros(0, np.int64)
+    starts = first + np.cumsum([0, *(len(item.points) for item in every)])
+    groups = tuple(
+        CellGroup(item.name, none, np.array(item.triangles, np.int64) + start)
+        for item, start in zip(every, starts.tolist(), strict=False)
+    )
+    points = np.array([point for item in every for point in item.points]).reshape(-1, 3)
+    owners = np.array([node for item in every for node in item.nodes], dtype=np.int64)
+    triangles = np.concatenate([none.reshape(-1, 3), *(one.triangles for one in groups)])
+    return _Surface(place.points(scale * points), owners, triangles, groups)
 
 
 def ring_surface(config: RobotConfig, beams: Beams, profile: Profile, first: int) -> _Surface:

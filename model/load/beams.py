@@ -7,7 +7,7 @@ Where something else than the nodes of beams moves, their nodes are frames besid
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -30,22 +30,23 @@ from tauten.model.beams import (
     make_tree,
     outline,
 )
+from tauten.model.load.actuators import build_cables
 from tauten.model.load.beam_bodies import CORNERS, BeamPart
-from tauten.model.load.bodies import AT_DISC, Bodies
+from tauten.model.load.bodies import Bodies, Shape, digests_of
 from tauten.model.load.contacts import contact_set, contact_surfaces
 from tauten.model.load.effectors import build_beam_effectors
-from tauten.model.load.transmissions import build_beam_transmissions
-from tauten.model.numerics import Array, Bools, Ints, make_factorisation
+from tauten.model.load.places import BeamPlaces
+from tauten.model.load.transmissions import build_transmissions
+from tauten.model.numerics import Bools, Ints, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
     Paths,
     attach_to_nodes,
     join_attached_points,
-    make_paths,
     no_attached_points,
 )
 from tauten.model.robot import Robot, names_of
-from tauten.model.schema import Region, RobotConfig, RobotFileError
+from tauten.model.schema import RobotConfig
 from tauten.model.signals import actuators_of, limits_of
 from tauten.model.system import integration_of, make_pattern
 
@@ -58,86 +59,15 @@ def of_beams_alone(config: RobotConfig) -> bool:
     return bodies and not drums and not any(others)
 
 
-@dataclass(frozen=True, slots=True)
-class BeamNodes:
-    """The nodes of all beams of a robot, which points are attached to.
-
-    Attributes:
-        bodies: the bodies, all of them beams.
-        beams: the beams as one.
-        source: the robot file's path, for errors.
-    """
-
-    bodies: Bodies
-    beams: Beams
-    source: str
-
-    @property
-    def nodes(self) -> Array:
-        """Their positions at rest: (b, 3) [m]."""
-        return self.beams.nodes
-
-    def select_nodes(self, selection: Region | str, what: str) -> Bools:
-        """Which of them a region selects: (b,); arguments and errors as of `Selector.select_nodes`."""
-        return self.bodies.selector.select_nodes(selection, what)[self.bodies.beam_nodes]
-
-    def attach(
-        self, points: Sequence[tuple[float, float, float]], what: str, slack: float
-    ) -> AttachedPoints:
-        """Points at rest [m], each attached to a node.
-
-        It is that of the nearest disc within `slack`, otherwise the nearest node; points within the radius of
-        the cross-section are at the node.
-
-        Args:
-            points: positions at rest [m].
-            what: the field they come from, for errors.
-            slack: largest distance of a point from its disc or node [m].
-
-        Raises:
-            RobotFileError: a point lies further away.
-        """
-        ids, every = [], self.bodies.beam_nodes
-        radius = np.repeat(
-            [part.radius for part in self.bodies.beams],
-            [len(part.nodes) for part in self.bodies.beams],
-        )
-        for number, point in enumerate(np.array(points)):
-            disc = self.bodies.nearest_disc(point)
-            if disc is not None and disc[0] <= max(slack, AT_DISC):
-                ids.append(int(np.searchsorted(every, disc[1])))
-                continue
-            away = np.linalg.norm(self.nodes - point, axis=1)
-            nearest = int(away.argmin())
-            beyond = float(away[nearest] - radius[nearest])
-            if beyond > max(slack, 1e-9 * self.beams.size):
-                carrier = f"node at {self.nodes[nearest].round(6).tolist()} m"
-                if disc is not None and disc[0] < beyond:
-                    beyond, carrier = disc[0], f"disc {disc[2]!r}"
-                raise RobotFileError(
-                    f"{what}: point {number} at {point.tolist()} m lies {beyond:.3g} m outside of the "
-                    f"nearest {carrier}, allowed is {slack:g} m: move it, or set max_outside"
-                )
-            ids.append(nearest)
-        return attach_to_nodes(self.nodes, np.array(ids, dtype=np.int64), np.array(points))
-
-    def corners(self, ids: Ints) -> AttachedPoints:
-        """Some nodes (m,), each with the three corners of its tetrahedron: (4 m,) points."""
-        corners = self.bodies.beam_nodes[ids][:, None] + np.arange(CORNERS)
-        places = self.bodies.parts.mesh.nodes[corners.ravel()]
-        return attach_to_nodes(self.nodes, np.repeat(ids, CORNERS), places)
-
-
 def build_beam_robot(
-    config: RobotConfig, bodies: Bodies, digest: str, fewer: tuple[str, ...], source: str
+    config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, source: str
 ) -> Robot[BeamBody]:
     """Build a robot whose bodies are all made of beams.
 
     Args:
         config: the robot file, see `of_beams_alone`.
-        bodies: its bodies.
-        digest: of the robot.
-        fewer: digests of the robot with fewer contacts.
+        shapes: of its bodies.
+        bodies: the bodies.
         source: the robot file's path, for errors.
 
     Raises:
@@ -145,12 +75,12 @@ def build_beam_robot(
             `source`.
     """
     beams = joined_beams(bodies.beams)
-    at = BeamNodes(bodies, beams, source)
     fixed = bodies.fixed[bodies.beam_nodes]
-    paths, stations = build_beam_cables(config, at, int(fixed.argmax()))
-    forces, pushed = build_beam_forces(config, at)
-    effectors = build_beam_effectors(config.effectors, at)
-    moved = build_beam_transmissions(config.transmissions, at, at.attach)
+    places = BeamPlaces(bodies, beams, fixed)
+    paths, stations = build_cables(config, places)
+    forces, pushed = build_beam_forces(config, places)
+    effectors = build_beam_effectors(config.effectors, places)
+    moved = build_transmissions(config.transmissions, places)
     actuators = beam_actuators(paths, stations, forces, pushed, coupling_of(config), moved)
     surfaces = beam_surfaces(bodies, beams)
     triangles = {
@@ -164,6 +94,7 @@ def build_beam_robot(
         [groups(beams.ends), groups(ends_of(paths, stations)), *map(groups, coupled)],
     )
     free, scheme = ~fixed, config.integration
+    digest, fewer = digests_of(config, shapes, source)
     return Robot(
         names=names_of(config),
         digest=digest,
@@ -252,57 +183,29 @@ def groups(ends: Ints) -> Ints:
     return np.stack([2 * ends, 2 * ends + 1], axis=2).reshape(len(ends), 2 * ends.shape[1])
 
 
-def build_beam_cables(
-    config: RobotConfig, at: BeamNodes, base: int
-) -> tuple[Paths, AttachedPoints]:
-    """Cables, and the points that they pass.
-
-    Args:
-        config: the robot file.
-        at: the nodes of the beams.
-        base: a fixed node, which pull points are attached to.
-    """
-    cables, counts = [], []
-    for index, cable in enumerate(config.cables):
-        what = f"{at.source}: cables.{index}.points"
-        start = [] if cable.pull_point is None else [cable.pull_point]
-        route = np.array([*start, *cable.points])
-        short = np.flatnonzero(np.linalg.norm(np.diff(route, axis=0), axis=1) < 1e-9)
-        if len(short):
-            raise RobotFileError(f"{what}: points {short[0]} and {short[0] + 1} coincide")
-        held = np.full(len(start), base), np.array(start).reshape(-1, 3)
-        cables += [
-            attach_to_nodes(at.nodes, *held),
-            at.attach(cable.points, what, cable.max_outside),
-        ]
-        counts.append(len(route))
-    stations = join_attached_points(cables)
-    return make_paths(counts, stations.at_rest(at.nodes)), stations
-
-
-def build_beam_forces(config: RobotConfig, at: BeamNodes) -> tuple[ForceSet, AttachedPoints]:
+def build_beam_forces(config: RobotConfig, places: BeamPlaces) -> tuple[ForceSet, AttachedPoints]:
     """Forces at points or spread over nodes, and the points that they act on.
 
     Args:
         config: the robot file.
-        at: the nodes of the beams.
+        places: on the bodies.
     """
     points, shares, directions = [], [], [np.zeros((0, 3))]
     for item in config.forces:
         what = f"forces.{item.name}"
         if item.point is not None:
-            found = at.attach([item.point], f"{at.source}: {what}.point", item.max_outside)
-            share = np.ones(1)
+            where = f"{places.source}: {what}.point"
+            found, share = places.attach([item.point], where, item.max_outside), np.ones(1)
         else:
             assert item.region is not None
-            ids = np.flatnonzero(at.select_nodes(item.region, f"{what}.region"))
-            found = attach_to_nodes(at.nodes, ids, at.nodes[ids])
-            share = at.beams.mass[ids] / at.beams.mass[ids].sum()
+            ids = np.flatnonzero(places.select_nodes(item.region, f"{what}.region"))
+            mass = places.beams.mass[ids]
+            found, share = places.at_nodes(ids), mass / mass.sum()
         points.append(found)
         shares.append(share)
         directions.append(np.array([item.direction]) / np.linalg.norm(item.direction))
-    pushed = join_attached_points(points)
-    return make_forces(np.concatenate(directions), shares, pushed.at_rest(at.nodes)), pushed
+    pushed = places.join(points)
+    return make_forces(np.concatenate(directions), shares, places.at_rest(pushed)), pushed
 
 
 def joined_beams(parts: Sequence[BeamPart]) -> Beams:

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model.load.beam_bodies import CORNERS, BeamPart, beam_network, build_beam
-from tauten.model.load.placing import placed
 from tauten.model.mesh import (
     BodyRange,
     QuadraticMesh,
@@ -22,7 +21,17 @@ from tauten.model.mesh import (
     read_quadratic_mesh,
 )
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.model.schema import BeamNetwork, BodySettings, Disc, Region, RobotConfig, RobotFileError
+from tauten.model.parts import Placement
+from tauten.model.schema import (
+    BeamNetwork,
+    BodySettings,
+    Disc,
+    Region,
+    RobotConfig,
+    RobotFileError,
+    digests_of_fewer,
+    robot_digest,
+)
 from tauten.model.tetra import BodyParts, body_parts, join_bodies
 
 AnyMesh = TetMesh | QuadraticMesh
@@ -169,6 +178,21 @@ def contents_of(config: RobotConfig, shapes: Sequence[Shape]) -> list[bytes]:
     return found
 
 
+def digests_of(
+    config: RobotConfig, shapes: Sequence[Shape], source: str
+) -> tuple[str, tuple[str, ...]]:
+    """The digest of a robot, and those of the robot with fewer contacts.
+
+    Args:
+        config: the robot file.
+        shapes: of its bodies, as `read_bodies` gives them.
+        source: the robot file's path, for the files beside it.
+    """
+    folder = Path(source).parent
+    digest = robot_digest(config, contents_of(config, shapes), folder)
+    return digest, digests_of_fewer(digest, config, folder)
+
+
 def content_of(mesh: AnyMesh) -> bytes:
     """Nodes, elements and groups of a mesh."""
     parts = [(mesh.nodes + 0.0).tobytes(), mesh.tets.astype("<i8").tobytes()]  # + 0.0: without −0.0
@@ -205,7 +229,7 @@ def build_bodies(config: RobotConfig, shapes: Sequence[Shape], source: str) -> B
             beams.append(beam.moved(int(counts[0])))
         else:
             own = scaled_mesh(shape, body)
-            there = replace_nodes(own, placed(own.nodes, body))
+            there = replace_nodes(own, Placement.of(body.rotation, body.position).points(own.nodes))
             part = build_body(body, own, there, named, source, prefix)
         unmoved = own.split() if isinstance(own, QuadraticMesh) else own
         solid.append(np.full(len(unmoved.tets), body.beam is None))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Protocol
+from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,13 +22,13 @@ from tauten.model.effectors import (
 )
 from tauten.model.load.bodies import Bodies
 from tauten.model.load.extensions import made, required_extension
+from tauten.model.load.places import BeamPlaces, MeshPlaces, Places, Positions
 from tauten.model.mesh import NodeSelector, Selector
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
     AttachedPoints,
-    MaterialPoints,
     MeanPoints,
-    attach_to_nodes,
+    NodePoints,
     join_attached_points,
     make_paths,
     mean_points,
@@ -38,71 +37,39 @@ from tauten.model.schema import EffectorSettings, RobotFileError
 from tauten.model.signals import effector_layout
 
 EFFECTORS = "tauten.effectors"
-Positions = list[tuple[float, float, float]]
-PlacePoints = Callable[[Positions, str, float], MaterialPoints]
-
-
-class BeamPoints(NodeSelector, Protocol):
-    """Nodes of beams, and points that are attached to them."""
-
-    def attach(self, points: Positions, what: str, slack: float) -> AttachedPoints:
-        """Points, each attached to a node.
-
-        Args:
-            points: positions at rest [m].
-            what: the field they come from, for errors.
-            slack: how far they may lie away [m].
-        """
-
-    def corners(self, ids: Ints) -> AttachedPoints:
-        """Some nodes (m,) with three points beside each that turn with it: (4 m,)."""
+P = TypeVar("P", NodePoints, AttachedPoints)
 
 
 def build_nodal_effectors(
-    effectors: list[EffectorSettings],
-    bodies: Bodies,
-    place: PlacePoints,
-    dof: Ints,
-    n: int,
+    effectors: list[EffectorSettings], bodies: Bodies, places: MeshPlaces, dof: Ints, n: int
 ) -> Effectors[MeanPoints]:
     """Effectors of a body whose configuration is the positions of nodes.
 
     Args:
         effectors: of the robot file.
         bodies: of the robot.
-        place: attaches points at rest [m] to the mesh; with the field they come from, for errors, and
-            how far outside they may lie [m].
+        places: on them.
         dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
         n: number of degrees of freedom.
 
     Raises:
         RobotFileError: a point outside of the mesh, an empty region, one that has no frame or no volume.
     """
-    selector = bodies.selector
-    nodes, measures = selector.nodes, []
-    coefficients = [sp.csr_array((0, len(nodes)))]
+    measures, coefficients = [], [sp.csr_array((0, len(places.nodes)))]
     for index, item in enumerate(effectors):
-        measure, weights = _on_nodes(item, f"effectors.{index}", bodies, place)
+        measure, weights = _on_nodes(item, f"effectors.{index}", bodies, places)
         measures.append(measure)
         coefficients.append(weights)
     joined = sp.csr_array(sp.vstack(coefficients, format="csr"))
-    kinds = _effector_set(effectors, measures, np.asarray(joined @ nodes), selector)
+    kinds = _effector_set(effectors, measures, np.asarray(joined @ places.nodes), places)
     return Effectors(kinds, mean_points(joined, dof, n))
 
 
 def _on_nodes(
-    item: EffectorSettings, field: str, bodies: Bodies, place: PlacePoints
+    item: EffectorSettings, field: str, bodies: Bodies, places: MeshPlaces
 ) -> tuple[Measure, sp.csr_array]:
     """An effector, and the coefficients (P, n_nodes) of its points."""
-    selector = bodies.selector
-    nodes, source = selector.nodes, selector.source
-
-    def attached(points: Positions, name: str) -> sp.csr_array:
-        found = place(points, f"{source}: {field}.{name}", item.max_outside)
-        row = np.repeat(np.arange(len(found)), found.nodes.shape[1])
-        return sp.csr_array(
-            (found.weights.ravel(), (row, found.nodes.ravel())), shape=(len(found), len(nodes))
-        )
+    nodes, selector = places.nodes, bodies.selector
 
     def spread(ids: Ints, weights: Array) -> sp.csr_array:
         place = (np.repeat(np.arange(len(weights)), len(ids)), np.tile(ids, len(weights)))
@@ -110,31 +77,49 @@ def _on_nodes(
         found.eliminate_zeros()
         return found
 
-    if item.kind == "point":
-        assert item.point is not None
-        return PositionMeasure(), attached([item.point], "point")
-    if item.kind == "distance":
-        assert item.point is not None and item.other is not None
-        ends = [attached([item.point], "point"), attached([item.other], "other")]
-        return DistanceMeasure(), sp.csr_array(sp.vstack(ends))
-    if item.points is not None:
-        return _of_points(item, item.points, f"{source}: {field}"), attached(item.points, "points")
+    single = _of_points(item, field, places)
+    if single is not None:
+        measure, points = single
+        row = np.repeat(np.arange(len(points)), points.nodes.shape[1])
+        shape = (len(points), len(nodes))
+        return measure, sp.csr_array(
+            (points.weights.ravel(), (row, points.nodes.ravel())), shape=shape
+        )
     if item.kind == "volume":
         measure, ids = _cavity(item, selector, field)
         return measure, spread(ids, np.eye(len(ids)))
-    if item.region is None:
-        raise RobotFileError(f"{source}: {field}.region: needed by a frame of a body of tetrahedra")
     what = f"{field}.region"
-    ids = np.flatnonzero(selector.select_nodes(item.region, what))
+    if item.region is None:
+        raise RobotFileError(f"{places.source}: {what}: needed by a frame of a body of tetrahedra")
+    ids = np.flatnonzero(places.select_nodes(item.region, what))
     if item.kind == "centre":
         return PositionMeasure(), spread(ids, np.full((1, len(ids)), 1.0 / len(ids)))
     centre, ids = nodes[ids].mean(axis=0), bodies.rigid_nodes(ids)
     try:
         weights = frame_coefficients(nodes[ids])
     except ValueError as error:
-        raise RobotFileError(f"{source}: {what}: {error}") from error
+        raise RobotFileError(f"{places.source}: {what}: {error}") from error
     origin = np.array(item.point or centre) - nodes[ids].mean(axis=0)
     return FrameMeasure(origin), spread(ids, weights)
+
+
+def _of_points(item: EffectorSettings, field: str, places: Places[P]) -> tuple[Measure, P] | None:
+    """An effector that is given by points, and these; None: it is another one."""
+    source = f"{places.source}: {field}"
+    if item.points is not None:
+        measure: Measure = (
+            length_measure(item.points, item.pull_point)
+            if item.kind == "length"
+            else function_measure(item, source)
+        )
+        return measure, places.attach(item.points, f"{source}.points", item.max_outside)
+    if item.kind not in ("point", "distance") or item.point is None:
+        return None
+    found = places.attach([item.point], f"{source}.point", item.max_outside)
+    if item.other is None:
+        return PositionMeasure(), found
+    other = places.attach([item.other], f"{source}.other", item.max_outside)
+    return DistanceMeasure(), places.join([found, other])
 
 
 def _cavity(item: EffectorSettings, selector: Selector, what: str) -> tuple[VolumeMeasure, Ints]:
@@ -159,13 +144,6 @@ def length_measure(
     fixed = np.array([] if pull_point is None else [pull_point], dtype=float).reshape(-1, 3)
     path = make_paths([len(fixed) + len(points)], np.concatenate([fixed, np.array(points)]))
     return LengthMeasure(path, fixed, len(points))
-
-
-def _of_points(item: EffectorSettings, points: Positions, what: str) -> Measure:
-    """A length, or a function that another package computes."""
-    if item.kind == "length":
-        return length_measure(points, item.pull_point)
-    return function_measure(item, what)
 
 
 def function_measure(item: EffectorSettings, what: str) -> Measure:
@@ -193,55 +171,45 @@ def function_measure(item: EffectorSettings, what: str) -> Measure:
 
 
 def build_beam_effectors(
-    effectors: list[EffectorSettings], beams: BeamPoints
+    effectors: list[EffectorSettings], places: BeamPlaces
 ) -> Effectors[AttachedPoints]:
     """Effectors of a robot whose bodies are all made of beams.
 
     Args:
         effectors: of the robot file.
-        beams: nodes and points of the beams.
+        places: on its bodies.
 
     Raises:
         RobotFileError: a point that lies away from the beams, an empty region, a kind that beams do not have.
     """
-    measures: list[Measure] = []
-    parts: list[AttachedPoints] = []
-    for index, item in enumerate(effectors):
-        measure, points = _on_beams(item, f"effectors.{index}", beams)
-        measures.append(measure)
-        parts.append(points)
-    joined = join_attached_points(parts)
-    kinds = _effector_set(effectors, measures, joined.at_rest(beams.nodes), beams)
+    found = [_on_beams(item, f"effectors.{i}", places) for i, item in enumerate(effectors)]
+    joined = join_attached_points([points for _, points in found])
+    measures = [measure for measure, _ in found]
+    kinds = _effector_set(effectors, measures, places.at_rest(joined), places)
     return Effectors(kinds, joined)
 
 
 def _on_beams(
-    item: EffectorSettings, field: str, beams: BeamPoints
+    item: EffectorSettings, field: str, places: BeamPlaces
 ) -> tuple[Measure, AttachedPoints]:
     """An effector, and its points."""
-    source, nodes = beams.source, beams.nodes
-
-    def attached(*points: tuple[float, float, float] | None, name: str) -> AttachedPoints:
-        found = [point for point in points if point is not None]
-        return beams.attach(found, f"{source}: {field}.{name}", item.max_outside)
-
+    single = _of_points(item, field, places)
+    if single is not None:
+        return single
     if item.kind == "volume":
-        raise RobotFileError(f"{source}: {field}.kind: beams have no cavity, found 'volume'")
-    if item.points is not None:
-        measure = _of_points(item, item.points, f"{source}: {field}")
-        return measure, attached(*item.points, name="points")
-    if item.kind == "distance":
-        return DistanceMeasure(), attached(item.point, item.other, name="point")
-    if item.kind == "point":
-        return PositionMeasure(), attached(item.point, name="point")
+        raise RobotFileError(f"{places.source}: {field}.kind: beams have no cavity, found 'volume'")
     if item.region is None:
-        return FrameMeasure(np.zeros(3)), _node_frame(attached(item.point, name="point"))
-    ids = np.flatnonzero(beams.select_nodes(item.region, f"{field}.region"))
+        assert item.point is not None
+        what = f"{places.source}: {field}.point"
+        return FrameMeasure(np.zeros(3)), _node_frame(
+            places.attach([item.point], what, item.max_outside)
+        )
+    ids = np.flatnonzero(places.select_nodes(item.region, f"{field}.region"))
     if item.kind == "centre":
-        return PositionMeasure(len(ids)), attach_to_nodes(nodes, ids, nodes[ids])
-    points = beams.corners(ids)
-    rest = points.at_rest(nodes)
-    origin = np.array(item.point or nodes[ids].mean(axis=0)) - rest.mean(axis=0)
+        return PositionMeasure(len(ids)), places.at_nodes(ids)
+    points = places.corners(ids)
+    rest = places.at_rest(points)
+    origin = np.array(item.point or places.nodes[ids].mean(axis=0)) - rest.mean(axis=0)
     return FrameMeasure(origin, frame_coefficients(rest)), points
 
 

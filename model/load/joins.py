@@ -12,7 +12,7 @@ from tauten.model.constraints import DriveRegion, GluedNodes, PinnedRegion, Rigi
 from tauten.model.load.bodies import Bodies
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.model.points import MaterialPoints, attach
+from tauten.model.points import NodePoints, attach, combinations
 from tauten.model.schema import AttachmentSettings, RobotFileError
 
 ROUNDING = 1e-12  # of weights, which are of the order of one
@@ -35,7 +35,7 @@ class Attachment:
     chosen: Bools
     to: TetMesh
 
-    def follow(self, points: Array, source: str) -> MaterialPoints:
+    def follow(self, points: Array, source: str) -> NodePoints:
         """Points (p, 3) [m] attached to what they follow.
 
         Raises:
@@ -47,7 +47,7 @@ class Attachment:
         except ValueError as error:
             raise RobotFileError(str(error).replace("max_outside", "max_distance")) from error
         used = np.abs(found.weights) > ROUNDING  # the others are no masters
-        return MaterialPoints(found.nodes, np.where(used, found.weights, 0.0))
+        return combinations(found.nodes, np.where(used, found.weights, 0.0))
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from tauten.model.contact import ContactPair, ContactSet
 from tauten.model.load.contacts import (
@@ -30,7 +29,6 @@ from tauten.model.schema import (
     PartSurfaceSettings,
     RobotConfig,
     RobotFileError,
-    RotationSettings,
     parts_digest,
 )
 
@@ -70,9 +68,7 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
         RobotFileError, MeshError: a part cannot be used, or a surface is unknown.
     """
     gravity = np.array(config.gravity)
-    places = [
-        Placement(rotation_matrix(part.rotation), np.array(part.position)) for part in config.parts
-    ]
+    places = [Placement.of(part.rotation, part.position) for part in config.parts]
     loaded = [read(part.robot) for part in config.parts]
     for note in unused_fields(config, loaded, places):
         log.warning("%s: %s", source, note)
@@ -172,15 +168,6 @@ def check_driven(parts: Sequence[Part], source: str) -> None:
     ):
         if count == 0:
             raise RobotFileError(f"{source}: parts: a robot needs {what}: no part has one")
-
-
-def rotation_matrix(rotation: RotationSettings | None) -> Array:
-    """A rotation (3, 3); None: there is none."""
-    if rotation is None:
-        return np.eye(3)
-    w, x, y, z = rotation.unit_quaternion
-    matrix: Array = Rotation.from_quat([x, y, z, w]).as_matrix()
-    return matrix
 
 
 def common_alarm(sets: Sequence[ContactSet], distance: float, source: str) -> float:

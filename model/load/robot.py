@@ -14,14 +14,15 @@ from typing import Any, TypeVar
 import numpy as np
 
 from tauten.model.actuators import ActuatorSet, nodal_curvature
-from tauten.model.load.actuators import build_actuators, place_points
+from tauten.model.load.actuators import build_actuators
 from tauten.model.load.beams import build_beam_robot, of_beams_alone, touched_triangles
-from tauten.model.load.bodies import Bodies, Shape, build_bodies, contents_of, read_bodies
+from tauten.model.load.bodies import Bodies, Shape, build_bodies, digests_of, read_bodies
 from tauten.model.load.constraints import build_constraints, constrained
 from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
 from tauten.model.load.held import loose_nodes
 from tauten.model.load.parts import LoadedPart, body_surface, build_parts
+from tauten.model.load.places import MeshPlaces
 from tauten.model.numerics import Bools, Ints, make_factorisation
 from tauten.model.parts import PartsBody
 from tauten.model.points import MeanPoints, NodePoints, points_at
@@ -35,10 +36,8 @@ from tauten.model.schema import (
     RobotFileError,
     Section,
     SectionSettings,
-    digests_of_fewer,
     model_tables,
     read_toml,
-    robot_digest,
     validated,
 )
 from tauten.model.signals import actuators_of, limits_of
@@ -318,13 +317,10 @@ def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, sourc
     body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
     constraints = build_constraints(config, bodies)
     loose = loose_nodes(config, bodies, constraints)
-    folder = Path(source).parent
-    digest = robot_digest(config, contents_of(config, shapes), folder)
-    fewer = digests_of_fewer(digest, config, folder)
     if of_beams_alone(config):
-        return build_beam_robot(config, bodies, digest, fewer, source)
-    place = partial(place_points, bodies, config.extrapolate_from)
-    parts = build_actuators(config, body, selector, place)
+        return build_beam_robot(config, shapes, bodies, source)
+    places = MeshPlaces(bodies, config.extrapolate_from)
+    parts = build_actuators(config, body, selector, places)
     pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
     contacts = build_contacts(config, bodies.touching)
     mass = body.mass[~fixed]  # (n / 3,)
@@ -344,6 +340,7 @@ def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, sourc
         viscosity=viscosity,
     )
     scheme = replace(integration_of(config), viscous=viscosity is not None)
+    digest, fewer = digests_of(config, shapes, source)
     actuators = parts.placed(body.mesh.nodes, pattern.dof, pattern.n)
     return Robot(
         names=names_of(config),
@@ -351,7 +348,7 @@ def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, sourc
         tolerance=config.contact.tolerance,
         actuators=actuators_of(config),
         limits=limits_of(config, source),
-        effectors=build_nodal_effectors(config.effectors, bodies, place, pattern.dof, pattern.n),
+        effectors=build_nodal_effectors(config.effectors, bodies, places, pattern.dof, pattern.n),
         contacts=contacts,
         vertices=points_at(np.arange(len(body.mesh.nodes))),
         body=(

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
+from tauten.model.schema import RotationSettings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,6 +24,14 @@ class Placement:
 
     Q: Array
     position: Array
+
+    @classmethod
+    def of(cls, rotation: RotationSettings | None, position: Sequence[float]) -> Placement:
+        """The placement of the fields of a robot file."""
+        if rotation is None:
+            return cls(np.eye(3), np.array(position))
+        w, x, y, z = rotation.unit_quaternion
+        return cls(Rotation.from_quat([x, y, z, w]).as_matrix(), np.array(position))
 
     @property
     def elsewhere(self) -> Placement | None:
@@ -36,6 +47,10 @@ class Placement:
         """Vectors (…, 3) in the robot's frame of vectors in the part's."""
         turned: Array = v @ self.Q.T
         return turned
+
+    def points_in_part(self, x: Array) -> Array:
+        """Positions (…, 3) in the part's frame of positions in the robot's [m]."""
+        return self.into_part(x - self.position)
 
     def into_part(self, v: Array) -> Array:
         """Vectors (…, 3) in the part's frame of vectors in the robot's."""

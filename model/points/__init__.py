@@ -10,13 +10,7 @@ from tauten.model.points.attached_points import (
     no_attached_points,
 )
 from tauten.model.points.beam_cables import add_beam_cable_stiffness, add_lever_stiffness
-from tauten.model.points.cable import (
-    Cable,
-    add_cable_stiffness,
-    make_cables,
-    segment_nodes,
-    segment_weights,
-)
+from tauten.model.points.cable import add_cable_stiffness, segment_nodes, segment_weights
 from tauten.model.points.entries import (
     Entries,
     Motion,
@@ -25,11 +19,12 @@ from tauten.model.points.entries import (
     mapped_rows,
     sparse_units,
 )
-from tauten.model.points.material_points import MaterialPoints, attach
+from tauten.model.points.material_points import attach
 from tauten.model.points.nodes import (
     MeanPoints,
     NodeMotion,
     NodePoints,
+    combinations,
     mean_points,
     points_at,
 )
@@ -38,9 +33,7 @@ from tauten.model.points.paths import Paths, Segments, blunted, make_paths, path
 
 __all__ = [
     "AttachedPoints",
-    "Cable",
     "Entries",
-    "MaterialPoints",
     "MeanPoints",
     "Motion",
     "NodeMotion",
@@ -58,9 +51,9 @@ __all__ = [
     "attach_between",
     "attach_to_nodes",
     "blunted",
+    "combinations",
     "dense_units",
     "join_attached_points",
-    "make_cables",
     "make_paths",
     "mapped_rows",
     "mean_points",

@@ -7,47 +7,11 @@ pushes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tauten.model.numerics import Array, Ints, kernel
-from tauten.model.points.material_points import MaterialPoints
 from tauten.model.points.nodes import NodePoints
-from tauten.model.points.paths import Paths, Segments, blunted, make_paths
-
-
-@dataclass(frozen=True, slots=True)
-class Cable:
-    """A cable through material points, the last one its end.
-
-    Attributes:
-        name: in messages.
-        points: material points it slides through, in order.
-        pull_point: (3,) fixed point it is pulled from [m]; None: pulled from its first point.
-    """
-
-    name: str
-    points: MaterialPoints
-    pull_point: Array | None
-
-
-def make_cables(cables: list[Cable], x0: Array) -> tuple[Paths, NodePoints]:
-    """Paths of the cables and their stations, rest lengths measured at node positions x0 (n_nodes, 3)."""
-    none = np.zeros((0, 4), dtype=np.int64)
-    nodes, weights, fixed, counts = [none], [np.zeros((0, 4))], [np.zeros((0, 3))], []
-    for cable in cables:
-        own = cable.points
-        if cable.pull_point is not None:
-            nodes.append(own.nodes[:1])
-            weights.append(np.zeros((1, 4)))
-            fixed.append(np.asarray(cable.pull_point, dtype=float)[None])
-        nodes.append(own.nodes)
-        weights.append(own.weights)
-        fixed.append(np.zeros((len(own), 3)))
-        counts.append(len(own) + (cable.pull_point is not None))
-    stations = NodePoints(np.concatenate(nodes), np.concatenate(weights), np.concatenate(fixed))
-    return make_paths(counts, stations.at(x0)), stations
+from tauten.model.points.paths import Paths, Segments, blunted
 
 
 def segment_nodes(paths: Paths, stations: NodePoints) -> Ints:

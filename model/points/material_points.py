@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array
+from tauten.model.points.nodes import NodePoints, combinations
 from tauten.model.schema import Extrapolation
 
 OVERLAP = 1e-6  # weight; a point with smaller ones may lie in two elements by rounding
@@ -16,34 +15,13 @@ OUTSIDE = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class MaterialPoints:
-    """Material points, each a fixed combination of nodes.
-
-    Attributes:
-        nodes: (p, 4) node ids.
-        weights: (p, 4) barycentric weights, rows sum to one.
-    """
-
-    nodes: Ints
-    weights: Array
-
-    def __len__(self) -> int:
-        return len(self.nodes)
-
-    def positions(self, x: Array) -> Array:
-        """Positions of the points for node positions x (n_nodes, 3) [m]: (p, 3) [m]."""
-        positions: Array = np.einsum("pa,pai->pi", self.weights, x[self.nodes])
-        return positions
-
-
 def attach(
     mesh: TetMesh,
     points: Array,
     what: str,
     max_outside: float = 0.0,
     extrapolate_from: Extrapolation = "face",
-) -> MaterialPoints:
+) -> NodePoints:
     """Attach rest positions to the elements that contain them.
 
     Where elements overlap, a point belongs to the one in which its smallest weight is largest, as in SOFA.
@@ -84,6 +62,6 @@ def attach(
             e = int(np.linalg.norm(centres - point, axis=1).argmin())
         nodes.append(mesh.tets[e])
         weights.append(w[e])
-    return MaterialPoints(
+    return combinations(
         np.array(nodes, dtype=np.int64).reshape(-1, 4), np.array(weights).reshape(-1, 4)
     )

@@ -86,10 +86,14 @@ class NodePoints:
         return PlacedOnNodes(self.at(motion.x), self, motion)
 
 
+def combinations(nodes: Ints, weights: Array) -> NodePoints:
+    """Points that move with nodes (p, k) of weights (p, k), rows of which sum to one."""
+    return NodePoints(nodes, weights, np.zeros((len(nodes), 3)))
+
+
 def points_at(nodes: Ints) -> NodePoints:
     """Nodes (p,) themselves."""
-    count = len(nodes)
-    return NodePoints(nodes[:, None], np.ones((count, 1)), np.zeros((count, 3)))
+    return combinations(nodes[:, None], np.ones((len(nodes), 1)))
 
 
 @dataclass(frozen=True, slots=True)

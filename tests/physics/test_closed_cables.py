@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.model.points import Cable, MaterialPoints, make_cables
+from tauten.model.points import combinations, make_paths
 from tauten.model.points.cable import add_cable_stiffness
 from tauten.model.points.paths import SHORTEST, blunted, path_lengths
 
@@ -63,9 +63,9 @@ def test_longer_segments_keep_their_length() -> None:
 def test_cables_of_small_robots_are_as_straight_as_those_of_large_ones(size: float) -> None:
     """Segments of 10 mm and of 0.1 mm lengthen by what their ends move, by up to a half."""
     corners = size * 0.01 * np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [2, 1, 1]])
-    points = MaterialPoints(np.arange(16).reshape(4, 4), np.tile([1.0, 0.0, 0.0, 0.0], (4, 1)))
+    points = combinations(np.arange(16).reshape(4, 4), np.tile([1.0, 0.0, 0.0, 0.0], (4, 1)))
     x = np.repeat(corners, 4, axis=0)
-    paths, _ = make_cables([Cable("", points, None)], x)
+    paths = make_paths([len(points)], points.at(x))
     for stretch in (0.55, 1.0, 1.4):
         length, shorter = path_lengths(stretch * corners, paths.starts, paths.shortest)
         assert length[0] == pytest.approx(stretch * size * 0.01 * (2.0 + 2.0**0.5), rel=1e-12)

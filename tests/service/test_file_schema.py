@@ -14,12 +14,7 @@ import pytest
 from support.processes import ROBOT, run_main
 
 from tauten.model.schema import Section
-from tauten.service.file_schema import (
-    BeamRobotFile,
-    PartsRobotFile,
-    RobotFile,
-    robot_file_schema,
-)
+from tauten.service.file_schema import PartsRobotFile, RobotFile, robot_file_schema
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = [*(ROOT / "model" / "robots").glob("**/*.toml"), *(ROOT / "tests").glob("**/*.toml")]
@@ -98,7 +93,7 @@ def numbers(tree: Any, way: Sequence[str | int] = ()) -> Iterator[tuple[str | in
         (RobotFile, "model/robots/pneumatic_finger.toml"),
         (RobotFile, "examples/tentacle.toml"),
         (RobotFile, "examples/fork.toml"),
-        (BeamRobotFile, "model/robots/manipulator.toml"),
+        (RobotFile, "model/robots/manipulator.toml"),
         (PartsRobotFile, "examples/lift.toml"),
     ],
 )

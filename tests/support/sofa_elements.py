@@ -9,11 +9,11 @@ from typing import Any, TypeAlias
 import numpy as np
 import pytest
 
-from tauten.model.load import actuators
+from tauten.model.load import places as load_places
 from tauten.model.materials import NO_TANGENT
 from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array, Ints
-from tauten.model.points import MaterialPoints
+from tauten.model.points import NodePoints, combinations
 from tauten.model.tetra.corotational import assemble_corotational
 
 MM = 1e-3
@@ -81,14 +81,14 @@ def points_as_in_sofa(model: Any, *names: str) -> Iterator[None]:
 
     def attach(
         mesh: TetMesh, points: Array, what: str, max_outside: float, extrapolate_from: str
-    ) -> MaterialPoints:
+    ) -> NodePoints:
         apart = np.linalg.norm(places[:, None] - np.asarray(points)[None], axis=2)
         chosen = apart.argmin(axis=0)
         assert apart.min(axis=0).max() < 1e-9, what
-        return MaterialPoints(tets[chosen].astype(np.int64), weights[chosen])
+        return combinations(tets[chosen].astype(np.int64), weights[chosen])
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(actuators, "attach", attach)
+        patch.setattr(load_places, "attach", attach)
         yield
 
 

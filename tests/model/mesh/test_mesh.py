@@ -186,7 +186,7 @@ def test_attached_points_are_where_they_were_put() -> None:
     mesh = box_mesh((0.1, 0.1, 0.1), (3, 2, 2))
     wanted = np.random.default_rng(0).uniform(0.0, 0.1, (40, 3))
     points = attach(mesh, wanted, "points")
-    assert np.allclose(points.positions(mesh.nodes), wanted)
+    assert np.allclose(points.at(mesh.nodes), wanted)
     assert points.weights.min() > -1e-9
 
 
@@ -196,4 +196,4 @@ def test_points_outside_are_refused_or_extrapolated() -> None:
     with pytest.raises(ValueError, match=r"point 0 at .* lies at least 0.0014 m outside the mesh"):
         attach(mesh, outside, "points")
     points = attach(mesh, outside, "points", max_outside=0.003)
-    assert np.allclose(points.positions(mesh.nodes), outside)
+    assert np.allclose(points.at(mesh.nodes), outside)

@@ -282,7 +282,8 @@ def test_an_object_without_mass_is_refused(
 
 ARM = """
 name = "arm"
-beams = { file = "tree.json" }
+bodies = [{ name = "arm", beam = { file = "tree.json" } }]
+regions = [{ name = "top", kind = "group", group = "top" }]
 gravity = [0.0, 0.0, 0.0]
 material = { young_modulus = 2e10, poisson_ratio = 0.3, density = 1.0 }
 integration = { scheme = "quasi-static" }

@@ -54,7 +54,8 @@ def build(
         loaded: node that carries the effector.
         changes: other fields of the robot file, and the surfaces of the file of beams.
     """
-    network = {"nodes": nodes.tolist(), "beams": beams, "surfaces": changes.pop("surfaces", [])}
+    surfaces = changes.pop("surfaces", [])
+    network = {"nodes": nodes.tolist(), "beams": beams, "surfaces": surfaces}
     (folder / "beams.json").write_text(json.dumps(network))
     E, nu, density = material
     tip = nodes[loaded].tolist()
@@ -70,6 +71,9 @@ def build(
         ],
         "cables": [cable([nodes[held[0]].tolist(), tip])],
         "effectors": [{"name": "tip", "point": tip}],
+        "regions": [
+            {"name": item["name"], "kind": "group", "group": item["name"]} for item in surfaces
+        ],
     }
     robot = make_robot(contents | changes, folder / "robot.toml", Changes())
     assert isinstance(robot.body, BeamBody)

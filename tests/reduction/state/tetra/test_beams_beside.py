@@ -271,7 +271,11 @@ def test_a_rod_with_a_soft_end_bends_as_a_cantilever() -> None:
     assert simulator.effector[1, 2] == pytest.approx(expected, rel=1e-3)
 
 
-def test_beams_alone_leave_nothing_to_reduce() -> None:
-    robot = joined([rod("rod", LINE, fixed=[node(0.0)])])
+TURNS = {"max_angle": 1.0, "max_torque": 1.0, "max_rate": 1.0}
+
+
+def test_beams_and_drives_leave_nothing_to_reduce() -> None:
+    servo = {"name": "servo", "region": node(0.0), "axis": [1.0, 0.0, 0.0]}
+    robot = joined([rod("rod", LINE)], drives=[{**servo, "through": [0.0, 0.0, 0.0], **TURNS}])
     with pytest.raises(StateBasisError, match="nothing of it can be reduced, as beams and drives"):
         reducible(robot)
