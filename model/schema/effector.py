@@ -36,9 +36,9 @@ class EffectorSettings(Section):
     kind: EffectorKind = Field(
         default="point",
         description="What it is: a point of the body; the frame (position and orientation) of a region or, "
-        "on beams, of the vertebra at `point`; the centre of a region's nodes; the distance between two "
-        "points; the length of a passive cable; the volume of a cavity; a function of points, a number "
-        "in metres.",
+        "of a robot of beams alone, of the node at `point`; the centre of a region's nodes; the distance "
+        "between two points; the length of a passive cable; the volume of a cavity; a function of points, a "
+        "number in metres.",
     )
     point: Point | None = Field(
         default=None,

@@ -20,13 +20,13 @@ class RegionParts:
     Attributes:
         name: its name, or the field it stands in.
         nodes: (k, 3) positions of its nodes at rest [m].
-        triangles: (t, 3) its boundary triangles, as node ids.
+        triangles: (t, 3, 3) corners of its boundary triangles at rest [m].
         n_tets: its tetrahedra.
     """
 
     name: str
     nodes: Array
-    triangles: Ints
+    triangles: Array
     n_tets: int
 
     @property
@@ -63,7 +63,7 @@ def region_parts(config: RobotConfig, bodies: Bodies) -> Iterator[RegionParts]:
         yield RegionParts(
             name,
             bodies.selector.nodes[chosen(bodies.selector.select_nodes, selection)],
-            touching.boundary[chosen(touching.select_triangles, selection)],
+            touching.nodes[touching.boundary[chosen(touching.select_triangles, selection)]],
             len(chosen(bodies.selector.select_tets, selection)),
         )
 

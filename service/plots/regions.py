@@ -31,9 +31,10 @@ def draw_regions(robot: Robot, parts: tuple[RegionParts, ...], path: str | Path)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     nodes, triangles = robot.points(robot.rest()), robot.triangles
     for axes, part in zip(panels, parts, strict=False):
-        view = corner_view(nodes, part)
+        view, count = corner_view(part), len(part.triangles)
         draw_body(axes, nodes @ view, triangles, FRONT, alpha=0.25)
-        draw_body(axes, nodes @ view, part.triangles, FRONT, colour=COLOUR)
+        corners = part.triangles.reshape(-1, 3) @ view
+        draw_body(axes, corners, np.arange(3 * count).reshape(-1, 3), FRONT, colour=COLOUR)
         shown = 1e3 * part.nodes @ view
         axes.plot(shown[:, 0], shown[:, 1], ".", color="black", ms=2.0)
         frame(axes, nodes @ view, FRONT)
@@ -44,14 +45,13 @@ def draw_regions(robot: Robot, parts: tuple[RegionParts, ...], path: str | Path)
     figure.savefig(path, dpi=150)
 
 
-def corner_view(nodes: Array, part: RegionParts) -> Array:
+def corner_view(part: RegionParts) -> Array:
     """Axes to the right, upwards and towards the eye, seen from the best of eight corners: columns (3, 3).
 
     Args:
-        nodes: (n_nodes, 3) of the body [m].
         part: the region, whose triangles are to face the eye.
     """
-    corners = nodes[part.triangles]  # (t, 3, 3)
+    corners = part.triangles  # (t, 3, 3)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # (t, 3)
     eyes = np.array([[x, y, z] for z in (0.6, -0.6) for y in (-1.0, 1.0) for x in (0.6, -0.6)])
     eyes /= np.linalg.norm(eyes, axis=1, keepdims=True)
