@@ -29,10 +29,18 @@ _LAST = 1.0  # s for which the last frame remains
 _INCH = 100.0  # pixels
 _LINE = 22.0  # pixels of a row of the legend
 _COLUMN = 320.0  # pixels of a column of it
+_STYLE = (
+    "<style>.about{position:fixed;left:12px;top:12px;max-width:20em;padding:8px 0;border-radius:4px;"
+    "background:rgba(255,255,255,0.85);color:#222;font:14px sans-serif;pointer-events:none}"
+    "@media (prefers-color-scheme:dark){.about{background:rgba(40,40,40,0.85);color:#ddd}}</style>"
+)
+# after viser's own configuration, which is light or dark whatever the browser prefers
+_COLOURS = (
+    "<script>window.__VISER_EMBED_CONFIG__.darkMode="
+    'matchMedia("(prefers-color-scheme: dark)").matches</script>'
+)
 _BOX = (
-    '<div style="position:fixed;left:12px;top:12px;max-width:20em;padding:8px 0;border-radius:4px;'
-    'background:rgba(255,255,255,0.85);color:#222;font:14px sans-serif;pointer-events:none">'
-    '<b style="margin:0 12px">{name}</b>{legend}'
+    '<div class="about"><b style="margin:0 12px">{name}</b>{legend}'
     '<div style="margin:3px 12px;font-size:12px">{scale}</div></div>'
 )
 
@@ -55,7 +63,7 @@ def write_html(look: RobotLook, frames: Iterable[ViewFrame], file: Path) -> int:
 
 
 def film(look: RobotLook, frames: Iterable[ViewFrame]) -> tuple[str, int]:
-    """Frames as an HTML page that plays by itself, and how many they are.
+    """Frames as an HTML page that plays by itself, light or dark as its browser prefers; and their number.
 
     Args:
         look: of the robot.
@@ -82,12 +90,16 @@ def film(look: RobotLook, frames: Iterable[ViewFrame]) -> tuple[str, int]:
     box = _BOX.format(
         name=html.escape(look.robot.name), legend=legend_html(look), scale=scale_text(look)
     )
-    head, end, tail = page.rpartition("</body>")
+    head, end, tail = page.replace("</head>", f"{_STYLE}{_COLOURS}</head>", 1).rpartition("</body>")
     return f"{head}{box}{end}{tail}", count
 
 
 def picture(
-    image: NDArray[np.uint8], look: RobotLook, time: float, strain: float | None = None
+    image: NDArray[np.uint8],
+    look: RobotLook,
+    time: float,
+    strain: float | None = None,
+    operated: bool = False,
 ) -> bytes:
     """A PNG of what a browser shows, with the legend below it.
 
@@ -96,9 +108,10 @@ def picture(
         look: of the robot.
         time: of the robot [s].
         strain: at the end of its colours; None: the skin does not have them.
+        operated: whether the robot can be operated, and has waypoints.
     """
     height, width = image.shape[:2]
-    rows = legend_rows(look)
+    rows = legend_rows(look, operated=operated)
     if strain is not None:
         rows.insert(0, (STRAINS, f"strain of the skin: 0 to {100.0 * strain:g} %"))
     columns = max(int(width / _COLUMN), 1)

@@ -34,6 +34,7 @@ class SaveButtons:
         guard: Guard,
         frames: Callable[[], list[ViewFrame]],
         viewing: Viewing,
+        operated: bool,
     ) -> None:
         """Add them.
 
@@ -43,7 +44,9 @@ class SaveButtons:
             guard: lets a picture through that was asked for.
             frames: the last `FILM` seconds before the frame that is shown, which is the last of them.
             viewing: how one looks at the robot.
+            operated: whether the robot can be operated.
         """
+        self._operated = operated
         self._look, self._guard, self._frames = look, guard, frames
         self._viewing = viewing
         self._busy = threading.Lock()
@@ -83,4 +86,4 @@ class SaveButtons:
         )
         with self._guard.picture(height, width):  # it passes this size alone
             image = client.get_render(height, width, transport_format="png", timeout=_PATIENCE)
-        return picture(image, self._look, time, self._viewing.strain)
+        return picture(image, self._look, time, self._viewing.strain, self._operated)

@@ -123,7 +123,7 @@ class ViewPanel:
                 self._ghost = gui.add_checkbox(
                     "show the model", False, hint="The model that decides, beside the robot."
                 )
-            gui.add_html(legend_html(look, reaches))
+            gui.add_html(legend_html(look, reaches, operated=targets is not None))
         with gui.add_folder("Plots"):
             self.charts = Charts(server, look)
         self._slider.on_update(self._on_scrub)

@@ -45,7 +45,9 @@ class PlaybackSession:
         self._panel = ViewPanel(server, recorded.look, targets=None)
         if guard is not None:
             guard.let_all(self._panel.for_all)
-            SaveButtons(server.gui, recorded.look, guard, self._film, self._panel.viewing)
+            SaveButtons(
+                server.gui, recorded.look, guard, self._film, self._panel.viewing, operated=False
+            )
         self._scene = RobotScene(server, recorded.look, draggable=False)
         self._shown = 0.0  # s
         self._drawn: tuple[ViewFrame, tuple[bool, bool]] | None = None  # with forces and strain

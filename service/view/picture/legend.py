@@ -27,12 +27,15 @@ _ROW = (
 _PATCH = '<span style="width:38px;height:10px;border-radius:3px;flex:none;background:{}"></span>{}'
 
 
-def legend_rows(look: RobotLook, reaches: bool = False) -> list[tuple[tuple[Colour, ...], str]]:
+def legend_rows(
+    look: RobotLook, reaches: bool = False, operated: bool = False
+) -> list[tuple[tuple[Colour, ...], str]]:
     """The colours of what a robot has, one or those of a range, and what they mean.
 
     Args:
         look: of the robot.
         reaches: whether the reach of effectors can be shown.
+        operated: whether the robot can be operated: only then are there waypoints.
     """
     kinds = {one.kind for one in look.robot.actuators}
     rows: list[tuple[tuple[Colour, ...], str]] = [((TARGET,), "target"), ((EFFECTOR,), "effector")]
@@ -55,12 +58,14 @@ def legend_rows(look: RobotLook, reaches: bool = False) -> list[tuple[tuple[Colo
     if kinds & {ActuatorKind.DRIVE, ActuatorKind.SLIDE}:
         rows.append(((AXIS,), "axis of a drive, its angle or travel"))
     surface = look.robot.surface
+    # a simulated robot has contact, whatever the model beside it that decides
+    touches = bool(surface.pairs) and (look.ghost is not None or look.robot.basis.name != "none")
     rows += [
         ((colour,), text)
         for colour, text, shown in (
-            (CONTACT, "contact force", True),
-            (SLIDES, "contact force that slides", any(surface.friction)),
-            (WAYPOINT, "waypoint", True),
+            (CONTACT, "contact force", touches),
+            (SLIDES, "contact force that slides", touches and any(surface.friction)),
+            (WAYPOINT, "waypoint", operated),
             (BASE, "base, which is held", len(surface.held) > 0),
             (REACH, "reach of the effector", reaches),
             (OBSTACLE, "obstacle", len(surface.obstacles) > 0),
@@ -72,14 +77,15 @@ def legend_rows(look: RobotLook, reaches: bool = False) -> list[tuple[tuple[Colo
     return rows
 
 
-def legend_html(look: RobotLook, reaches: bool = False) -> str:
+def legend_html(look: RobotLook, reaches: bool = False, operated: bool = False) -> str:
     """The legend of a robot, with what it has.
 
     Args:
         look: of the robot.
         reaches: whether the reach of effectors can be shown.
+        operated: whether the robot can be operated.
     """
-    rows = legend_rows(look, reaches)
+    rows = legend_rows(look, reaches, operated)
     return "".join(_ROW.format(_PATCH.format(_css(colours), text)) for colours, text in rows)
 
 

@@ -50,7 +50,7 @@ def saved(look: RobotLook, *pages: Page) -> list[str]:
     shown: list[ViewFrame] = frames
     with open_server(0, "test") as (server, guard):
         viewing = Viewing(server, look, reaches=False)
-        buttons = SaveButtons(server.gui, look, guard, lambda: shown, viewing)
+        buttons = SaveButtons(server.gui, look, guard, lambda: shown, viewing, operated=True)
         for page in pages:
             event: Any = SimpleNamespace(client=page, target=SimpleNamespace(value="PNG"))
             buttons._save(event)
