@@ -15,7 +15,9 @@ from tauten.service.wire import DescribedActuator
 
 SPAN = 10.0  # s
 _POINTS = 150  # of a line at most
-_HEIGHT = 130  # pixels
+_HEIGHT = 140  # pixels
+# pixels above and to the right of the axes: else the numbers at their ends are cut
+_PADDING = (10, 10, 0, 0)
 _NOISE = 0.02  # of the distance between limits, or of the robot's size: plots are no narrower
 _ROOM = 0.08  # of a range, above and below the values
 _TIGHT = 0.3  # of a range, which is made smaller where the values need less
@@ -152,6 +154,7 @@ def _plot(server: viser.ViserServer, title: str, names: list[str]) -> viser.GuiU
         cursor=uplot.Cursor(sync={"key": "time"}),
         legend=uplot.Legend(show=len(names) <= 3),
         height=_HEIGHT,
+        padding=_PADDING,
     )
 
 
