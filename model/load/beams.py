@@ -13,9 +13,7 @@ import numpy as np
 
 from tauten.model.actuators import (
     ActuatorSet,
-    Coupling,
     ForceSet,
-    TransmissionSet,
     coupling_of,
     make_chambers,
     make_forces,
@@ -81,7 +79,17 @@ def build_beam_robot(
     forces, pushed = build_beam_forces(config, places)
     effectors = build_beam_effectors(config.effectors, places)
     moved = build_transmissions(config.transmissions, places)
-    actuators = beam_actuators(paths, stations, forces, pushed, coupling_of(config), moved)
+    actuators = ActuatorSet(
+        paths=paths,
+        stations=stations,
+        chambers=make_chambers([], np.zeros((0, 3))),
+        walls=no_attached_points(),
+        forces=forces,
+        pushed=pushed,
+        drives=no_drives(),
+        coupling=coupling_of(config),
+        transmissions=moved,
+    )
     surfaces = beam_surfaces(bodies, beams)
     triangles = {
         name: touched_triangles(bodies, found)
@@ -137,37 +145,6 @@ def levers_of(actuators: ActuatorSet[AttachedPoints]) -> Ints:
     moved = actuators.transmissions
     parts = [actuators.pushed] if moved is None else [actuators.pushed, moved.points]
     return np.concatenate([part.nodes[:, :1] for part in parts])
-
-
-def beam_actuators(
-    paths: Paths,
-    stations: AttachedPoints,
-    forces: ForceSet,
-    pushed: AttachedPoints,
-    coupling: Coupling | None,
-    transmissions: TransmissionSet[AttachedPoints] | None,
-) -> ActuatorSet[AttachedPoints]:
-    """Cables, forces and their couplings.
-
-    Args:
-        paths: of the cables.
-        stations: points that they pass.
-        forces: of fixed direction.
-        pushed: the point that each of them acts on.
-        coupling: of all of these.
-        transmissions: functions of points; None: there are none.
-    """
-    return ActuatorSet(
-        paths=paths,
-        stations=stations,
-        chambers=make_chambers([], np.zeros((0, 3))),
-        walls=no_attached_points(),
-        forces=forces,
-        pushed=pushed,
-        drives=no_drives(),
-        coupling=coupling,
-        transmissions=transmissions,
-    )
 
 
 def tree_of(body: Beams, fixed: Bools) -> BeamTree | None:

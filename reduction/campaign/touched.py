@@ -96,8 +96,8 @@ def touched_robot(path: Path, surfaces: Sequence[str] | None = None) -> TouchedR
     x = robot.motion(robot.rest()).placed(robot.body.surface_points(ids)).y  # (v, 3)
     places, normals = _places(x, corners.reshape(-1, 3), f"{path}: surfaces {', '.join(names)}")
     radii = robot.size * np.array(RADII)
-    points = [
-        {"name": f"place{i}", "point": place.tolist(), "max_outside": 1e-6 * robot.size}
+    points = [  # those of beams lie beside their nodes
+        {"name": f"place{i}", "point": place.tolist(), "max_outside": robot.size}
         for i, place in enumerate(places)
     ]
     spheres = [

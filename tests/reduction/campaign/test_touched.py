@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.short_arm import write_short_arm
 from support.robots.thumb import write_thumb
 
 from tauten.model import Simulator, load_robot
@@ -61,6 +62,13 @@ def test_surfaces_that_touch_what_is_not_in_the_file(claw: TouchedRobot, tmp_pat
     assert touched_robot(Path("examples/lift.toml")) is None  # a robot of parts
     with pytest.raises(RobotFileError, match="surface 'outside' is not defined, known are"):
         touched_robot(CLAW, ["outside"])
+
+
+def test_places_on_beams_are_on_their_surface(tmp_path: Path) -> None:
+    robot = touched_robot(write_short_arm(tmp_path), ["disc2", "feet2"])
+    assert robot is not None
+    rest = robot.robot.effector(robot.robot.rest())[1:]  # after the tip
+    np.testing.assert_allclose(rest, robot.places, atol=1e-12)
 
 
 def test_the_robot_is_the_same_but_for_contacts(claw: TouchedRobot) -> None:
