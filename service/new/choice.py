@@ -122,7 +122,7 @@ def verdict(
     if not taken.in_time:
         nearer = "" if exact else f" Where the error of the mesh is too large: first {other}."
         return (
-            f"Verdict: control steps of the full model do not fit {LEAST_RATE:g} Hz; those of a reduced "
+            f"Verdict: control steps of the full model do not fit even {LEAST_RATE:g} Hz; those of a reduced "
             f"model do not grow with the mesh. Next: {reduce}.{nearer}"
         )
     if exact and good <= chosen:

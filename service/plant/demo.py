@@ -59,6 +59,7 @@ LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets
 NODE, PLANT = "serve", "plant"  # the commands
 # How much longer than at the start a control step may take. Else a node refuses to start: the next is tried.
 SPARE = (2.0, 4.0, 8.0)
+_KEEPS_UP = 0.9  # share of the periods that a simulated robot goes through
 _GLANCE = 0.03  # s between two looks at what is alive
 _ANSWER = 20.0  # s until a node that is alive must have said how long its control step takes
 
@@ -190,6 +191,7 @@ def run_demo(
     run = read_run(folder / LOG)
     report = make_report(run)
     report.save(folder / REPORT)
+    notes += slow_plant(run)
     if not report.statuses.get(Status.OK.name):
         found = first_decision(warm_controller(setup))
         notes.append(
@@ -293,6 +295,20 @@ def _too_slow(step: float, rate: float, setup: Setup) -> str:
         f"a control step takes {1e3 * step:.0f} ms, the period is {1e3 / own:.0f} ms: the demo runs at "
         f"{rate:g} Hz, its targets move {own / rate:.1f} times slower; {advice}"
     )
+
+
+def slow_plant(run: RecordedRun) -> list[str]:
+    """A sentence where the simulated robot of a run did not keep up with the time that passed."""
+    time = run.plant.time  # (m,) of its periods
+    if len(time) < 2:
+        return []
+    share = (len(time) - 1) / (time[-1] - time[0]) / run.description.rate
+    if share > _KEEPS_UP:
+        return []
+    return [
+        f"the simulated robot went through {100.0 * share:.0f} % of its periods, because this computer is "
+        "busy or slow: it lags behind, and its errors are not those of the model"
+    ]
 
 
 def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop: StopFlag) -> float:

@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,9 +16,9 @@ from support.processes import START, forked, run_main, start
 from support.robots.hanging import hanging_beam
 
 from tauten.service.plant import DemoError, DemoSettings, child, run_demo
-from tauten.service.plant.demo import FIGURE, LOG, REPORT, TARGETS
+from tauten.service.plant.demo import FIGURE, LOG, REPORT, TARGETS, slow_plant
 from tauten.service.process import StopFlag
-from tauten.service.replay import replay
+from tauten.service.replay import Series, read_run, replay
 from tauten.service.view import export_log
 
 
@@ -58,6 +59,15 @@ def test_its_log_replays_exactly(folder: Path) -> None:
     result = replay(folder / LOG, tolerance=1e-9, recorded_paths=True)
     assert result.same, result
     assert result.ticks >= json.loads((folder / REPORT).read_text())["following"] > 20
+
+
+def test_a_simulated_robot_that_does_not_keep_up_is_noted(folder: Path) -> None:
+    run = read_run(folder / LOG)
+    time = run.time[0] + np.arange(40) / run.description.rate
+    values = run.plant.value[:1].repeat(40, axis=0)
+    assert slow_plant(replace(run, plant=Series(time, values))) == []
+    (said,) = slow_plant(replace(run, plant=Series(time[::3], values[::3])))
+    assert "33 % of its periods" in said
 
 
 def test_its_folder_opens_at_a_colleague_s(folder: Path, tmp_path: Path) -> None:
