@@ -38,7 +38,9 @@ def test_it_leaves_log_report_and_targets(folder: Path) -> None:
         assert (folder / name).stat().st_size > 1000
     report = json.loads((folder / REPORT).read_text())
     assert report["robot"] == "beam"
-    assert report["following"] > 20
+    assert (
+        report["following"] > report["rate_hz"]
+    )  # for a second; 20 Hz unless the computer is too busy
     assert report["complete"]
     targets = report["health"]["targets"]  # on a busy machine a target can be too old on arrival
     assert targets["refused"] == targets.get("refused_too_old", "0")
@@ -58,7 +60,8 @@ def test_it_follows_the_whole_path(folder: Path) -> None:
 def test_its_log_replays_exactly(folder: Path) -> None:
     result = replay(folder / LOG, tolerance=1e-9, recorded_paths=True)
     assert result.same, result
-    assert result.ticks >= json.loads((folder / REPORT).read_text())["following"] > 20
+    report = json.loads((folder / REPORT).read_text())
+    assert result.ticks >= report["following"] > report["rate_hz"]
 
 
 def test_a_simulated_robot_that_does_not_keep_up_is_noted(folder: Path) -> None:
