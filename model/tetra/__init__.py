@@ -4,7 +4,7 @@ from tauten.model.tetra.body import BodyParts, body_parts, join_bodies
 from tauten.model.tetra.domains import Domains, linear_domains
 from tauten.model.tetra.elements import lumped_mass
 from tauten.model.tetra.nodal_body import NodalBody
-from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass, shape_functions
+from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass
 from tauten.model.tetra.smoothed import smoothed_domains
 from tauten.model.tetra.solid import Solid, make_solid
 from tauten.model.tetra.tetra_body import TetBody
@@ -26,6 +26,5 @@ __all__ = [
     "make_viscoelasticity",
     "quadratic_domains",
     "quadratic_lumped_mass",
-    "shape_functions",
     "smoothed_domains",
 ]

@@ -16,15 +16,8 @@ POINTS = FAR + (NEAR - FAR) * np.eye(4)
 SHARES = np.array([1.0 / 36.0] * 4 + [4.0 / 27.0] * 6)
 
 
-def shape_functions(L: Array) -> Array:
-    """The ten shape functions at barycentric coordinates L (m, 4): (m, 10)."""
-    corners = L * (2.0 * L - 1.0)
-    middles = 4.0 * L[:, EDGES[:, 0]] * L[:, EDGES[:, 1]]
-    return np.concatenate([corners, middles], axis=1)
-
-
 def shape_derivatives(L: Array) -> Array:
-    """Their derivatives by the barycentric coordinates L (m, 4): (m, 10, 4)."""
+    """Derivatives of the ten shape functions by the barycentric coordinates L (m, 4): (m, 10, 4)."""
     derivatives = np.zeros((len(L), 10, 4))
     for a in range(4):
         derivatives[:, a, a] = 4.0 * L[:, a] - 1.0

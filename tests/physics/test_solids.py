@@ -27,7 +27,6 @@ from tauten.model.numerics import Array
 from tauten.model.tetra import (
     quadratic_domains,
     quadratic_lumped_mass,
-    shape_functions,
     smoothed_domains,
 )
 
@@ -281,14 +280,6 @@ def test_cooks_membrane(kind: Kind, cells: int, tolerance: float) -> None:
 
 
 # --- quadratic meshes ----------------------------------------------------------------------------
-
-
-def test_shape_functions_are_one_at_their_node() -> None:
-    corners = np.eye(4)
-    edges = 0.5 * np.array(
-        [[1, 1, 0, 0], [0, 1, 1, 0], [1, 0, 1, 0], [1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1]]
-    )
-    assert np.allclose(shape_functions(np.concatenate([corners, edges])), np.eye(10), atol=1e-15)
 
 
 def test_quadratic_mass_is_positive_and_complete() -> None:
