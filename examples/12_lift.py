@@ -20,7 +20,7 @@ from tauten.model.numerics import Array
 FILE = Path(__file__).with_name("lift.toml")
 AXIS = np.array([0.0, 0.0, 0.012])  # m, a point of the axis that the palm turns about
 ANGLE = 0.2  # rad, of the way of the target
-BEGIN, TIME, END = 0.04, 0.5, 0.9  # s: when the target begins to move, for how long, and the end
+BEGIN, TIME, END = 0.04, 0.7, 1.1  # s: when the target begins to move, for how long, and the end
 
 
 def goal(time: float, place: Array) -> Array:
