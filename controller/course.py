@@ -17,6 +17,13 @@ Nor does the motion go on of a robot that cannot follow: s decreases to zero whe
 three and four ticks of their motion from their target. Where contacts are in range s = 0: motion that meets
 contact does not go on, and plans that count on it exceed limits or throw what is held.
 
+A plan with s > 0 over a short horizon, of at most two ticks, is linearised at q + h v, where the robot is at
+the end of the tick if nothing changes, as the stages of the model are. Linearised at q, it would count on
+stiffness and efforts of a tick ago; in a body under pressure these change what a tick moves by a tenth, so
+that the tip is late and decisions alternate. Beside it contacts count only where they push, or would if the
+motion went on through the horizon: not the folds of a bellows that are near each other. Plans over longer
+horizons remain linearised at q, with which those of the trunk over ten ticks follow its path better.
+
 The velocity of a mode that actuators move directly is what the last decision made it. With damping b_K, that
 velocity times −s b_K (H − h) / (b_K + H) is added to where such a mode ends, in which H is long against its
 period. The decision corrects that, and so changes the velocity in the next tick by that over h. Where this
@@ -25,12 +32,24 @@ factor were more than one, decisions would alternate: it bounds s.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from tauten.model import EffectorLayout
+from tauten.model import (
+    CondensedStep,
+    ContactSpace,
+    EffectorLayout,
+    Forces,
+    Integration,
+    Robot,
+    State,
+    condense_step,
+)
 from tauten.model.numerics import Array
 
 ENOUGH = 0.5  # of the effectors' motion, that the targets make where all of it goes on
+SHORT = 2  # ticks, of the longest horizon whose plans are linearised where the velocity leads
 LATE = 4.0  # ticks of that motion from the targets, where nothing goes on; a tick less: all of it
 
 
@@ -80,6 +99,24 @@ def share_that_goes_on(
     return following * float(np.clip(along / way, 0.0, most))
 
 
+def meets_contact(step: CondensedStep, forces: Forces, seconds: float, least: float) -> bool:
+    """Whether contacts push, or would where the motion went on; obstacles that move always count.
+
+    Args:
+        step: its state, and the contacts in range, at least one.
+        forces: of the last step.
+        seconds: for which the motion would go on; without end, all contacts in range count.
+        least: gap from which on contacts do not push [m].
+    """
+    contacts = step.rows.contacts
+    if not np.isfinite(seconds) or contacts.found.surface is not None:
+        return True
+    if (forces.beta > 0.0).any() or len(forces.extra) > 0:
+        return True
+    gaps, later = contacts.rows.delta, contacts.rows.after(seconds, step.state.v)
+    return bool((np.minimum(gaps, later) <= least).any())
+
+
 def largest_share(h: float, horizon: float, stiffness_damping: float) -> float:
     """The share s with which decisions do not alternate, at most 1.
 
@@ -90,3 +127,32 @@ def largest_share(h: float, horizon: float, stiffness_damping: float) -> float:
     """
     factor = stiffness_damping * (horizon - h)
     return min(1.0, h * (stiffness_damping + horizon) / factor) if factor > 0.0 else 1.0
+
+
+def moving_on(
+    ahead: Robot,
+    space: ContactSpace,
+    step: CondensedStep,
+    forces: Forces,
+    scheme: Integration,
+    share: float,
+) -> CondensedStep:
+    """The step over a short horizon of a robot whose motion goes on.
+
+    Linearised where the velocity alone leads within the tick, as the stages of the model are: elements and
+    efforts there differ from those here by as much as a tick changes them.
+
+    Args:
+        ahead: the robot, with the workspace of this step.
+        space: basis of the contact forces.
+        step: of one tick.
+        forces: of the last step.
+        scheme: over the horizon.
+        share: of the velocity, that goes on.
+    """
+    h, v = step.system.h, step.state.v
+    led = ahead.advance(step.state, v, h)
+    there = State(led.q, v, step.state.memory)
+    made = share + (1.0 - share) * h / scheme.h  # of the way of the velocity over the horizon
+    slid = made * scheme.h * v
+    return condense_step(ahead, space, there, forces, True, True, replace(scheme, ahead=made), slid)

@@ -28,7 +28,13 @@ from tauten.controller.carried import (
     objective_of,
 )
 from tauten.controller.certificates import hold_certificate
-from tauten.controller.course import largest_share, share_that_goes_on
+from tauten.controller.course import (
+    SHORT,
+    largest_share,
+    meets_contact,
+    moving_on,
+    share_that_goes_on,
+)
 from tauten.controller.locks import ahead_of_locks
 from tauten.controller.plan import Aim, Plan, Prepared, make_plan, prepared_plans
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
@@ -183,15 +189,20 @@ def prepare(
         scheme, rows = horizon.integration, step.rows.effectors
         moved = robot.h * (step.compliance.H[step.layout.effectors] @ state.v)  # (n_e,)
         most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness)
-        share = 0.0
-        if course is not None and len(step.rows.contacts.rows) == 0:
+        share, short = 0.0, horizon.ticks <= SHORT
+        beside = scheme.h if short else np.inf
+        apart = len(step.rows.contacts.rows) == 0  # asked first: most robots have none in range
+        apart = apart or not meets_contact(step, forces, beside, robot.tolerance)
+        if course is not None and apart:
             layout = robot.effector_layout
             share = share_that_goes_on(course, layout, rows.values, moved, most)
-        goes_on = share * (1.0 - robot.h / scheme.h)
-        if goes_on > 0.0:
-            scheme = replace(scheme, ahead=goes_on)
-        there = ahead.system(assembled, scheme)
-        farther = recondensed(space, step, there, goes_on)
+        if share > 0.0 and short:
+            farther = moving_on(ahead, space, step, forces, scheme, share)
+        else:
+            goes_on = share * (1.0 - robot.h / scheme.h)
+            if goes_on > 0.0:
+                scheme = replace(scheme, ahead=goes_on)
+            farther = recondensed(space, step, ahead.system(assembled, scheme), goes_on)
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
     keep = Command.of(here, None)
     return prepared_plans(robot, step, farther, forces, keep, enrichment)
@@ -224,7 +235,10 @@ def decide(
         carried: from the decisions before; None: nothing.
     """
     layout, carried = robot.effector_layout, carried or nothing_carried(settings.forces)
-    damping, values = carried.damping.towards(goal, robot.size), prepared.step.rows.effectors.values
+    damping, values = (
+        carried.damping.towards(goal, robot.size),
+        prepared.farther.rows.effectors.values,
+    )
     target = layout.row_targets(values, goal)  # (n_e,)
     aim = Aim(target, layout.scale, layout.exact, damping.gamma, carried.grasp, carried.cut)
     kept = None if locks is None else ahead_of_locks(locks, position)
