@@ -105,13 +105,12 @@ def meets_contact(step: CondensedStep, forces: Forces, seconds: float, least: fl
     Args:
         step: its state, and the contacts in range, at least one.
         forces: of the last step.
-        seconds: for which the motion would go on; without end, all contacts in range count.
+        seconds: for which the motion would go on.
         least: gap from which on contacts do not push [m].
     """
     contacts = step.rows.contacts
-    if not np.isfinite(seconds) or contacts.found.surface is not None:
-        return True
-    if (forces.beta > 0.0).any() or len(forces.extra) > 0:
+    pushing = (forces.beta > 0.0).any() or len(forces.extra) > 0
+    if pushing or contacts.found.surface is not None:
         return True
     gaps, later = contacts.rows.delta, contacts.rows.after(seconds, step.state.v)
     return bool((np.minimum(gaps, later) <= least).any())

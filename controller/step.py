@@ -190,10 +190,10 @@ def prepare(
         moved = robot.h * (step.compliance.H[step.layout.effectors] @ state.v)  # (n_e,)
         most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness)
         share, short = 0.0, horizon.ticks <= SHORT
-        beside = scheme.h if short else np.inf
-        apart = len(step.rows.contacts.rows) == 0  # asked first: most robots have none in range
-        apart = apart or not meets_contact(step, forces, beside, robot.tolerance)
-        if course is not None and apart:
+        meets = len(step.rows.contacts.rows) > 0 and (
+            not short or meets_contact(step, forces, scheme.h, robot.tolerance)
+        )
+        if course is not None and not meets:
             layout = robot.effector_layout
             share = share_that_goes_on(course, layout, rows.values, moved, most)
         if share > 0.0 and short:
