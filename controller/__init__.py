@@ -4,6 +4,7 @@ from tauten.controller.actuation import NO_CERTIFICATE, Actuation
 from tauten.controller.bases import load_contact, part_files
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.controller import Controller
+from tauten.controller.horizon import Horizon
 from tauten.controller.inverse import closed_compliance, energy_scale, inverse_problem
 from tauten.controller.loading import ControllerSetup, Order, controller_setup
 from tauten.controller.locks import LockError
@@ -18,7 +19,7 @@ from tauten.controller.settings import (
     substeps_of,
 )
 from tauten.controller.starting import start_at_rest, target_beside, warm_controller, warm_up
-from tauten.controller.step import Decision, Horizon, decide, hold, prepare
+from tauten.controller.step import Decision, decide, hold, prepare
 
 __all__ = [
     "Actuation",

@@ -178,9 +178,8 @@ def change_of(prepared: Prepared, plan: Plan, scale: Array, root: Array) -> Arra
         root: (n_a,) of `effort_scale`.
     """
     layout, held, planned = prepared.held.step.layout, prepared.held, plan.predicted
-    effectors, actuators = layout.effectors, layout.actuators
-    moved = scale * (planned.delta[effectors] - held.delta[effectors])
-    pulled = root * (planned.lam[actuators] - held.lam[actuators])
+    moved = scale * (planned.delta[layout.effectors] - held.delta[layout.effectors])
+    pulled = root * (planned.effort - held.effort)
     return np.concatenate([moved, pulled])
 
 
@@ -200,7 +199,7 @@ def objective_of(
     layout, held, planned = prepared.held.step.layout, prepared.held, plan.predicted
     effectors, actuators = layout.effectors, layout.actuators
     here, there = held.delta[effectors], planned.delta[effectors]
-    effort, ahead = (root * held.lam[actuators]).tolist(), (root * planned.lam[actuators]).tolist()
+    effort, ahead = (root * held.effort).tolist(), (root * planned.effort).tolist()
     whole = math.dist(planned.delta[actuators].tolist(), held.delta[actuators].tolist())
     lengths = (  # whose squares may be infinite
         math.hypot(*(aim.scale * (here - aim.target)).tolist(), *effort),

@@ -10,13 +10,13 @@ import numpy as np
 
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation, decided_actuation
 from tauten.controller.carried import nothing_carried
-from tauten.controller.course import with_goal
+from tauten.controller.horizon import horizon_of, with_goal
 from tauten.controller.loading import Order
 from tauten.controller.locks import locked, locks_of_step, no_locks, resting, unlocked, with_locks
 from tauten.controller.plan import Prepared
 from tauten.controller.qpcc import Backend, Status, TimeLimit
 from tauten.controller.settings import ControllerSettings, decide_settings
-from tauten.controller.step import Decision, advance, decide, hold, horizon_of, prepare
+from tauten.controller.step import Decision, advance, decide, hold, prepare
 from tauten.model import (
     Command,
     ContactForces,
@@ -113,11 +113,11 @@ class Controller(RobotModel):
         """Start from the equilibrium under the loads with the actuators at rest, also after each `reset`.
 
         Where none is found, the start is rest, and the report says why; see `Simulator.settle_start`.
+        Positions that are held are zero, as commanded, also where a cable is slack.
         """
         simulator = Simulator(self.robot, self.space, self.settings.enrichment)
-        report = simulator.settle_start()
-        # positions that are held are zero as commanded, even where a cable is slack
-        position = np.where(self.robot.actuators.laws.held_by_force, simulator.position, 0.0)
+        report, by_force = simulator.settle_start(), self.robot.actuators.laws.held_by_force
+        position = np.where(by_force, simulator.position, 0.0)
         self._origin, self.settled = (simulator.state, simulator.forces, position), report.converged
         self.reset()
         return report
@@ -225,10 +225,9 @@ class Controller(RobotModel):
         if self._prepared is not None:
             return
         now = self._state, self._forces, self._left.position, self.settings.enrichment
-        ahead, robot = self.horizon, self._robot.later(self._robot.h)
-        ahead = ahead if robot is ahead.robot else replace(ahead, robot=robot)
+        ahead = self.horizon.of(self._robot.later(self._robot.h))
         try:
-            self._prepared = prepare(ahead, self.space, *now, self._course)
+            self._prepared = prepare(ahead, self.space, *now, self._course, self._locks.by_force)
         except FactorisationError:
             self.status = Status.NOT_FINITE
 
@@ -255,8 +254,7 @@ class Controller(RobotModel):
             return self._keep(locks, None)
         settings = self.settings if time is None else replace(self.settings, time=time)
         given = self._robot, self._prepared, goal, self._left.position
-        decision = decide(*given, settings, locks, self._carried)
-        self._last_decision = decision
+        decision = self._last_decision = decide(*given, settings, locks, self._carried)
         if not decision.status.usable or not np.isfinite(decision.predicted.dv).all():
             status = Status.NOT_FINITE if decision.status.usable else decision.status
             return self._hold(status, decision.conflict)
@@ -316,8 +314,7 @@ class Controller(RobotModel):
         Raises:
             LockError: no such actuator, not one of position and force, or a value beyond the limits.
         """
-        self._locks = locked(self.robot, self._locks, actuator, position, force)
-        self._carried = self._carried.undamped()
+        self._relock(locked(self.robot, self._locks, actuator, position, force))
 
     def unlock(self, actuator: str) -> None:
         """Decide a locked actuator again.
@@ -325,8 +322,13 @@ class Controller(RobotModel):
         Raises:
             LockError: no such actuator, or one that is not locked.
         """
-        self._locks = unlocked(self.robot, self._locks, actuator)
-        self._carried = self._carried.undamped()
+        self._relock(unlocked(self.robot, self._locks, actuator))
+
+    def _relock(self, locks: Command) -> None:
+        """Decide with other locks; where others are locked at an effort, the step is prepared again."""
+        if self._decision is None and (locks.by_force != self._locks.by_force).any():
+            self._prepared = None
+        self._locks, self._carried = locks, self._carried.undamped()
 
     def _step_locks(self) -> Command | None:
         """What locked actuators keep in the prepared step; None: none is locked."""
@@ -360,8 +362,7 @@ class Controller(RobotModel):
             if grasp is not None:
                 self._carried = replace(self._carried, grasp=grasp.after(self.contacts))
             self._course = with_goal(self._course, made.goal, self.horizon.ticks)
-        self._left, self._pending = now, None
-        self._prepared = self._decision = None
+        self._left, self._pending, self._prepared, self._decision = now, None, None, None
 
     def _hold(self, status: Status | None, conflict: tuple[str, ...] = ()) -> Actuation:
         """Hold the actuators, after a decision that failed with this status; None: no decision failed."""

@@ -109,6 +109,42 @@ def including_hold(problem: Qpcc, held: Array) -> Qpcc:
     )
 
 
+def with_efforts_limited(
+    problem: Qpcc, step: CondensedStep, free: Ints, at: Array, limits: Limits, actuators: Actuators
+) -> Qpcc:
+    """The inverse problem with the limits of efforts where a stiffness is added along their actuators.
+
+    The unknown is λ + ρ (δ_a − δ_a,0) there, see `tauten.model.CondensedStep.efforts`: a limit of λ is one of
+    a row.
+
+    Args:
+        problem: from `inverse_problem`.
+        step: of all actuators.
+        free: (n_a,) numbers of those of the problem.
+        at: (n_a,) their positions δ_a where the unknowns are zero [m].
+        limits: of these.
+        actuators: what the limits are called.
+    """
+    if step.rho is None:
+        return problem
+    rho = step.rho[free]
+    (stiff,) = rho.nonzero()
+    shift = rho * (at - step.rows.actuators.delta[free])
+    rows = -rho[stiff, None] * problem.G[stiff]  # (s, n)
+    rows[np.arange(len(stiff)), stiff] += 1.0
+    names, lb, ub = actuators.effort_names, problem.lb.copy(), problem.ub.copy()
+    lb[stiff], ub[stiff] = -np.inf, np.inf
+    return replace(
+        problem,
+        lb=lb,
+        ub=ub,
+        G=np.concatenate([problem.G, rows]),
+        g_lo=np.concatenate([problem.g_lo, (limits.effort_min + shift)[stiff]]),
+        g_hi=np.concatenate([problem.g_hi, (limits.effort_max + shift)[stiff]]),
+        row_names=(*problem.row_names, *[(names[i], names[i]) for i in stiff.tolist()]),
+    )
+
+
 def with_force_limits(
     problem: Qpcc, grasp: Grasp | None, step: CondensedStep, held: PredictedStep
 ) -> Qpcc:

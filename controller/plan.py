@@ -21,6 +21,7 @@ from tauten.controller.inverse import (
     including_hold,
     inverse_problem,
     weighted_rows,
+    with_efforts_limited,
     with_force_limits,
 )
 from tauten.controller.locks import LockedStep
@@ -271,9 +272,11 @@ def _plan_from(
             travelled, stay = position[free], kept[free]
             start = reduced.start(effort, pushing)
         W, delta_free = weighted_rows(rows.W, rows.delta_free, aim.scale)
+        at = delta_free[places.actuators]
         problem = inverse_problem(W, delta_free, target, travelled, limits, h, weight, actuators)
         problem = held_back(problem, W, places, share * weight, start.lam_a)
-        problem = including_hold(problem, stay - delta_free[places.actuators])
+        problem = including_hold(problem, stay - at)
+        problem = with_efforts_limited(problem, loop.step, free, at, limits, actuators)
         if reduced is not None:
             problem = reduced.bounded(problem, robot.limits, robot.actuators)
         elastic = not aim.equations.any()

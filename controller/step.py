@@ -28,13 +28,7 @@ from tauten.controller.carried import (
     objective_of,
 )
 from tauten.controller.certificates import hold_certificate
-from tauten.controller.course import (
-    SHORT,
-    largest_share,
-    meets_contact,
-    moving_on,
-    share_that_goes_on,
-)
+from tauten.controller.horizon import Horizon, held_taut, step_ahead
 from tauten.controller.locks import ahead_of_locks
 from tauten.controller.plan import Aim, Plan, Prepared, make_plan, prepared_plans
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
@@ -53,51 +47,16 @@ from tauten.model import (
     ContactSpace,
     Enrichment,
     Forces,
-    Integration,
     PredictedStep,
     Robot,
     State,
     condensed,
     one_blas_thread,
-    recondensed,
     travel,
 )
 from tauten.model.numerics import Array, Bools
 
 FARTHEST = 0.25  # of the robot's size, in a tick; a model that is faster has diverged
-
-
-@dataclass(frozen=True, slots=True)
-class Horizon:
-    """A robot, and how far its decisions look ahead.
-
-    Attributes:
-        robot: steps of one tick.
-        ahead: the same robot with a workspace for the step over the horizon; None: the horizon is one tick.
-        integration: of that step.
-        ticks: its length; 0: one tick, for which there is no step of its own.
-    """
-
-    robot: Robot
-    ahead: Robot | None
-    integration: Integration
-    ticks: int = 0
-
-
-def horizon_of(robot: Robot, seconds: float) -> Horizon:
-    """The horizon of a robot's decisions.
-
-    A quasi-static robot has none: where its steps lead does not depend on their length.
-
-    Args:
-        robot: its workspace is used.
-        seconds: of the horizon; at most a time step: decisions look one tick ahead.
-    """
-    scheme = robot.integration
-    if scheme.static or seconds <= robot.h:
-        return Horizon(robot, None, scheme)
-    ahead = replace(scheme, rate=1.0 / seconds)
-    return Horizon(robot, robot.fork(), ahead, round(seconds / robot.h))
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +124,7 @@ def prepare(
     position: Array,
     enrichment: Enrichment,
     course: Array | None = None,
+    forced: Bools | None = None,
 ) -> Prepared:
     """Linearise, detect contacts, condense: all of a step that needs no target but those before.
 
@@ -175,37 +135,28 @@ def prepare(
         forces: of the last step. Its tensions add to the tangent, unit columns that pushed are kept.
         position: (n_a,) positions of the actuators commanded last [m].
         enrichment: whether gaps are checked at all.
-        course: (s, n_v) goals of the last ticks, see `tauten.controller.course`; None: there were none.
+        course: (s, n_v) goals of the last ticks, see `tauten.controller.horizon`; None: there were none.
+        forced: (n_a,) actuators that are locked at an effort; None: none is.
 
     Raises:
         FactorisationError: the state has diverged.
     """
-    robot, ahead = horizon.robot, horizon.ahead
+    robot = horizon.robot
     contacts = space.k > 0 or enrichment.rounds > 0
     assembled = robot.assemble(state, forces.effort)
     system = robot.system(assembled, robot.integration)
-    step = farther = condensed(robot, space, state, forces, system, contacts, effectors=True)
-    if ahead is not None:
-        scheme, rows = horizon.integration, step.rows.effectors
-        moved = robot.h * (step.compliance.H[step.layout.effectors] @ state.v)  # (n_e,)
-        most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness)
-        share, short = 0.0, horizon.ticks <= SHORT
-        meets = len(step.rows.contacts.rows) > 0 and (
-            not short or meets_contact(step, forces, scheme.h, robot.tolerance)
-        )
-        if course is not None and not meets:
-            layout = robot.effector_layout
-            share = share_that_goes_on(course, layout, rows.values, moved, most)
-        if share > 0.0 and short:
-            farther = moving_on(ahead, space, step, forces, scheme, share)
-        else:
-            goes_on = share * (1.0 - robot.h / scheme.h)
-            if goes_on > 0.0:
-                scheme = replace(scheme, ahead=goes_on)
-            farther = recondensed(space, step, ahead.system(assembled, scheme), goes_on)
+    step = condensed(robot, space, state, forces, system, contacts, effectors=True)
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
-    keep = Command.of(here, None)
-    return prepared_plans(robot, step, farther, forces, keep, enrichment)
+    keep, taut = Command.of(here, None), held_taut(robot, forces.effort)
+    if forced is not None:
+        taut &= ~forced
+    while True:
+        farther = step_ahead(horizon, space, assembled, step, forces, course, taut)
+        prepared = prepared_plans(robot, step, farther, forces, keep, enrichment)
+        slack = taut & ~robot.actuators.laws.bilateral & (prepared.held.effort < 0.0)
+        if farther.rho is None or not slack.any():
+            return prepared
+        taut &= ~slack  # cables that hang slack at the end have no stiffness
 
 
 @one_blas_thread()
@@ -249,10 +200,9 @@ def decide(
         none = np.zeros(robot.n_a, np.bool_)
         found = plan.predicted, position, plan.status, plan.certificate, plan.conflict
         return Decision(*found, none, plan, Carried(damping, carried.grasp, plan.cut))
-    actuators = robot.layout.actuators
-    lam_a, delta_a = plan.predicted.lam[actuators], plan.predicted.delta[actuators]
+    planned = Command(plan.predicted.delta[robot.layout.actuators], plan.predicted.effort)
     wanted, reach = first_tick(
-        robot, Command(delta_a, lam_a), position, locks, prepared.forces.effort, damping.share
+        robot, planned, position, locks, prepared.forces.effort, damping.share
     )
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits

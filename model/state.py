@@ -42,6 +42,20 @@ class Assembled:
     state: State
     effort: Array | None
 
+    def augmented(self, H: Array, rho: Array) -> tuple[Assembled, Array]:
+        """The same with ρ_i h_iᵀ h_i added to the tangent for rows h_i, as in augmented Lagrangian methods.
+
+        A body adds what it can: matrices that are dense.
+
+        Args:
+            H: (m, n) rows.
+            rho: (m,) stiffness of each; 0: none.
+
+        Returns:
+            Forces and tangents, and the stiffness (m,) that was added.
+        """
+        return self, np.zeros_like(rho)
+
 
 @dataclass(frozen=True, slots=True)
 class StepStart:

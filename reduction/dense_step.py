@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,12 +28,18 @@ class DenseAssembled(Assembled):
         force: (r,) without actuators and contacts.
         inertia: (r,) centrifugal forces; None: there are none.
         resisting: (r,) D v: what damping is proportional to.
+        added: (r, r) to the tangent; None: nothing.
     """
 
     mass: Array
     force: Array
     inertia: Array | None
     resisting: Array
+    added: Array | None = field(default=None, kw_only=True)
+
+    def augmented(self, H: Array, rho: Array) -> tuple[Assembled, Array]:
+        """The same with ρ_i h_iᵀ h_i added to the tangent, see `Assembled`."""
+        return replace(self, added=(rho * H.T) @ H), rho
 
 
 @kernel
@@ -96,13 +102,15 @@ def implicit_system(
     force = at.force if at.inertia is None else at.force + at.inertia
     forces, v_free = (force, at.resisting), np.empty(n)
     derivative = stiffness(True)
+    added = None if at.added is None else integration.shares[1] * at.added
     for S, exact, share in tried_tangents(integration, derivative, lambda: stiffness(False)):
-        if not implicit_step(scheme, at.mass, forces, S, v, L, v_free):
+        A_K = S if added is None else S + added
+        if not implicit_step(scheme, at.mass, forces, A_K, v, L, v_free):
             continue
         if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way
             v_free += DenseFactors(L).solve((1.0 - scheme.ahead) * (S - derivative) @ v)
         residual = math.sqrt(at.force @ at.force)
-        tangent = S / scheme.h**2 if scheme.static else None
+        tangent = A_K / scheme.h**2 if scheme.static else None
         before = v if scheme.ahead == 0.0 else (1.0 - scheme.ahead) * v
         return System(
             scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent, semidefinite=share

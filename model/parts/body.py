@@ -48,6 +48,17 @@ class PartsAssembled(Assembled):
 
     parts: tuple[Assembled, ...]
 
+    def augmented(self, H: Array, rho: Array) -> tuple[Assembled, Array]:
+        """The same with ρ_i h_iᵀ h_i in tangents, of rows that are those of one part; see `Assembled`."""
+        blocks = [H[:, span] for span in slices([len(part.state.v) for part in self.parts])]
+        of_part = np.array([block.any(axis=1) for block in blocks])  # (p, m)
+        alone, added, parts = of_part.sum(axis=0) == 1, np.zeros_like(rho), []
+        for part, block, own in zip(self.parts, blocks, of_part, strict=True):
+            made, found = part.augmented(block, np.where(own & alone, rho, 0.0))
+            parts.append(made)
+            added += found
+        return dataclasses.replace(self, parts=tuple(parts)), added
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartsBody(Body[PartsPoints]):

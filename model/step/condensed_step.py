@@ -43,6 +43,7 @@ class CondensedStep:
         frictional: whether a contact in range has friction; unit columns then have three rows each.
         slid: (n,) displacement since the start of the step that the system has not, where it was not
             linearised there [m]; None: none. It counts for slip.
+        rho: (n_a,) stiffness ρ along actuators that is added to the tangent, see `efforts`; None: none.
     """
 
     state: State
@@ -55,6 +56,23 @@ class CondensedStep:
     laws: Laws
     frictional: bool
     slid: Array | None = None
+    rho: Array | None = None
+
+    def efforts(self, lam: Array, delta: Array) -> Array:
+        """Efforts (n_a,) of the actuators in a solved step.
+
+        Where a stiffness ρ along an actuator is added to the tangent, the unknown force of its row is
+        λ + ρ (δ_a − δ_a,0), with δ_a,0 at the start of the step: the motion is that of the effort λ.
+
+        Args:
+            lam: (m,) forces on all rows.
+            delta: (m,) values of the rows.
+        """
+        actuators = self.layout.actuators
+        effort: Array = lam[actuators]
+        if self.rho is None:
+            return effort
+        return effort - self.rho * (delta[actuators] - self.rows.actuators.delta)
 
     @property
     def gap_rows(self) -> Ints:
@@ -220,7 +238,11 @@ def condensed(
 
 
 def recondensed(
-    space: ContactSpace, step: CondensedStep, system: System, ahead: float = 0.0
+    space: ContactSpace,
+    step: CondensedStep,
+    system: System,
+    ahead: float = 0.0,
+    rho: Array | None = None,
 ) -> CondensedStep:
     """The same rows at the same state, condensed through another system.
 
@@ -231,6 +253,7 @@ def recondensed(
         step: its rows and contacts are kept; obstacles that move are where they are after the new step.
         system: another scheme's, linearised at the same state.
         ahead: of that scheme.
+        rho: (n_a,) stiffness along actuators in the tangent of the system; None: none.
     """
     rows, reduced, n_e = step.rows, step.reduced, step.layout.n_e
     later = (1.0 - ahead) * system.h - step.system.h  # s
@@ -246,7 +269,7 @@ def recondensed(
         compliance.spring(step.laws.springs, step.layout.actuators)
     return CondensedStep(
         step.state, system, rows, reduced, step.extra, compliance, step.layout, step.laws,
-        step.frictional, slid,
+        step.frictional, slid, rho,
     )  # fmt: skip
 
 

@@ -87,6 +87,8 @@ class PredictedStep:
         step: with the unit columns that joined.
         lam: (m,) forces on all rows of `step.compliance`, zero on the effectors [N].
         delta: (m,) predicted row values δ_free + W λ [m].
+        effort: (n_a,) of the actuators, which is not λ where the tangent is augmented, see
+            `CondensedStep.efforts` [N, Pa].
         dv: (n,) velocity change [m/s].
         deepest_gap: smallest predicted gap of the candidates in range [m], +inf without any.
         within_tolerance: whether no candidate without a unit column is deeper than the tolerance.
@@ -95,6 +97,7 @@ class PredictedStep:
     step: CondensedStep
     lam: Array
     delta: Array
+    effort: Array
     dv: Array
     deepest_gap: float
     within_tolerance: bool
@@ -146,7 +149,8 @@ class EnrichmentLoop:
             worst = worst_rows(contacts, gaps, self._enrichment, step.extra)
         if len(worst) == 0 or self._rounds_left == 0 or not usable:
             delta = step.compliance.delta_free + step.compliance.W @ lam
-            self.prediction = PredictedStep(step, lam, delta, dv, deepest, len(worst) == 0)
+            effort = lam[step.layout.actuators] if step.rho is None else step.efforts(lam, delta)
+            self.prediction = PredictedStep(step, lam, delta, effort, dv, deepest, len(worst) == 0)
             return
         self._rounds_left -= 1
         self.step = step.with_unit_columns(worst)

@@ -1,12 +1,13 @@
-"""How much of a robot's motion goes on in a plan: all of it, where its targets move with the effectors.
+"""How far decisions look ahead: the step over the horizon.
 
 A plan is a step of implicit Euler as long as the horizon H. At its end the effectors are at their target, so
-that the robot has come nearly to a stop there. That is right for a target that stays. A target that moves
-with a velocity u needs forces that keep the robot moving: damping resists, and inertia must not count as a
-help, as it does where a plan stops the robot within the horizon.
+that the robot has come nearly to a stop there.
 
-So a share s of the velocity v goes on. That motion leads by h s v within the tick, after which the effectors
-are to be at the target, and what the plan changes of the velocity acts over the horizon:
+**Motion that goes on.** That is right for a target that stays. A target that moves with a velocity u needs
+forces that keep the robot moving: damping resists, and inertia must not count as a help, as it does where a
+plan stops the robot within the horizon. So a share s of the velocity v goes on. That motion leads by h s v
+within the tick, after which the effectors are to be at the target, and what the plan changes of the velocity
+acts over the horizon:
 
     q₁ = q + h s v + H (v₁ − s v),   M (v₁ − v) = H (f(q₁) − C v₁)
 
@@ -28,15 +29,25 @@ The velocity of a mode that actuators move directly is what the last decision ma
 velocity times −s b_K (H − h) / (b_K + H) is added to where such a mode ends, in which H is long against its
 period. The decision corrects that, and so changes the velocity in the next tick by that over h. Where this
 factor were more than one, decisions would alternate: it bounds s.
+
+**Robots that would buckle without their cables.** At efforts that are given, a compressed body may be
+unstable where it is stable at given positions, which is how its actuators hold it. The tangent K that
+eliminates everything but forces is then singular or indefinite over a horizon, where inertia no longer
+outweighs it. So a stiffness ρ_i along each actuator that holds a position is added to it, K + Σ ρ_i h_iᵀ h_i
+with the rows h_i of δ_a, as in augmented Lagrangian methods (Fortin and Glowinski, Augmented Lagrangian
+Methods, 1983). The unknown forces of these rows are λ_i + ρ_i (δ_a − δ_a,0)_i then. Motion, efforts and their
+limits are those of the robot, whatever ρ is; the small energy term of (T1) counts the unknown forces, so that
+of several ways to the target the plan takes one that moves the actuators little.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tauten.model import (
+    Assembled,
     CondensedStep,
     ContactSpace,
     EffectorLayout,
@@ -45,12 +56,116 @@ from tauten.model import (
     Robot,
     State,
     condense_step,
+    recondensed,
 )
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Bools
 
+ADDED = 0.3  # of the stiffness along an actuator in a tick, that is added to the tangent over the horizon
 ENOUGH = 0.5  # of the effectors' motion, that the targets make where all of it goes on
 SHORT = 2  # ticks, of the longest horizon whose plans are linearised where the velocity leads
 LATE = 4.0  # ticks of that motion from the targets, where nothing goes on; a tick less: all of it
+
+
+@dataclass(frozen=True, slots=True)
+class Horizon:
+    """A robot, and how far its decisions look ahead.
+
+    Attributes:
+        robot: steps of one tick.
+        ahead: the same robot with a workspace for the step over the horizon; None: the horizon is one tick.
+        integration: of that step.
+        ticks: its length; 0: one tick, for which there is no step of its own.
+    """
+
+    robot: Robot
+    ahead: Robot | None
+    integration: Integration
+    ticks: int = 0
+
+    def of(self, robot: Robot) -> Horizon:
+        """The same for the robot at another time."""
+        return self if robot is self.robot else replace(self, robot=robot)
+
+
+def horizon_of(robot: Robot, seconds: float) -> Horizon:
+    """The horizon of a robot's decisions.
+
+    A quasi-static robot has none: where its steps lead does not depend on their length.
+
+    Args:
+        robot: its workspace is used.
+        seconds: of the horizon; at most a time step: decisions look one tick ahead.
+    """
+    scheme = robot.integration
+    if scheme.static or seconds <= robot.h:
+        return Horizon(robot, None, scheme)
+    ahead = replace(scheme, rate=1.0 / seconds)
+    return Horizon(robot, robot.fork(), ahead, round(seconds / robot.h))
+
+
+def held_taut(robot: Robot, effort: Array) -> Bools:
+    """Actuators (n_a,) along which a plan may add stiffness: those that hold a position now.
+
+    Args:
+        robot: laws of its actuators.
+        effort: (n_a,) of the last step [N, Pa].
+    """
+    laws = robot.actuators.laws
+    taut: Bools = ~laws.held_by_force & (laws.bilateral | (effort > 0.0))
+    return taut if laws.springs is None else taut & (laws.springs.flexibility == 0.0)
+
+
+def step_ahead(
+    horizon: Horizon,
+    space: ContactSpace,
+    assembled: Assembled,
+    step: CondensedStep,
+    forces: Forces,
+    course: Array | None,
+    taut: Bools,
+) -> CondensedStep:
+    """The step over the horizon, condensed to the rows of the tick; that of the tick where there is none.
+
+    Contacts with friction are solved among efforts, to which no stiffness is added.
+
+    Args:
+        horizon: the robot.
+        space: basis of the contact forces.
+        assembled: forces and tangents at the state where the tick starts.
+        step: of the tick.
+        forces: of the last step.
+        course: (s, n_v) goals of the last ticks, see `with_goal`; None: there were none.
+        taut: (n_a,) actuators along which stiffness may be added to the tangent.
+
+    Raises:
+        FactorisationError: the state has diverged.
+    """
+    robot, ahead, scheme = horizon.robot, horizon.ahead, horizon.integration
+    if ahead is None:
+        return step
+    share, short = 0.0, horizon.ticks <= SHORT
+    meets = len(step.rows.contacts.rows) > 0 and (
+        not short or meets_contact(step, forces, scheme.h, robot.tolerance)
+    )
+    if course is not None and not meets:
+        moved = robot.h * (step.compliance.H[step.layout.effectors] @ step.state.v)  # (n_e,)
+        most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness)
+        values, layout = step.rows.effectors.values, robot.effector_layout
+        share = share_that_goes_on(course, layout, values, moved, most)
+    if share > 0.0 and short:
+        return moving_on(ahead, space, step, forces, scheme, share)
+    goes_on = share * (1.0 - robot.h / scheme.h)
+    if goes_on > 0.0:
+        scheme = replace(scheme, ahead=goes_on)
+    rho = None
+    if taut.any() and not step.frictional:
+        actuators = step.layout.actuators
+        flexibility, stiffness = step.compliance.W.diagonal()[actuators], np.zeros(len(taut))
+        chosen = taut & (flexibility > 0.0)  # m/N, of the tick
+        stiffness[chosen] = ADDED / flexibility[chosen]
+        assembled, added = assembled.augmented(step.compliance.H[actuators], stiffness)
+        rho = added if added.any() else None
+    return recondensed(space, step, ahead.system(assembled, scheme), goes_on, rho)
 
 
 def with_goal(course: Array, goal: Array | None, ticks: int) -> Array:

@@ -9,7 +9,7 @@ import pytest
 from support.robots.bodies import pneumatic_robot
 
 from tauten.controller import Controller
-from tauten.controller.course import (
+from tauten.controller.horizon import (
     largest_share,
     meets_contact,
     share_that_goes_on,
