@@ -31,7 +31,7 @@ from tauten.service.wire import (
     encode_tick,
 )
 
-RUNS = {"finger": (0.95, 4.0), "manipulator": (0.2, 3.0)}  # share of the largest pull, seconds
+RUNS = {"finger": (0.95, 4.0), "manipulator": (0.2, 2.0)}  # share of the largest pull, seconds
 STIFFER = 1.15
 IDLE, HOLD, STOP = 0.05, 0.45, 0.95  # shares of the run at which these begin; HOLD lasts as IDLE
 START = 1_700_000_000 * 10**9  # ns
