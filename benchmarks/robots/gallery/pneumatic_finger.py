@@ -64,7 +64,7 @@ rayleigh_stiffness = 0.02
 [controller]
 rate = 50.0
 basis = "pneumatic_finger"
-horizon = 0.1      # s; the tip follows its volume slowly: a longer one leads targets less evenly
+horizon = 0.04     # s; the tip follows its volume slowly: a longer one leads targets less evenly
 
 [model]
 order = "reduced"

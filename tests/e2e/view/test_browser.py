@@ -238,7 +238,8 @@ def test_a_picture_and_a_film_are_saved(page: Page, shown: Shown) -> None:
     text = Path(download.value.path()).read_text(encoding="utf-8")
     assert download.value.suggested_filename == "beam.html"
     assert "cells of the ground: 10 mm" in text
-    assert "contact force" in text
+    assert "base, which is held" in text, "its legend"
+    assert "contact force" not in text, "nothing touches"
 
 
 def test_the_robot_holds_when_the_page_is_closed(page: Page, shown: Shown) -> None:
