@@ -73,6 +73,7 @@ from tauten.model.system import (
     Integration,
     Scheme,
     System,
+    Tangent,
     make_pattern,
     tried_tangents,
 )
@@ -155,6 +156,7 @@ __all__ = [
     "contact_wrenches",
     "touched_names",
     "obstacles_of",
+    "Tangent",
     "tried_tangents",
     "skin_of",
     "sorted_rows",

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.linalg import eigh
 
-from tauten.model import Assembled, Integration, Scheme, System, tried_tangents
+from tauten.model import Assembled, Integration, Scheme, System, Tangent, tried_tangents
 from tauten.model.numerics import (
     Array,
     DenseFactors,
@@ -17,6 +18,8 @@ from tauten.model.numerics import (
     kernel,
     solve_in_place,
 )
+
+LEAST = 0.1  # of a matrix with the stiffness of the material, that one with an augmented tangent is
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,14 +87,22 @@ def implicit_step(
 
 
 def implicit_system(
-    integration: Integration, at: DenseAssembled, stiffness: Callable[[bool], Array], L: Array
+    integration: Integration,
+    at: DenseAssembled,
+    stiffness: Callable[[bool], Array],
+    material: Callable[[], Array],
+    L: Array,
 ) -> System:
     """The system of one step, with the exact tangent where A is positive definite.
+
+    Where the tangent is augmented, see `Assembled.augmented`, as much of the material's stiffness takes its
+    place as keeps A from becoming singular.
 
     Args:
         integration: scheme and length of the step.
         at: the state where the step starts.
         stiffness: S of `implicit_step` (r, r), with the exact tangent or the semidefinite one.
+        material: the same with the stiffness of the material D for K.
         L: (r, r) memory of the factor.
 
     Raises:
@@ -103,7 +114,12 @@ def implicit_system(
     forces, v_free = (force, at.resisting), np.empty(n)
     derivative = stiffness(True)
     added = None if at.added is None else integration.shares[1] * at.added
-    for S, exact, share in tried_tangents(integration, derivative, lambda: stiffness(False)):
+    if added is None:
+        tried = tried_tangents(integration, derivative, lambda: stiffness(False))
+    else:
+        others = added if scheme.static else (1.0 + scheme.h * scheme.a) * at.mass + added
+        tried = iter([bounded_tangent(derivative, material(), others)])
+    for S, exact, share in tried:
         A_K = S if added is None else S + added
         if not implicit_step(scheme, at.mass, forces, A_K, v, L, v_free):
             continue
@@ -116,3 +132,28 @@ def implicit_system(
             scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent, semidefinite=share
         )
     raise FactorisationError("the reduced model's matrix is not positive definite")
+
+
+def bounded_tangent(exact: Array, material: Array, others: Array) -> Tangent:
+    """As little of the material's stiffness in the tangent as keeps A positive definite, with a margin.
+
+    A of the result is at least `LEAST` of the matrix with the stiffness of the material, in every direction.
+    It follows the state without jumps, as compliances have to from one decision to the next.
+
+    Args:
+        exact: (r, r) S of `implicit_step` with the derivative of the forces.
+        material: (r, r) the same with the stiffness of the material.
+        others: (r, r) what A has besides.
+
+    Raises:
+        FactorisationError: a matrix is not finite, or that with the stiffness of the material is singular.
+    """
+    A, bound = exact + others, material + others
+    if cholesky(A - LEAST * bound, np.zeros_like(A)):
+        return Tangent(exact, True, 0.0)
+    try:
+        (least,) = eigh(A, bound, eigvals_only=True, subset_by_index=[0, 0])
+    except (np.linalg.LinAlgError, ValueError) as error:  # ValueError: not finite
+        raise FactorisationError("the reduced model's matrix is not positive definite") from error
+    share = (LEAST - least) / (1.0 - least)
+    return Tangent((1.0 - share) * exact + share * material, False, share)

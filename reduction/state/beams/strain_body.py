@@ -251,7 +251,10 @@ class StrainBody(ReducedBody[AttachedPoints]):
             K = at.K if exact else self.forces(at.state, effort)[1]
             return of_D * self.stiffness + of_K * K
 
-        return implicit_system(integration, at, stiffness, self.work.L)
+        def material() -> Array:
+            return (of_D + of_K) * self.stiffness
+
+        return implicit_system(integration, at, stiffness, material, self.work.L)
 
     def projected_mass(self, work: BeamWork) -> Array:
         """The mass Jᵀ M J (r, r)."""

@@ -376,8 +376,9 @@ class ModalBody(ReducedBody[ModePoints]):
         """The system of one step, see `Body`."""
         assert isinstance(assembled, SampledAssembled)
         at, tangent = assembled, partial(self.tangent, assembled, integration.shares)
+        material = partial(self.tangent, assembled, (sum(integration.shares), 0.0), True)
         L = self.work.L if at.motion.J is None else np.zeros((self.n, self.n))
-        return implicit_system(integration, at, tangent, L)
+        return implicit_system(integration, at, tangent, material, L)
 
 
 def chart_weight(chart: NodeChart) -> Array:
