@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.linalg import eigh
+from scipy.linalg.lapack import dpotrf
 
 from tauten.model import Assembled, Integration, Scheme, System, Tangent, tried_tangents
 from tauten.model.numerics import (
@@ -149,7 +150,7 @@ def bounded_tangent(exact: Array, material: Array, others: Array) -> Tangent:
         FactorisationError: a matrix is not finite, or that with the stiffness of the material is singular.
     """
     A, bound = exact + others, material + others
-    if cholesky(A - LEAST * bound, np.zeros_like(A)):
+    if dpotrf(A - LEAST * bound)[1] == 0:
         return Tangent(exact, True, 0.0)
     try:
         (least,) = eigh(A, bound, eigvals_only=True, subset_by_index=[0, 0])
