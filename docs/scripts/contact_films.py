@@ -155,17 +155,30 @@ def plate_scene() -> Scene:
     )  # fmt: skip
 
 
+def function_of(
+    names: dict[str, Any], name: str
+) -> Callable[[dict[str, Any]], Iterator[Simulator]]:
+    """A scene's run by a function of its example, called with the robot of the example's file.
+
+    Args:
+        names: the example's names are kept here, for the plots.
+        name: of the function, which gives the simulator after every step.
+    """
+
+    def run(found: dict[str, Any]) -> Iterator[Simulator]:
+        names.update(found)
+        yield from found[name](load_robot(found["FILE"]))
+
+    return run
+
+
 def grasp_scene() -> Scene:
     """The gripper from the side and above."""
     names: dict[str, Any] = {}
 
-    def run(found: dict[str, Any]) -> Iterator[Simulator]:
-        names.update(found)
-        yield from found["carry"](load_robot(found["FILE"]))
-
     return Scene(
         example="08_grasp",
-        run=run,
+        run=function_of(names, "carry"),
         plots=(
             ("height of the cube [mm]", lambda now: MM * names["cube"](now)[:, 2].mean()),
             ("force of the fingers, upwards [N]", lambda now: names["grip"](now)[2]),
@@ -180,13 +193,9 @@ def post_scene() -> Scene:
     """The strip and the post, from the side and above."""
     names: dict[str, Any] = {}
 
-    def run(found: dict[str, Any]) -> Iterator[Simulator]:
-        names.update(found)
-        yield from found["wind"](load_robot(found["FILE"]))
-
     return Scene(
         example="09_post",
-        run=run,
+        run=function_of(names, "wind"),
         plots=(
             ("tension of the cable [N]", lambda now: now.effort[0]),
             ("way of the base [mm]", lambda now: MM * now.position[1]),
@@ -201,13 +210,9 @@ def push_scene() -> Scene:
     """The finger and the block from the side."""
     names: dict[str, Any] = {}
 
-    def run(found: dict[str, Any]) -> Iterator[Simulator]:
-        names.update(found)
-        yield from found["push"](load_robot(found["FILE"]))
-
     return Scene(
         example="11_push",
-        run=run,
+        run=function_of(names, "push"),
         plots=(
             ("way of the block [mm]", lambda now: MM * (now.tip[0] - names["START"])),
             ("tension of the cable [N]", lambda now: now.effort[0]),
@@ -222,13 +227,9 @@ def roll_scene() -> Scene:
     """The pad and the ball from the side."""
     names: dict[str, Any] = {}
 
-    def run(found: dict[str, Any]) -> Iterator[Simulator]:
-        names.update(found)
-        yield from found["roll"](load_robot(found["FILE"]))
-
     return Scene(
         example="14_roll",
-        run=run,
+        run=function_of(names, "roll"),
         plots=(
             ("way of the ball along x [mm]", lambda now: MM * names["moved"](now)[0]),
             ("its turn about y [degrees]", lambda now: float(np.degrees(names["turned"](now)[1]))),
@@ -243,13 +244,9 @@ def lift_scene() -> Scene:
     """The gripper that is told where its cube is to go."""
     names: dict[str, Any] = {}
 
-    def run(found: dict[str, Any]) -> Iterator[Simulator]:
-        names.update(found)
-        yield from found["lift"](load_robot(found["FILE"]))
-
     return Scene(
         example="12_lift",
-        run=run,
+        run=function_of(names, "lift"),
         plots=(
             ("height of the cube [mm]", lambda now: MM * now.tip[2]),
             ("force of the fingers, upwards [N]", lambda now: names["grip"](now)),
