@@ -56,21 +56,30 @@ class Places(NodeSelector, Protocol[P]):
 
 
 @dataclass(frozen=True, slots=True)
-class MeshPlaces:
-    """Places on bodies in which points are combinations of nodes.
+class OnBodies:
+    """What all places on bodies have.
 
     Attributes:
         bodies: the bodies.
-        extrapolate_from: what points outside the mesh are moved by.
     """
 
     bodies: Bodies
-    extrapolate_from: Extrapolation
 
     @property
     def source(self) -> str:
         """The robot file, for errors."""
         return self.bodies.selector.source
+
+
+@dataclass(frozen=True, slots=True)
+class MeshPlaces(OnBodies):
+    """Places on bodies in which points are combinations of nodes.
+
+    Attributes, beside those of `OnBodies`:
+        extrapolate_from: what points outside the mesh are moved by.
+    """
+
+    extrapolate_from: Extrapolation
 
     @property
     def nodes(self) -> Array:
@@ -144,23 +153,16 @@ def tet_of_node(mesh: TetMesh, node: int, point: Array) -> tuple[Ints, Array]:
 
 
 @dataclass(frozen=True, slots=True)
-class BeamPlaces:
+class BeamPlaces(OnBodies):
     """Places on bodies that are all made of beams; points move with one node each.
 
-    Attributes:
-        bodies: the bodies.
+    Attributes, beside those of `OnBodies`:
         beams: the beams as one.
         fixed: (b,) which of their nodes do not move.
     """
 
-    bodies: Bodies
     beams: Beams
     fixed: Bools
-
-    @property
-    def source(self) -> str:
-        """The robot file, for errors."""
-        return self.bodies.selector.source
 
     @property
     def nodes(self) -> Array:
