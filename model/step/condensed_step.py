@@ -59,7 +59,7 @@ class CondensedStep:
     rho: Array | None = None
 
     def efforts(self, lam: Array, delta: Array) -> Array:
-        """Efforts (n_a,) of the actuators in a solved step.
+        """Efforts (n_a,) of the actuators in a solved step with stiffness along actuators.
 
         Where a stiffness ρ along an actuator is added to the tangent, the unknown force of its row is
         λ + ρ (δ_a − δ_a,0), with δ_a,0 at the start of the step: the motion is that of the effort λ.
@@ -68,11 +68,10 @@ class CondensedStep:
             lam: (m,) forces on all rows.
             delta: (m,) values of the rows.
         """
+        assert self.rho is not None
         actuators = self.layout.actuators
-        effort: Array = lam[actuators]
-        if self.rho is None:
-            return effort
-        return effort - self.rho * (delta[actuators] - self.rows.actuators.delta)
+        effort: Array = lam[actuators] - self.rho * (delta[actuators] - self.rows.actuators.delta)
+        return effort
 
     @property
     def gap_rows(self) -> Ints:
