@@ -1,7 +1,7 @@
 """Errors of a reduced model under loads and in motions that took no part in its training.
 
 The postures are random ones of a seed of their own, the loads lie at the ends of the ranges that a robot is
-expected to meet: gravity turned by 20° about both horizontal axes, and a payload of 20 % of the weight that
+expected to meet: gravity turned by 20° about both horizontal axes, and the payload of the training that
 pushes on the effectors along each axis. The motion is a swing of two seconds in small time steps, which both
 models take, so that what is measured is the error of the reduction and not of the time step.
 """

@@ -15,7 +15,8 @@ from tauten.reduction.campaign.designs import (
     ramp,
 )
 from tauten.reduction.campaign.executors import ClusterError, dask_cluster, processes
-from tauten.reduction.campaign.exploring import exploring, payload
+from tauten.reduction.campaign.exploring import exploring
+from tauten.reduction.campaign.payload import payload
 from tauten.reduction.campaign.run import run_campaign
 from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots, join_snapshots
 from tauten.reduction.campaign.touched import (

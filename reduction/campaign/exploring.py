@@ -13,18 +13,17 @@ from tauten.model import Robot
 from tauten.model.numerics import Array
 from tauten.reduction.campaign.command_range import CommandRange, command_range
 from tauten.reduction.campaign.designs import Design, Run, latin_hypercube_levels, ramp
+from tauten.reduction.campaign.payload import payload
 from tauten.reduction.campaign.touched import TouchedRobot, pressing_runs
 
 RAMP_STEPS = 200  # of one actuator whose position is commanded; the paper takes 800
 EFFORT_STEPS = 60  # of one actuator whose effort is commanded
 RUN_STEPS = 8  # of a run of several actuators
 LEAST_RUNS, RUNS_EACH = 16, 4  # number of such runs, and more for each actuator
-LEAST_LOADED_RUNS, LOADED_STEPS = 10, 10  # runs under other loads of one actuator, and their steps
-LOADED_RUN_STEPS = 5  # of those of several actuators
+LOADED_RUNS, LOADED_STEPS = 40, 8  # runs under other loads of one actuator, and their steps
+LEAST_LOADED_RUNS, LOADED_RUN_STEPS = 10, 5  # the same of several actuators, at least
 LEAST_PRESSED_RUNS, PRESSED_EACH, PRESSED_STEPS = 30, 2, 10  # runs against spheres, and their steps
 TILT = np.radians(20.0)  # of gravity there
-PAYLOAD = 0.2  # on the effectors there, as a share of the weight
-STANDARD_GRAVITY = 9.81  # m/s², by which payloads are chosen where a robot file has no gravity
 
 
 def exploring(
@@ -37,8 +36,8 @@ def exploring(
 
     Under the gravity of the robot file, one actuator goes through its range in small steps, as in the paper;
     several go from rest to commands of a Latin hypercube over their ranges, in as many runs as their number
-    needs. Further runs go to such commands with gravity tilted by `TILT` to sides all round, and a payload of
-    `PAYLOAD` of the weight that pushes on the effectors in random directions.
+    needs. Further runs go to such commands with gravity tilted by `TILT` to sides all round, and a `payload`
+    that pushes on the effectors in random directions.
 
     Where the robot touches what is not in its file, more runs drive its surfaces against spheres.
 
@@ -100,7 +99,7 @@ def _loaded_runs(robot: Robot, found: CommandRange, effectors: int, seed: int) -
         effectors: number of effectors that carry the payload, the first ones.
         seed: of the commands and loads.
     """
-    count = LEAST_LOADED_RUNS + RUNS_EACH * robot.n_a
+    count = LOADED_RUNS if robot.n_a == 1 else LEAST_LOADED_RUNS + RUNS_EACH * robot.n_a
     rng = np.random.default_rng(seed + 1)
     gravity = robot.gravity
     across = null_space(gravity[None])[:, :2]  # (3, 2)
@@ -122,12 +121,6 @@ def _loaded_runs(robot: Robot, found: CommandRange, effectors: int, seed: int) -
         )
         for end, axis, force in zip(ends, axes, pushes, strict=True)
     )
-
-
-def payload(robot: Robot, effectors: int) -> float:
-    """`PAYLOAD` of the weight, spread evenly over some effectors: the force on each of them [N]."""
-    size = float(np.linalg.norm(robot.gravity)) or STANDARD_GRAVITY
-    return PAYLOAD * robot.body.moving_mass * size / max(effectors, 1)
 
 
 def _random_ends(found: CommandRange, count: int, seed: int) -> Array:

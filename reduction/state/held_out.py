@@ -16,8 +16,7 @@ from tauten.reduction.reduced_body import StateBasisError
 from tauten.reduction.state.basis import StateBasis, reduced_robot
 from tauten.reduction.state.bodies import reducible
 
-HELD_OUT = 5  # every fifth run, or snapshot of few runs, is held out of the training
-MANY_RUNS = 20  # from so many runs on, what is held out has neighbours in the training
+HELD_OUT = 5  # every fifth run is held out of the training
 CHECKS = 100  # largest number of held-out equilibria compared
 MARGIN = 0.5  # of the goal, within which the few compared first are, where all may be within it
 FIRST_CHECKS, HOPELESS = 12, 3.0  # those compared first; how far beyond the goal the others are not
@@ -29,9 +28,12 @@ Report = Callable[
 
 
 def held_out_snapshots(snapshots: Snapshots) -> Bools:
-    """Which snapshots are held out of the training: (s,) bool; whole runs where there are enough."""
+    """Which snapshots are held out of the training: (s,) bool; whole runs, so that no load occurs in both.
+
+    Of fewer than `HELD_OUT` runs single snapshots are held out: without them such a design has no others.
+    """
     runs = np.unique(snapshots.run)
-    if len(runs) >= MANY_RUNS:
+    if len(runs) >= HELD_OUT:
         held: Bools = np.searchsorted(runs, snapshots.run) % HELD_OUT == HELD_OUT - 1
     else:
         held = np.arange(len(snapshots)) % HELD_OUT == HELD_OUT - 1

@@ -74,7 +74,7 @@ def errors(found: Made, within: Robot) -> Array:
     return np.array(apart)
 
 
-@pytest.mark.parametrize("name", ["trunk", "gripper_finger"])
+@pytest.mark.parametrize("name", ["trunk", "gripper_finger", "pneunets"])
 def test_the_claimed_error_holds_at_other_equilibria(
     name: str, reference: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

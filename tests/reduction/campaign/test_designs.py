@@ -55,6 +55,7 @@ def test_exploring_tilts_and_loads_the_robot_on_all_sides(thumb: Robot[NodalBody
                 [gravity[:2] / (9.81 * np.sin(np.radians(20.0))), force / (0.2 * weight)]
             )
         )
+    assert len(loaded) == 40
     # towards each side of each axis a tilt and a payload lean by half of their size at least
     for sign in (1.0, -1.0):
         assert (sign * np.array(sides)).max(axis=0).min() > 0.5

@@ -115,6 +115,18 @@ def test_a_smaller_range_is_taken_where_the_whole_one_needs_too_many_modes(
     assert reached == pytest.approx([0.5], rel=1e-6)
 
 
+def test_whole_runs_are_held_out_of_five_and_more(thumb_ramp: Snapshots) -> None:
+    """No load occurs both in training and among what is held out."""
+    steps = np.arange(len(thumb_ramp))
+    for runs in (5, 15):
+        split = replace(thumb_ramp, run=steps * runs // len(steps))
+        held = held_out.held_out_snapshots(split)
+        assert not np.intersect1d(split.run[held], split.run[~held]).size
+        assert len(np.unique(split.run[held])) == runs // 5
+    one = held_out.held_out_snapshots(thumb_ramp)
+    assert one.sum() == len(steps) // 5
+
+
 def test_hopeless_attempts_are_compared_at_a_few_equilibria_alone(
     thumb: Robot[NodalBody],
     thumb_ramp: Snapshots,
