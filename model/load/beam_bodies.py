@@ -198,7 +198,7 @@ def build_beam(
     profiles = tuple(by_name[beam.profile] for beam in network.beams)
     radius = max(float(np.linalg.norm(profile.outline, axis=1).max()) for profile in profiles)
     axis = place.points(body.scale * np.array(network.nodes))  # (b, 3)
-    beside = place.vectors(body.scale * radius * np.vstack([np.zeros(3), np.eye(3)]))  # (4, 3)
+    beside = place.vectors(radius * np.vstack([np.zeros(3), np.eye(3)]))  # (4, 3)
     discs = tuple(placed_disc(disc, body.scale, place) for disc in network.discs)
     try:
         made = made_beams(network, axis, place, profiles, material)

@@ -64,6 +64,10 @@ class Bodies:
         """Nodes of all beams, without the corners beside them: (b,)."""
         return np.concatenate([np.zeros(0, np.int64), *(part.nodes for part in self.beams)])
 
+    def of_beams(self, mesh: TetMesh) -> Bools:
+        """Which tetrahedra of some or all of the robot's stand for nodes of beams: (e,)."""
+        return np.isin(mesh.tets[:, 0], self.beam_nodes)
+
     @property
     def followers(self) -> Bools:
         """Which nodes only follow the node of a beam, as corners and surface: (n_nodes,) bool."""

@@ -98,7 +98,8 @@ def attached_parts(item: AttachmentSettings, bodies: Bodies, where: str) -> Atta
             f"{selector.source}: {where}.region: it has no node of a beam, only corners beside one; make it "
             "larger"
         )
-    return Attachment(item, where, chosen, TetMesh(mesh.nodes, tets))
+    to = TetMesh(mesh.nodes, tets)
+    return Attachment(item, where, chosen, to, bodies.of_beams(to))
 
 
 def near_axis(one: Attachment, nodes: Ints, bodies: Bodies) -> Ints:

@@ -28,12 +28,14 @@ class Attachment:
         where: its field, for errors.
         chosen: (n_nodes,) which nodes its `region` selects, of beams with their corners.
         to: the tetrahedra that they follow.
+        of_beams: (e,) which of these stand for nodes of beams.
     """
 
     item: AttachmentSettings
     where: str
     chosen: Bools
     to: TetMesh
+    of_beams: Bools
 
     def follow(self, points: Array, source: str) -> NodePoints:
         """Points (p, 3) [m] attached to what they follow.
@@ -43,7 +45,7 @@ class Attachment:
         """
         try:
             where = f"{source}: {self.where}.region"
-            found = attach(self.to, points, where, self.item.max_distance)
+            found = attach(self.to, points, where, self.item.max_distance, of_beams=self.of_beams)
         except ValueError as error:
             raise RobotFileError(str(error).replace("max_outside", "max_distance")) from error
         used = np.abs(found.weights) > ROUNDING  # the others are no masters

@@ -106,7 +106,9 @@ class MeshPlaces(OnBodies):
         carriers = places.copy()
         carriers[list(discs)] = mesh.nodes[list(discs.values())]
         try:
-            found = attach(mesh, carriers, what, slack, self.extrapolate_from)
+            found = attach(
+                mesh, carriers, what, slack, self.extrapolate_from, self.bodies.of_beams(mesh)
+            )
         except ValueError as error:
             raise RobotFileError(str(error)) from error
         for number, node in discs.items():

@@ -5,6 +5,7 @@ from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quad
 from tauten.model.mesh.quality import mean_ratios, part_numbers, read_unchecked_mesh, wall_thickness
 from tauten.model.mesh.regions import BodyRange, NodeSelector, Selector, make_selector
 from tauten.model.mesh.surface import (
+    FACES,
     boundary_triangles,
     spread_points,
     triangle_areas,
@@ -23,11 +24,13 @@ from tauten.model.mesh.tet_mesh import (
     read_mesh,
     read_triangles,
 )
+from tauten.model.mesh.triangle_distance import distances_to_triangles
 
 __all__ = [
     "BodyRange",
     "CellGroup",
     "EDGES",
+    "FACES",
     "MeshError",
     "NodeSelector",
     "QuadraticMesh",
@@ -36,6 +39,7 @@ __all__ = [
     "UNITS",
     "boundary_triangles",
     "checked",
+    "distances_to_triangles",
     "join_meshes",
     "make_selector",
     "mean_ratios",

@@ -12,7 +12,7 @@ import pytest
 from tauten.model.load import places as load_places
 from tauten.model.materials import NO_TANGENT
 from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.points import NodePoints, combinations
 from tauten.model.tetra.corotational import assemble_corotational
 
@@ -80,7 +80,7 @@ def points_as_in_sofa(model: Any, *names: str) -> Iterator[None]:
     weights = np.concatenate([model[f"{name}_w"] for name in names])
 
     def attach(
-        mesh: TetMesh, points: Array, what: str, max_outside: float, extrapolate_from: str
+        mesh: TetMesh, points: Array, what: str, max_outside: float, extrapolate_from: str, _: Bools
     ) -> NodePoints:
         apart = np.linalg.norm(places[:, None] - np.asarray(points)[None], axis=2)
         chosen = apart.argmin(axis=0)

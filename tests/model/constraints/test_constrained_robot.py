@@ -270,7 +270,7 @@ BACK = {
         ),
         (
             {"attachments": [GLUE], "bodies": [FIRST, {**SECOND, "position": [0.11, 0.0, 0.0]}]},
-            "lies at least 0.01 m outside the mesh, allowed is 1e-06 m: .* max_distance",
+            "lies 0.01 m outside the mesh, allowed is 1e-06 m: .* max_distance",
         ),
     ],
 )  # fmt: skip

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from support.robots.bodies import beam_config, box_mesh
 
 from tauten.model import Robot, Simulator
-from tauten.model.load import build_robot, make_robot
+from tauten.model.load import beam_network, build_robot, make_robot
 from tauten.model.mesh import MeshError
 from tauten.model.numerics import Array
 from tauten.model.schema import (
@@ -274,3 +274,33 @@ def test_examples_of_the_page_are_robot_files() -> None:
     assert len(examples) == 4
     for example in examples:
         validated(RobotConfig, tomllib.loads(example), "bodies.md")
+
+
+@pytest.mark.parametrize(("above", "pushed"), [(0.004, "rod"), (0.012, "block"), (-0.025, "rod")])
+def test_points_beside_beam_and_mesh_move_with_the_nearer_one(above: float, pushed: str) -> None:
+    """A rod of radius 2 mm, 20 mm below a block: planes of elements farther away do not count."""
+    bodies = [
+        {"name": "block", "mesh": {"file": "beam.vtu"}, "fixed": [ROOT]},
+        {
+            "name": "rod", "beam": {"points": [[0, 0.01, -0.02], [0.1, 0.01, -0.02]], "profile": "rod"},
+            "fixed": [{"kind": "sphere", "centre": [0.0, 0.01, -0.02], "radius": 1e-6}],
+        },
+    ]  # fmt: skip
+    force = {
+        "name": "push", "point": [0.02, 0.01, -0.02 + above], "max_outside": 0.05,
+        "direction": [0.0, 1.0, 0.0], "max_force": 1.0, "max_travel": 1.0, "max_rate": 1.0,
+    }  # fmt: skip
+    settings = beam_config(
+        SIZE, bodies=bodies, profiles=[{"kind": "tube", "name": "rod", "outer": 4e-3}], fixed=[],
+        cables=[], forces=[force],
+    )  # fmt: skip
+    del settings["mesh"]
+    config = validated(RobotConfig, settings, "robot.toml")
+    robot = build_robot(config, [MESH, beam_network(config, config.all_bodies[1])], "robot.toml")
+    simulator = Simulator(robot, "none")
+    assert simulator.settle(effort=[0.05]).converged
+    body = robot.body
+    moved = body.nodes(simulator.state) - body.nodes(robot.rest())  # type: ignore[attr-defined]
+    moves = np.split(np.abs(moved).max(axis=1), [len(MESH.nodes)])
+    block, rod = (one.max() > 1e-6 for one in moves)
+    assert (block, rod) == (pushed == "block", pushed == "rod")

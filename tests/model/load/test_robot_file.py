@@ -96,7 +96,7 @@ CHANGES = {
         "",
     ),
     r"beam.toml: cables.0.points: points 0 and 1 coincide": ("0.09, 0.01, 0.002", "0.01, 0.01, 0.002"),
-    r"beam.toml: cables.0.points: point 1 at \[0.09, 0.01, 0.2\] m lies at least": (
+    r"beam.toml: cables.0.points: point 1 at \[0.09, 0.01, 0.2\] m lies 0.18 m": (
         "0.09, 0.01, 0.002",
         "0.09, 0.01, 0.2",
     ),

@@ -12,9 +12,11 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 from support.robots.bodies import box_mesh
 
 from tauten.model.mesh import MeshError, read_mesh
+from tauten.model.numerics import Array
 from tauten.model.points import attach
 
 TETS = np.array([[0, 1, 2, 3]])
@@ -193,7 +195,30 @@ def test_attached_points_are_where_they_were_put() -> None:
 def test_points_outside_are_refused_or_extrapolated() -> None:
     mesh = box_mesh((0.1, 0.1, 0.1), (2, 2, 2))
     outside = np.array([[0.102, 0.05, 0.05]])
-    with pytest.raises(ValueError, match=r"point 0 at .* lies at least 0.0014 m outside the mesh"):
+    with pytest.raises(ValueError, match=r"point 0 at .* lies 0.002 m outside the mesh"):
         attach(mesh, outside, "points")
     points = attach(mesh, outside, "points", max_outside=0.003)
     assert np.allclose(points.at(mesh.nodes), outside)
+
+
+def test_points_outside_move_with_the_nearest_element() -> None:
+    """Against the distance to every element by its own small quadratic program."""
+    mesh = box_mesh((0.1, 0.02, 0.02), (6, 2, 2))
+    points = np.random.default_rng(0).uniform([-0.02, -0.02, -0.02], [0.12, 0.04, 0.04], (30, 3))
+    points = points[((points < 0.0) | (points > [0.1, 0.02, 0.02])).any(axis=1)]
+    for point, nodes in zip(points, attach(mesh, points, "points", 0.1).nodes, strict=True):
+        chosen = distance_to_hull(mesh.nodes[nodes], point)
+        every = [distance_to_hull(mesh.nodes[tet], point) for tet in mesh.tets]
+        assert chosen == pytest.approx(min(every), abs=1e-9)
+        outside = np.linalg.norm(point - np.clip(point, 0.0, [0.1, 0.02, 0.02]))
+        assert chosen == pytest.approx(outside, abs=1e-9)
+        with pytest.raises(ValueError, match="outside the mesh"):
+            attach(mesh, point[None], "points", 0.999 * outside)
+
+
+def distance_to_hull(corners: Array, point: Array) -> float:
+    """Distance of a point (3,) to the hull of corners (4, 3): non-negative weights whose sum is one."""
+    heavy = 1e4 * np.ones((1, len(corners)))
+    A, b = np.vstack([corners.T, heavy]), np.append(point, 1e4)
+    weights, _ = nnls(A, b)
+    return float(np.linalg.norm(weights @ corners / weights.sum() - point))
