@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from tauten.model.numerics import Array, Ints
 from tauten.model.points import NodeMotion
 from tauten.model.rows import Rows
 from tauten.model.state import State
-from tauten.model.system import Integration, Tangent
+from tauten.model.system import Integration, Tangent, tried_tangents
 from tauten.model.tetra import TetBody
 
 
@@ -208,14 +209,14 @@ class ConstrainedBody(TetBody):
 
         See `SparseBody`.
         """
-        yield Tangent(at.K, True, 0.0)
-        semidefinite, K = self.forces(at.state, at.effort)[1], at.K.copy()
+        semidefinite = cache(lambda: self.semidefinite(at, scheme))
         drives = self.product.drive_places[self.driven]
-        if len(drives):
-            mass = (self.masses(at.state) if scheme.static else at.mass)[drives]
-            K[drives] += semidefinite[drives] + 2.0 * np.abs(K[drives]) + mass / scheme.h**2
-            yield Tangent(K, False, 0.0)
-        yield Tangent(semidefinite, False, 0.0)
+        for tried in tried_tangents(scheme, at.K, semidefinite):
+            yield tried
+            if tried.exact and len(drives):
+                K, mass = at.K.copy(), (self.masses(at.state) if scheme.static else at.mass)[drives]
+                K[drives] += semidefinite()[drives] + 2.0 * np.abs(K[drives]) + mass / scheme.h**2
+                yield Tangent(K, False, 0.0)
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
