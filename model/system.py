@@ -324,42 +324,40 @@ def make_system(
         residual = float(np.linalg.norm(force))
         return System(h, np.zeros_like(v), dv, residual, factorisation, tangent=K)
     assert damping is not None
-    a, n = integration.rayleigh_mass, pattern.n
-    share = (1.0 - integration.ahead) * h
-    A, resisting = _combined(pattern.indptr, pattern.indices, h, share, (damping, K), v)
-    if len(mass) == n:
-        Mv = mass * v
-        A[pattern.diagonal] += (1.0 + h * a) * mass
-    else:
-        Mv = pattern.matrix(mass) @ v
-        A += (1.0 + h * a) * mass
+    scheme, values = integration.numbers, (mass, damping, K)
+    A, resisting = _combined(pattern.indptr, pattern.indices, scheme, values, v)
     factorisation.refactor(A)
-    dv = factorisation.solve(h * (force - a * Mv - resisting))
+    dv = factorisation.solve(h * (force - resisting))
     before = (1.0 - integration.ahead) * v
     return System(h, before, before + dv, float(np.linalg.norm(force)), factorisation)
 
 
 @kernel
 def _combined(
-    indptr: Ints, indices: Ints, h: float, share: float, values: tuple[Array, Array], v: Array
+    indptr: Ints, indices: Ints, scheme: Scheme, values: tuple[Array, Array, Array], v: Array
 ) -> tuple[Array, Array]:
-    """Values (nnz,) of h C + h² K, and (C + share K) v (n,), of symmetric C and K.
+    """Values (nnz,) of A = (1 + h a) M + h C + h² K, and (a M + C + (1 − ahead) h K) v (n,).
 
     Args:
         indptr: (n + 1,) CSC column pointers.
         indices: (nnz,) row indices.
-        h: time step [s].
-        share: of K in the product [s].
-        values: (nnz,) of C and K.
-        v: (n,) vector.
+        scheme: damping and time step.
+        values: (nnz,) of M, or (n,) its diagonal, and (nnz,) of C without a M, and of K; all symmetric.
+        v: (n,) velocity.
     """
-    C, K = values
-    A, product = np.empty_like(K), np.empty_like(v)
+    mass, C, K = values
+    h, a, share = scheme.h, scheme.a, (1.0 - scheme.ahead) * scheme.h
+    A, product, full = np.empty_like(K), np.empty_like(v), len(mass) == len(K)
     for column in range(v.shape[0]):
         total = 0.0  # of the column, which is the row
         for place in range(indptr[column], indptr[column + 1]):
-            A[place] = h * C[place] + h * h * K[place]
-            total += (C[place] + share * K[place]) * v[indices[place]]
+            row, m = indices[place], 0.0
+            if full:
+                m = mass[place]
+            elif row == column:
+                m = mass[column]
+            A[place] = (1.0 + h * a) * m + h * C[place] + h * h * K[place]
+            total += (a * m + C[place] + share * K[place]) * v[row]
         product[column] = total
     return A, product
 

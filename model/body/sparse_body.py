@@ -91,8 +91,11 @@ class SparseBody(Body[P]):
     ) -> SparseAssembled:
         """Forces and tangents at a state, see `Body`."""
         scheme = integration or self.integration
-        D, mass, inertia = self.stiffness_of(state, scheme), np.zeros(0), None
-        force, K = self.forces(state, effort, exact=True)
+        D, mass, inertia = None, np.zeros(0), None
+        if stiffness_counts(scheme):
+            force, K, D = self.forces_and_stiffness(state, effort)
+        else:
+            force, K = self.forces(state, effort, exact=True)
         if not scheme.static:
             mass, inertia = self.masses(state), self.inertia_at(state)
         elif self.floating.any():
@@ -190,7 +193,8 @@ class SparseBody(Body[P]):
 
         See `Body`.
         """
-        return self.damping_with(self.stiffness_of(state, scheme), state, scheme)
+        D = self.stiffness(state) if stiffness_counts(scheme) else None
+        return self.damping_with(D, state, scheme)
 
     def damping_with(
         self, D: Array | None, state: State, scheme: Integration
@@ -198,7 +202,7 @@ class SparseBody(Body[P]):
         """`damping_at` where the stiffness is known.
 
         Args:
-            D: (nnz,) of `stiffness_of`.
+            D: (nnz,) of `stiffness`; None: no damping is proportional to it.
             state: where a step is linearised.
             scheme: its length and damping.
         """
@@ -210,10 +214,16 @@ class SparseBody(Body[P]):
             damping += viscous
         return remembered, damping
 
-    def stiffness_of(self, state: State, scheme: Integration) -> Array | None:
-        """`stiffness` at a state where the damping of a scheme needs it, else None."""
-        needed = scheme.rayleigh_stiffness > 0.0 and not scheme.static
-        return self.stiffness(state) if needed else None
+    def forces_and_stiffness(
+        self, state: State, effort: Array | None
+    ) -> tuple[Array, Array, Array]:
+        """`forces` with the exact tangent, and `stiffness`; in one pass where a body can.
+
+        Args:
+            state: where to evaluate.
+            effort: (n_a,) efforts of the actuators, as in `forces`.
+        """
+        return (*self.forces(state, effort, exact=True), self.stiffness(state))
 
     def stiffness(self, state: State) -> Array:
         """D, to which damping is proportional: positive semidefinite, without actuators, as CSC (nnz,)."""
@@ -227,3 +237,8 @@ class SparseBody(Body[P]):
             h: its length [s].
         """
         return None, None
+
+
+def stiffness_counts(scheme: Integration) -> bool:
+    """Whether the damping of a scheme is proportional to the stiffness of the material."""
+    return scheme.rayleigh_stiffness > 0.0 and not scheme.static

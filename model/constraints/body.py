@@ -124,9 +124,23 @@ class ConstrainedBody(TetBody):
         """The stiffness of the material, carried along with the elements, as CSC values (nnz,)."""
         return self.forces_at(state, *self.placed_motion(state), None, MATERIAL)[1]
 
+    def forces_and_stiffness(
+        self, state: State, effort: Array | None
+    ) -> tuple[Array, Array, Array]:
+        """`forces` with the exact tangent, and `stiffness`; one pass without beams, springs and drums."""
+        if self.joints is not None or self.drums is not None:
+            return (*self.forces(state, effort, exact=True), self.stiffness(state))
+        motion, through = self.placed_motion(state)
+        held, actuators = self.tetrahedra, self.actuator_set
+        D = np.zeros(len(held.pattern.indices))
+        force, K = self.forces_at(state, motion, through, effort, EXACT, D)
+        held.add_curvature(motion.x, actuators.loads(actuators.efforts(None), False), D)
+        return force, K, self.product.tangent.apply(D, through.T, len(self.pattern.indices))
+
     def forces_at(
-        self, state: State, motion: NodeMotion, through: NodeMap, effort: Array | None, kind: int
-    ) -> tuple[Array, Array]:
+        self, state: State, motion: NodeMotion, through: NodeMap, effort: Array | None, kind: int,
+        D: Array | None = None,
+    ) -> tuple[Array, Array]:  # fmt: skip
         """`forces` where the nodes are known.
 
         Args:
@@ -135,6 +149,7 @@ class ConstrainedBody(TetBody):
             through: its map to them, from `placed_motion`.
             effort: (n_a,) efforts of the actuators, as in `forces`.
             kind: of tangent, see `NodalBody.forces_with`.
+            D: zeros, overwritten with the stiffness of the elements over the nodes; None: it is not wanted.
         """
         exact, actuators, T = kind == EXACT, self.actuator_set, through.T
         efforts, winding, parts = actuators.efforts(effort), np.zeros(0), list[Array]()
@@ -145,7 +160,7 @@ class ConstrainedBody(TetBody):
             efforts[self.drums.cables] = tensions
             pulled, winding = rows.H[self.drums.cables].T @ tensions, -self.drums.efforts(tensions)
             parts = [self.drums.tangent(rows.H, tensions)]
-        force, K = self.tetrahedra.forces(kind, motion.x, actuators.loads(efforts, exact))
+        force, K = self.tetrahedra.forces(kind, motion.x, actuators.loads(efforts, exact), D)
         tangent = self.product.tangent.apply(K, T, len(self.pattern.indices))
         moments = np.zeros(0)
         if self.joints is not None:
@@ -214,8 +229,9 @@ class ConstrainedBody(TetBody):
         for tried in tried_tangents(scheme, at.K, semidefinite):
             yield tried
             if tried.exact and len(drives):
-                K, mass = at.K.copy(), (self.masses(at.state) if scheme.static else at.mass)[drives]
-                K[drives] += semidefinite()[drives] + 2.0 * np.abs(K[drives]) + mass / scheme.h**2
+                D = semidefinite() if at.D is None else at.D
+                mass, K = self.masses(at.state) if scheme.static else at.mass, at.K.copy()
+                K[drives] += D[drives] + 2.0 * np.abs(K[drives]) + mass[drives] / scheme.h**2
                 yield Tangent(K, False, 0.0)
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:

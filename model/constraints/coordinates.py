@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from tauten.model.constraints.followers import GluedNodes, follow_matrix, joined_followers
 from tauten.model.constraints.frames import Frames, PinnedRegion
 from tauten.model.constraints.kernels import transposed_product
 from tauten.model.numerics import Array, Bools, Ints, kernel
+from tauten.model.points import CsrArrays
 from tauten.model.system import Pattern
 
 # Entries (row, column, component of the lever, sign) of ∂(ω x a)/∂ω.
@@ -100,11 +100,10 @@ class NodeMap:
         """Coordinates' velocities."""
         return self.coordinates.n
 
-    def rows(self, H: sp.csr_array) -> sp.csr_array:
+    def rows(self, H: CsrArrays) -> sp.csr_array:
         """H T (m, n) for rows H (m, 3 n_nodes); entries may occur twice."""
-        map_ = self.coordinates
-        arrays = mapped_rows(H.indptr, H.indices, H.data, map_.indptr, map_.indices, self.T)
-        return sp.csr_array(arrays, shape=(H.shape[0], self.n))
+        arrays = mapped_rows(H, self.coordinates.indptr, self.coordinates.indices, self.T)
+        return sp.csr_array(arrays, shape=(len(H[2]) - 1, self.n))
 
     def forces(self, on_nodes: Array) -> Array:
         """Tᵀ f (n,) for forces f on nodes, rotations of beam nodes and drums; the last may be left out."""
@@ -113,19 +112,16 @@ class NodeMap:
 
 
 @kernel
-def mapped_rows(
-    starts: Ints, columns: Ints, data: Array, indptr: Ints, indices: Ints, T: Array
-) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
-    """Data, columns and row starts of H T, one entry for each product.
+def mapped_rows(H: CsrArrays, indptr: Ints, indices: Ints, T: Array) -> CsrArrays:
+    """H T, one entry for each product.
 
     Args:
-        starts: (m + 1,) row starts of H.
-        columns: (e,) columns of H.
-        data: (e,) values of H.
+        H: rows over the nodes.
         indptr: row starts of T.
         indices: columns of T.
         T: values of T.
     """
+    data, columns, starts = H
     count = 0
     for e in range(starts[-1]):
         count += indptr[columns[e] + 1] - indptr[columns[e]]

@@ -62,6 +62,17 @@ class Constraints:
         frames: list[AnyFrame] = [*self.rigid, *self.pinned, *self.drives]
         return [(one.name, one.nodes) for one in frames]
 
+    def carriers(self, fixed: Bools) -> Ints:
+        """What carries each node rigidly: zero what is fixed, then the regions; −1 nothing: (n_nodes,).
+
+        Args:
+            fixed: (n_nodes,) nodes that do not move.
+        """
+        carrier: Ints = np.where(fixed, 0, -1)
+        for number, (_, nodes) in enumerate(self.regions):
+            carrier[nodes] = 1 + number
+        return carrier
+
 
 def build_constraints(config: RobotConfig, bodies: Bodies) -> Constraints:
     """The constraints of a robot file.

@@ -45,6 +45,7 @@ from tauten.model.system import Integration, integration_of, make_pattern
 from tauten.model.tetra import (
     NodalBody,
     Tetrahedra,
+    deforming_domains,
     make_solid,
     make_viscoelasticity,
 )
@@ -321,7 +322,8 @@ def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, sourc
         return build_beam_robot(config, shapes, bodies, source)
     places = MeshPlaces(bodies, config.extrapolate_from)
     parts = build_actuators(config, body, selector, places)
-    pattern = make_pattern(fixed, [*(part.nodes for part in body.domains), *parts.groups])
+    moving = deforming_domains(body.domains, constraints.carriers(fixed))
+    pattern = make_pattern(fixed, [*(part.nodes for part in moving), *parts.groups])
     contacts = build_contacts(config, bodies.touching)
     mass = body.mass[~fixed]  # (n / 3,)
     elements = make_solid(body.domains, body.laws, pattern, body.n_elements)
@@ -332,6 +334,7 @@ def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, sourc
         mesh=body.mesh,
         pattern=pattern,
         elements=elements,
+        deforming=make_solid(moving, body.laws, pattern, body.n_elements),
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
         curvature=nodal_curvature(

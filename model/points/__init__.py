@@ -21,6 +21,7 @@ from tauten.model.points.entries import (
 )
 from tauten.model.points.material_points import attach
 from tauten.model.points.nodes import (
+    CsrArrays,
     MeanPoints,
     NodeMotion,
     NodePoints,
@@ -36,6 +37,7 @@ __all__ = [
     "Entries",
     "MeanPoints",
     "Motion",
+    "CsrArrays",
     "NodeMotion",
     "NodePoints",
     "OuterForces",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.points.entries import Entries, Placed, PlacedByMap, sparse_units
+
+# Data, columns and row starts of sparse rows.
+CsrArrays: TypeAlias = tuple[Array, NDArray[np.int32], NDArray[np.int32]]
 
 
 class Through(Protocol):
@@ -20,7 +23,7 @@ class Through(Protocol):
     def n(self) -> int:
         """Unknowns."""
 
-    def rows(self, H: sp.csr_array) -> sp.csr_array:
+    def rows(self, H: CsrArrays) -> sp.csr_array:
         """Rows over the unknowns, of rows H over the nodes that are not fixed."""
 
 
@@ -55,9 +58,11 @@ class NodeMotion:
         """Unit rows (m, n) of some unknowns (m,)."""
         return sparse_units(columns, self.n)
 
-    def over_unknowns(self, H: sp.csr_array) -> sp.csr_array:
+    def over_unknowns(self, H: CsrArrays) -> sp.csr_array:
         """Rows over the unknowns, of rows H over the degrees of freedom of the nodes."""
-        return H if self.through is None else self.through.rows(H)
+        if self.through is not None:
+            return self.through.rows(H)
+        return sp.csr_array(H, shape=(len(H[2]) - 1, self.n_free))
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,10 +116,9 @@ class PlacedOnNodes(Placed):
     def rows(self, entries: Entries) -> sp.csr_array:
         """Rows (m, n) over the unknowns, of rows over these points."""
         starts, nodes, points = entries.starts, self.nodes, self.points
-        data, columns, indptr = node_rows(
+        H = node_rows(
             starts, entries.points, entries.vectors, points.nodes, points.weights, nodes.dof
         )
-        H = sp.csr_array((data, columns, indptr), shape=(len(starts) - 1, nodes.n_free))
         return nodes.over_unknowns(H)
 
 
@@ -139,7 +143,9 @@ class MeanPoints:
 
     def on(self, motion: NodeMotion) -> PlacedByMap:
         """The points at one state of the nodes."""
-        return PlacedByMap(self.at(motion.x), motion.over_unknowns(self.C))
+        return PlacedByMap(
+            self.at(motion.x), motion.over_unknowns((self.C.data, self.C.indices, self.C.indptr))
+        )
 
 
 def mean_points(weights: sp.csr_array, dof: Ints, n: int) -> MeanPoints:
@@ -181,7 +187,7 @@ def combined(x: Array, nodes: Ints, weights: Array, fixed: Array) -> Array:
 @kernel
 def node_rows(
     starts: Ints, points: Ints, vectors: Array, nodes: Ints, weights: Array, dof: Ints
-) -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
+) -> CsrArrays:
     """CSR data, columns and row starts of `PlacedOnNodes.rows` over the nodes; each occurs once in a row.
 
     Args:

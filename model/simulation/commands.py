@@ -47,6 +47,27 @@ def checked_command(
     return command
 
 
+def diverged(robot: Robot, effort: Array, error: Exception) -> str:
+    """What to say of a state that has diverged under a command.
+
+    Args:
+        robot: whose actuators they are.
+        effort: (n_a,) the last efforts that are known [N, Pa].
+        error: of the step.
+    """
+    limit = robot.limits.largest_effort
+    excess = np.abs(effort) / np.where(limit > 0.0, limit, np.inf)
+    if not (excess > 1.0).any():
+        return f"robot {robot.name}: the state has diverged ({error})"
+    worst = int(excess.argmax())
+    name, found, most = robot.actuators.names[worst], effort[worst], limit[worst]
+    return (
+        f"robot {robot.name}: the state has diverged ({error}); {name} needed an effort of {found:.3g} for "
+        f"its position, {most:g} is allowed: the robot cannot follow these positions, as where cables hold a "
+        "rigid part against each other; let one of them pay out, or command its effort"
+    )
+
+
 def _numbers(
     name: str, given: Sequence[float] | Array, least: Array, most: Array, gaps: bool
 ) -> Array:

@@ -11,10 +11,10 @@ import numpy as np
 
 from tauten.model.contact import ObstaclePoses
 from tauten.model.contacts import ContactForces
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
-from tauten.model.simulation.commands import checked_command
+from tauten.model.simulation.commands import checked_command, diverged
 from tauten.model.simulation.converged_step import converged_step
 from tauten.model.simulation.equilibrium import Ending, Report, make_report
 from tauten.model.simulation.relaxation import relaxed
@@ -222,16 +222,27 @@ class Simulator(RobotModel):
 
         Raises:
             ValueError: as of `step`, or `steps` below 1.
-            FactorisationError: the state has diverged.
+            FactorisationError: the state has diverged; where efforts before it were beyond their limits, the
+                text names the largest.
         """
         if steps < 1:
             raise ValueError(f"steps: found {steps}, expected at least 1")
         command = checked_command(self.robot, position, effort)
         before = self._moved or Command(self.position, self.effort)
         self.set_obstacles(self.obstacles.after(self.robot.h))
-        done = travel(
-            self._robot, self._space, self._enrichment, self._state, self._forces, before, command, steps
-        )  # fmt: skip
+        try:
+            done = travel(
+                self._robot,
+                self._space,
+                self._enrichment,
+                self._state,
+                self._forces,
+                before,
+                command,
+                steps,
+            )
+        except FactorisationError as error:
+            raise FactorisationError(diverged(self.robot, self.effort, error)) from error
         self._state, self._forces, self._moved = done.state, done.forces, command
         self._stepped = done.state, done.last.prediction
         movement = self._robot.displacement(done.start, done.way)

@@ -1,7 +1,7 @@
 """Bodies made of tetrahedra."""
 
 from tauten.model.tetra.body import BodyParts, body_parts, join_bodies
-from tauten.model.tetra.domains import Domains, linear_domains
+from tauten.model.tetra.domains import Domains, deforming_domains, linear_domains
 from tauten.model.tetra.elements import lumped_mass
 from tauten.model.tetra.nodal_body import NodalBody
 from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass
@@ -22,6 +22,7 @@ __all__ = [
     "join_bodies",
     "linear_domains",
     "lumped_mass",
+    "deforming_domains",
     "make_solid",
     "make_viscoelasticity",
     "quadratic_domains",

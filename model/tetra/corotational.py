@@ -37,8 +37,9 @@ def assemble_corotational(
     slot: Ints,
     force: Array,
     blocks: Array,
+    material: Array,
 ) -> float:
-    """Add internal forces to `force` (n_nodes, 3) and the tangent to `blocks` (m, 9).
+    """Add internal forces to `force` (n_nodes, 3) and tangents to `blocks` and `material` (m, 9).
 
     Args:
         x: (n_nodes, 3) positions [m].
@@ -48,6 +49,8 @@ def assemble_corotational(
         slot: (e, s (s + 1) / 2) numbers of the blocks, see `lower_blocks`; not read without tangent.
         force: output, accumulated [N].
         blocks: output, accumulated [N/m].
+        material: output, accumulated: the tangent MATERIAL in the same pass [N/m]; without entries (0, 9): it
+            is not wanted.
 
     Returns:
         The elastic energy [J].
@@ -78,13 +81,35 @@ def assemble_corotational(
             limit_turning(count, mu, T)
         for a in range(s):
             turn_gradient(a, R, T, g, M)
-        pair = 0
-        for a in range(s):
-            for b in range(a, s):
-                pair_block(a, b, lam, mu, g, M, B)
-                add_lanes(B, slot[first : first + count, pair], blocks)
-                pair += 1
+        add_pairs((lam, mu), g, M, B, slot[first : first + count], blocks)
+        if material.shape[0] > 0:
+            add_pairs((lam, mu), g, M[:0], B, slot[first : first + count], material)
     return energy
+
+
+@kernel
+def add_pairs(
+    lame: tuple[Array, Array], g: Array, M: Array, B: Array, slot: Ints, blocks: Array
+) -> None:
+    """Add K_ab of all pairs of nodes a ≤ b to the blocks of the tangent.
+
+    Args:
+        lame: V λ and V μ (LANES,) [N m].
+        g: (3 s LANES,) turned gradients [1/m].
+        M: (9 s LANES,) of `turn_gradient` [N]; without entries: rotations are held.
+        B: (9 LANES,) overwritten.
+        slot: (lanes, s (s + 1) / 2) numbers of the blocks of the lanes in use.
+        blocks: (m, 9) output, accumulated [N/m].
+    """
+    pair, s = 0, len(g) // (3 * LANES)
+    for a in range(s):
+        for b in range(a, s):
+            if len(M) > 0:
+                pair_block(a, b, lame[0], lame[1], g, M, B)
+            else:
+                material_block(a, b, lame[0], lame[1], g, B)
+            add_lanes(B, slot[:, pair], blocks)
+            pair += 1
 
 
 @kernel
@@ -307,3 +332,31 @@ def pair_block(a: int, b: int, lam: Array, mu: Array, g: Array, M: Array, B: Arr
         B[6 * LANES + k] = a2 * b0 - (a1 * m00 - a0 * m10)
         B[7 * LANES + k] = a2 * b1 - (a1 * m01 - a0 * m11)
         B[8 * LANES + k] = a2 * b2 + dot - (a1 * m02 - a0 * m12)
+
+
+@kernel
+def material_block(a: int, b: int, lam: Array, mu: Array, g: Array, B: Array) -> None:
+    """`pair_block` with the rotation held, V (λ g̃_a g̃_bᵀ + μ (g̃_b g̃_aᵀ + (g̃_a·g̃_b) I)).
+
+    Args:
+        a: the node of the rows of K_ab.
+        b: the node of its columns.
+        lam: (LANES,) V λ [N m].
+        mu: (LANES,) V μ [N m].
+        g: (3 s LANES,) turned gradients [1/m].
+        B: (9 LANES,) output [N/m].
+    """
+    n, o = 3 * a * LANES, 3 * b * LANES
+    for k in range(LANES):
+        a0, a1, a2 = g[n + k], g[n + LANES + k], g[n + 2 * LANES + k]
+        b0, b1, b2 = g[o + k], g[o + LANES + k], g[o + 2 * LANES + k]
+        c0, c1, c2 = mu[k] * a0, mu[k] * a1, mu[k] * a2
+        dot = c0 * b0 + c1 * b1 + c2 * b2
+        a0, a1, a2 = lam[k] * a0, lam[k] * a1, lam[k] * a2
+        B[k] = a0 * b0 + c0 * b0 + dot
+        B[LANES + k], B[2 * LANES + k] = a0 * b1 + c1 * b0, a0 * b2 + c2 * b0
+        B[3 * LANES + k] = a1 * b0 + c0 * b1
+        B[4 * LANES + k] = a1 * b1 + c1 * b1 + dot
+        B[5 * LANES + k] = a1 * b2 + c2 * b1
+        B[6 * LANES + k], B[7 * LANES + k] = a2 * b0 + c0 * b2, a2 * b1 + c1 * b2
+        B[8 * LANES + k] = a2 * b2 + c2 * b2 + dot

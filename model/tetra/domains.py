@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.materials import NO_TANGENT, WORK, response
+from tauten.model.materials import COROTATIONAL, NO_TANGENT, WORK, response
 from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Array, Ints, kernel, polar_rotations
+from tauten.model.numerics import Array, Bools, Ints, kernel, polar_rotations
 from tauten.model.tetra.elements import rest_gradients
 
 
@@ -38,6 +38,11 @@ class Domains:
     volumes: Array
     law: Ints
 
+    def chosen(self, rows: Ints | Bools) -> Domains:
+        """Some of the domains."""
+        gradients, volumes = self.gradients[rows], self.volumes[rows]
+        return Domains(self.nodes[rows], gradients, volumes, self.law[rows])
+
     def ascending(self) -> Domains:
         """The same domains with the nodes of each in ascending order."""
         order = np.argsort(self.nodes, axis=1, kind="stable")  # (d, s)
@@ -46,6 +51,22 @@ class Domains:
             nodes=np.take_along_axis(self.nodes, order, axis=1),
             gradients=np.take_along_axis(self.gradients, order[:, None, :, None], axis=2),
         )
+
+
+def deforming_domains(domains: list[Domains], carrier: Ints) -> list[Domains]:
+    """Those that can deform; the others move as rigid bodies, without energy and forces.
+
+    Args:
+        domains: all domains.
+        carrier: (n_nodes,) number of what carries each node rigidly, −1: nothing does.
+    """
+    found = []
+    for part in domains:
+        by = carrier[part.nodes]  # (d, s)
+        rigid = (by[:, 0] >= 0) & (by == by[:, :1]).all(axis=1)
+        if not rigid.all():
+            found.append(part.chosen(~rigid) if rigid.any() else part)
+    return found
 
 
 @kernel
@@ -78,8 +99,9 @@ def assemble_domains(
     slot: Ints,
     force: Array,
     blocks: Array,
+    material: Array,
 ) -> float:
-    """Add internal forces to `force` (n_nodes, 3) and the tangent to `blocks` (m, 9).
+    """Add internal forces to `force` (n_nodes, 3) and tangents to `blocks` and `material` (m, 9).
 
     Args:
         x: (n_nodes, 3) positions [m].
@@ -89,6 +111,8 @@ def assemble_domains(
         slot: (d, s (s + 1) / 2) numbers of the blocks, see `lower_blocks`; not read without tangent.
         force: (n_nodes, 3) output, accumulated [N].
         blocks: output, accumulated [N/m].
+        material: output, accumulated: the tangent MATERIAL in the same pass [N/m]; without entries (0, 9): it
+            is not wanted.
 
     Returns:
         The elastic energy [J].
@@ -102,11 +126,13 @@ def assemble_domains(
     P, C = np.empty((3, 3)), np.empty((9, 9))
     work = np.empty(WORK)
     D = np.empty((n_nodes, 3, 9))
-    Ke = np.empty((n_nodes, n_nodes, 3, 3))
-    energy = 0.0
+    Ke, De = np.empty((n_nodes, n_nodes, 3, 3)), np.empty((n_nodes, n_nodes, 3, 3))
+    energy, both = 0.0, material.shape[0] > 0
     for e in range(nodes.shape[0]):
         kind, c = kinds[law[e]], constants[law[e]]
         Ke[:] = 0.0
+        if both:
+            De[:] = 0.0
         for p in range(n_points):
             V, g = volumes[e, p], gradients[e, p]
             point = e * n_points + p
@@ -117,8 +143,13 @@ def assemble_domains(
                     force[nodes[e, a], i] -= V * f
             if tangent != NO_TANGENT:
                 add_stiffness(V, g, C, D, Ke)
+            if both:
+                M = R[point] if kind == COROTATIONAL else F[point]
+                add_material(V * c[5], V * c[6], g, M, D, De)
         if tangent != NO_TANGENT:
             add_blocks(Ke, slot[e], blocks)
+        if both:
+            add_blocks(De, slot[e], material)
     return energy
 
 
@@ -166,6 +197,34 @@ def add_stiffness(V: float, g: Array, C: Array, D: Array, Ke: Array) -> None:
                 for k in range(3):
                     entry = D[b, k, 3 * i] * g0 + D[b, k, 3 * i + 1] * g1 + D[b, k, 3 * i + 2] * g2
                     Ke[a, b, i, k] += entry
+
+
+@kernel
+def add_material(lam: float, mu: float, g: Array, M: Array, D: Array, Ke: Array) -> None:
+    """`add_stiffness` with `material_tangent`, λ ĝ_a ĝ_bᵀ + μ (ĝ_b ĝ_aᵀ + (g_a·g_b) M Mᵀ), ĝ = M g.
+
+    Args:
+        lam: volume times λ [N m].
+        mu: volume times μ [N m].
+        g: (s, 3) gradients at rest [1/m].
+        M: (3, 3) deformation gradient, or its rotation.
+        D: (s, 3, 9) working memory, overwritten.
+        Ke: (s, s, 3, 3) blocks, accumulated [N/m].
+    """
+    n_nodes, B = g.shape[0], np.empty((3, 3))
+    for i in range(3):
+        for k in range(3):
+            B[i, k] = mu * (M[i, 0] * M[k, 0] + M[i, 1] * M[k, 1] + M[i, 2] * M[k, 2])
+    for a in range(n_nodes):
+        for i in range(3):
+            D[a, 0, i] = M[i, 0] * g[a, 0] + M[i, 1] * g[a, 1] + M[i, 2] * g[a, 2]
+    for a in range(n_nodes):
+        for b in range(a, n_nodes):
+            dot = g[a, 0] * g[b, 0] + g[a, 1] * g[b, 1] + g[a, 2] * g[b, 2]
+            for i in range(3):
+                along, across = lam * D[a, 0, i], mu * D[b, 0, i]
+                for k in range(3):
+                    Ke[a, b, i, k] += along * D[b, 0, k] + across * D[a, 0, k] + dot * B[i, k]
 
 
 def linear_domains(mesh: TetMesh, law: Ints) -> Domains:

@@ -49,8 +49,16 @@ class NodalBody(TetBody):
         """The stiffness of the material, carried along with the elements: CSC values (nnz,)."""
         return self.forces_with(MATERIAL, state)[1]
 
+    def forces_and_stiffness(
+        self, state: State, effort: Array | None
+    ) -> tuple[Array, Array, Array]:
+        """`forces` with the exact tangent, and `stiffness`, in one pass over the elements."""
+        D = np.zeros(len(self.pattern.indices))
+        force, K = self.forces_with(EXACT, state, effort, D)
+        return force, K, D
+
     def forces_with(
-        self, tangent: int, state: State, effort: Array | None = None
+        self, tangent: int, state: State, effort: Array | None = None, D: Array | None = None
     ) -> tuple[Array, Array]:
         """`forces` with one of the tangents of `tauten.model.materials.response`.
 
@@ -58,10 +66,15 @@ class NodalBody(TetBody):
             tangent: EXACT, PROJECTED or MATERIAL.
             state: as in `forces`.
             effort: as in `forces`.
+            D: (nnz,) zeros, overwritten with `stiffness`; None: it is not wanted.
         """
         motion, actuators = self.motion(state), self.actuator_set
         loads = actuators.loads(actuators.efforts(effort), tangent == EXACT)
-        total, K = self.tetrahedra.forces(tangent, motion.x, loads)
+        total, K = self.tetrahedra.forces(tangent, motion.x, loads, D)
+        if D is not None:
+            self.tetrahedra.add_curvature(
+                motion.x, actuators.loads(actuators.efforts(None), False), D
+            )
         preload = actuators.preload(motion)
         return (total if preload is None else total + preload[0]), K
 

@@ -43,28 +43,36 @@ class Solid:
     stiffness: tuple[Array, ...] | None
     n_elements: int
 
-    def assemble(self, x: Array, tangent: int, force: Array, K: Array) -> float:
-        """Add internal forces to `force` (n_nodes, 3) and the tangent to the CSC values `K` (nnz,).
+    def assemble(
+        self, x: Array, tangent: int, force: Array, K: Array, D: Array | None = None
+    ) -> float:
+        """Add internal forces to `force` (n_nodes, 3) and tangents to the CSC values `K` and `D` (nnz,).
 
         Args:
             x: (n_nodes, 3) positions [m].
             tangent: NO_TANGENT, EXACT, PROJECTED or MATERIAL.
             force: output [N].
             K: output [N/m]; left alone without tangent.
+            D: output: the tangent MATERIAL in the same pass [N/m]; None: it is not wanted.
 
         Returns:
             The elastic energy [J].
         """
         energy, blocks = 0.0, self.blocks.zeros()
+        material = blocks[:0] if D is None else np.zeros_like(blocks)
         for index, (part, slot) in enumerate(zip(self.domains, self.slots, strict=True)):
             if self.stiffness is not None:
                 elements = (part.nodes, part.gradients[:, 0], self.stiffness[index])
-                energy += assemble_corotational(x, elements, tangent, slot, force, blocks)
+                energy += assemble_corotational(x, elements, tangent, slot, force, blocks, material)
             else:
                 arrays = (part.nodes, part.gradients, part.volumes, part.law)
-                energy += assemble_domains(x, arrays, self.laws, tangent, slot, force, blocks)
+                energy += assemble_domains(
+                    x, arrays, self.laws, tangent, slot, force, blocks, material
+                )
         if tangent != NO_TANGENT:
             self.blocks.add_to(K, blocks)
+        if D is not None:
+            self.blocks.add_to(D, material)
         return energy
 
     def energy(self, x: Array) -> float:

@@ -24,6 +24,7 @@ class Tetrahedra:
         mesh: linear tetrahedra on all nodes at rest; quadratic elements are cut into eight.
         pattern: sparsity of matrices (m, m).
         elements: the finite elements.
+        deforming: those of them that can deform; the others move as rigid bodies.
         mass: (m,) lumped mass [kg].
         load: (m,) gravity and outer forces [N].
         curvature: of cables and chambers.
@@ -33,6 +34,7 @@ class Tetrahedra:
     mesh: TetMesh
     pattern: Pattern
     elements: Solid
+    deforming: Solid
     mass: Array
     load: Array
     curvature: NodalCurvature
@@ -77,24 +79,37 @@ class Tetrahedra:
         """Nodes at x (n_nodes, 3) with the free ones themselves as unknowns."""
         return NodeMotion(x, self.dof, self.m)
 
-    def forces(self, tangent: int, x: Array, loads: Loads | None) -> tuple[Array, Array]:
+    def forces(
+        self, tangent: int, x: Array, loads: Loads | None, D: Array | None = None
+    ) -> tuple[Array, Array]:
         """Internal and outer forces (m,) [N], and their tangent as CSC values in `pattern`.
 
         Args:
             tangent: EXACT, PROJECTED or MATERIAL of `tauten.model.materials.response`.
             x: (n_nodes, 3) node positions [m].
             loads: efforts of cables and chambers, whose curvature enters the tangent.
+            D: (nnz,) zeros, overwritten with the stiffness of the material [N/m]; None: it is not wanted.
         """
         force, K = np.zeros_like(x), np.zeros(len(self.pattern.indices))
-        self.elements.assemble(x, tangent, force, K)
+        self.deforming.assemble(x, tangent, force, K, D)
+        self.add_curvature(x, loads, K)
+        return force[self.dof >= 0].ravel() + self.load, K
+
+    def add_curvature(self, x: Array, loads: Loads | None, K: Array) -> None:
+        """Add what efforts contribute to a tangent.
+
+        Args:
+            x: (n_nodes, 3) node positions [m].
+            loads: the efforts; None: there are none.
+            K: CSC values in `pattern`, added to.
+        """
         if loads is not None:
             self.curvature.add(x, loads, K)
-        return force[self.dof >= 0].ravel() + self.load, K
 
     def potential(self, x: Array) -> float:
         """Elastic energy minus the work of gravity and outer forces at nodes x (n_nodes, 3) [J]."""
         moved = (x - self.mesh.nodes)[self.dof >= 0].ravel()
-        return self.elements.energy(x) - float(self.load @ moved)
+        return self.deforming.energy(x) - float(self.load @ moved)
 
     def viscous(
         self, viscosity: Viscoelasticity, x: Array, memory: Array, h: float

@@ -134,6 +134,21 @@ def test_stiffness_of_the_material_at_rest_is_the_tangent(kind: Kind, law: Law) 
 
 
 @every_kind
+@every_law
+def test_one_pass_gives_both_tangents(kind: Kind, law: Law) -> None:
+    """The stiffness of the material beside the exact tangent, as in a pass of its own."""
+    body = make_body(irregular_box(), kind, law)
+    x = deformed(body, 4)
+    alone, (energy, f, K) = body.forces(x, MATERIAL)[2], body.forces(x, EXACT)
+    force, values = np.zeros_like(x), np.zeros((2, K.nnz))
+    both = body.solid.assemble(x, EXACT, force, values[0], values[1])
+    assert both == energy
+    np.testing.assert_array_equal(force, f)
+    np.testing.assert_array_equal(values[0], K.data)
+    np.testing.assert_allclose(values[1], alone.data, atol=1e-12 * np.abs(alone.data).max())
+
+
+@every_kind
 @pytest.mark.parametrize("law", LAWS[1:], ids=lambda law: law.name)
 def test_damping_of_strained_bodies_resists_no_rigid_motion(kind: Kind, law: Law) -> None:
     body = make_body(irregular_box(), kind, law)

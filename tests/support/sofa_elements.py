@@ -39,12 +39,15 @@ def large_frames(x: Array, tets: Ints) -> Array:
 def assemble_with(frames: Frames, mesh: TetMesh):  # type: ignore[no-untyped-def]
     """`assemble_corotational`, small strain in frames of SOFA's that turn with the elements."""
 
-    def assemble(x, elements, tangent, slot, force, blocks):  # type: ignore[no-untyped-def]
+    number = {tuple(sorted(tet)): e for e, tet in enumerate(mesh.tets.tolist())}
+
+    def assemble(x, elements, tangent, slot, force, blocks, material):  # type: ignore[no-untyped-def]
         nodes, gradients, stiffness = elements
         if tangent == NO_TANGENT:
-            return assemble_corotational(x, elements, tangent, slot, force, blocks)
+            return assemble_corotational(x, elements, tangent, slot, force, blocks, material)
         lam, mu = stiffness[:, :1], stiffness[:, 1:]  # times the volume
-        R = frames(x, mesh.tets) @ np.swapaxes(frames(mesh.nodes, mesh.tets), 1, 2)
+        tets = mesh.tets[[number[tuple(one)] for one in nodes.tolist()]]
+        R = frames(x, tets) @ np.swapaxes(frames(mesh.nodes, tets), 1, 2)
         A = np.swapaxes(R, 1, 2) @ np.einsum("eai,eaj->eij", x[nodes], gradients)
         strain = 0.5 * (A + np.swapaxes(A, 1, 2)) - np.eye(3)
         trace = np.trace(strain, axis1=1, axis2=2)[:, None, None]
@@ -58,6 +61,8 @@ def assemble_with(frames: Frames, mesh: TetMesh):  # type: ignore[no-untyped-def
             block += mu[..., None] * dot[:, None, None] * np.eye(3)
             free = slot[:, pair] >= 0
             np.add.at(blocks, slot[free, pair], block[free].reshape(-1, 9))
+            if len(material) > 0:
+                np.add.at(material, slot[free, pair], block[free].reshape(-1, 9))
         return 0.0
 
     return assemble

@@ -23,12 +23,14 @@ from support.robots.small_bodies import (
     WINCH,
     constrained,
     moved,
+    rigid_box,
 )
 
 from tauten.controller import Controller, Status
 from tauten.model import Robot, Simulator, State
 from tauten.model.constraints import ConstrainedBody
-from tauten.model.numerics import Array
+from tauten.model.materials import NO_TANGENT
+from tauten.model.numerics import Array, FactorisationError
 from tauten.model.schema import RobotFileError
 
 
@@ -109,6 +111,56 @@ def test_forces_are_the_derivative_of_the_potential(
     slope = derivative(robot, state, robot.potential, direction)
     force, _ = robot.forces(state)
     assert -force @ direction == pytest.approx(float(slope), rel=1e-6)
+
+
+def test_elements_that_cannot_deform_are_left_out(
+    robot: Robot[ConstrainedBody], state: State
+) -> None:
+    """Those that are fixed or in one rigid region: at any state they have neither energy nor forces."""
+    held, x = robot.body.tetrahedra, robot.body.nodes(state)
+    every, some = (
+        [len(part.nodes) for part in one.domains] for one in (held.elements, held.deforming)
+    )
+    assert 0 < sum(some) < 0.9 * sum(every)
+    energies, forces = [], []
+    for solid in (held.elements, held.deforming):
+        force = np.zeros_like(x)
+        energies.append(solid.assemble(x, NO_TANGENT, force, np.zeros(0)))
+        forces.append(robot.body.placed(state)[1].forces(force[held.dof >= 0].ravel()))
+    assert energies[0] == pytest.approx(energies[1], rel=1e-12)
+    np.testing.assert_allclose(forces[0], forces[1], atol=1e-12 * np.abs(forces[1]).max())
+
+
+def test_a_wholly_rigid_body_has_no_elements_to_sum() -> None:
+    box = rigid_box(material=RUBBER)
+    assert box.body.tetrahedra.deforming.domains == ()
+    assert box.body.n_elements == len(MESH.tets)
+    turned = moved(box, box.rest(), np.array([0.01, 0.0, 0.0, 0.3, -0.2, 0.1]))
+    assert box.potential(turned) == pytest.approx(box.potential(box.rest()), abs=1e-12)
+
+
+def test_damping_in_one_pass(robot: Robot[ConstrainedBody], state: State) -> None:
+    """The stiffness that damping is proportional to, summed beside the tangent, or alone."""
+    force, K, D = robot.body.forces_and_stiffness(state, np.ones(robot.n_a))
+    alone = robot.body.stiffness(state)
+    np.testing.assert_allclose(D, alone, atol=1e-12 * np.abs(alone).max())
+    np.testing.assert_array_equal(K, robot.forces(state, np.ones(robot.n_a), exact=True)[1])
+    np.testing.assert_array_equal(force, robot.forces(state)[0])
+
+
+def test_cables_that_hold_a_rigid_part_against_each_other_are_named() -> None:
+    """One is wound and the other one held: no motion meets both positions, and the sentence says so."""
+    cables = [
+        {
+            "name": name, "pull_point": [x, 0.01, 0.01], "points": [[0.1, 0.01, 0.01]],
+            "max_tension": 5.0, "max_pull": 0.05, "max_rate": 1.0,
+        }
+        for name, x in (("ahead", 0.2), ("back", -0.2))
+    ]  # fmt: skip
+    simulator = Simulator(constrained(cables=cables, rigid=[{"name": "plate", "region": END}]))
+    with pytest.raises(FactorisationError, match=r"(ahead|back) needed an effort .* 5 is allowed"):
+        for step in range(100):
+            simulator.move(position=[5e-4 * step, 0.0])
 
 
 def test_the_tangent_is_the_derivative_of_the_forces(
