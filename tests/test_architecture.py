@@ -117,6 +117,7 @@ FILES = [
 MODULES = [path for path in FILES if path.name not in ("__init__.py", "__main__.py")]
 
 
+@cache
 def folder_of(path: Path) -> str:
     """The folder of a module, with dots."""
     return ".".join(path.relative_to(ROOT).parent.parts)
@@ -154,6 +155,7 @@ def imported_folders(path: Path) -> set[tuple[str, str]]:
     return found
 
 
+@cache
 def longest_folder(name: str) -> str:
     """The line of the table that a dotted name belongs to."""
     return max((folder for folder in ORDER if f"{name}.".startswith(f"{folder}.")), key=len)
@@ -265,10 +267,7 @@ def documents_arguments(function: ast.FunctionDef | ast.AsyncFunctionDef) -> boo
 def documented_methods() -> set[tuple[str, str]]:
     """Class and name of all methods whose docstrings list arguments."""
     classes = [
-        one
-        for path in MODULES
-        for one in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(one, ast.ClassDef)
+        one for path in MODULES for one in ast.walk(parsed(path)) if isinstance(one, ast.ClassDef)
     ]
     return {
         (one.name, method.name)

@@ -69,7 +69,7 @@ def test_limits_are_kept_whatever_the_target(beam: Robot) -> None:
     controller, limits = Controller(beam), beam.limits
     tip = controller.effector[0]
     position, reached = controller.position, np.zeros(3, dtype=bool)
-    for step in range(200):
+    for step in range(120):
         if step % 20 == 0:
             target = tip + rng.normal(size=3) * 10.0 ** rng.uniform(-3.0, 3.0)
         actuation = controller.step(target)
@@ -94,7 +94,7 @@ def test_a_target_out_of_reach_is_approached_and_then_held(beam: Robot) -> None:
     tip = controller.effector[0]
     target = tip + 50.0 * DOWN
     distances = []
-    for _ in range(150):
+    for _ in range(100):
         actuation = controller.step(target)
         assert actuation.status is Status.OK
         distances.append(np.linalg.norm(controller.effector[0] - target))
@@ -155,7 +155,7 @@ def test_the_equilibrium_reached_is_the_simulators(beam: Robot) -> None:
     simulator = Simulator(beam, contact="none")
     assert simulator.settle(position=[0.006, 0.0]).converged
     controller = Controller(beam)
-    follow(controller, simulator.effector[0], 400)
+    follow(controller, simulator.effector[0], 200)
     # the weight of the elastic energy keeps it from getting there altogether
     error = np.linalg.norm(controller.effector - simulator.effector)
     assert error < 1e-3 * np.linalg.norm(simulator.effector - beam.effector(beam.rest()))
@@ -186,7 +186,7 @@ def test_holding_keeps_the_winches_and_finds_the_equilibrium(beam: Robot) -> Non
     controller = Controller(beam)
     follow(controller, controller.effector[0] + DOWN, 15)
     position = controller.position.copy()
-    for _ in range(300):
+    for _ in range(120):
         actuation = controller.hold()
         controller.advance()
         assert actuation.status is Status.OK

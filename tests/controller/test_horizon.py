@@ -112,7 +112,10 @@ def test_a_body_under_pressure_follows_without_the_delay_of_the_horizon(stops: b
     assert np.linalg.norm(controller.effector[0] - goal) < 0.3 * np.linalg.norm(speed)
 
 
-@pytest.mark.parametrize(("period", "error", "roughness"), [(10.0, 5e-5, 5.0), (6.0, 2e-4, 15.0)])
+@pytest.mark.parametrize(
+    ("period", "error", "roughness"),
+    [pytest.param(10.0, 5e-5, 5.0, marks=pytest.mark.slow), (6.0, 2e-4, 15.0)],
+)
 def test_bellows_follow_a_path_smoothly(period: float, error: float, roughness: float) -> None:
     """Linearised a tick ago, and stopped by folds in range, the tip was 0.25 and 0.5 mm from its path.
 

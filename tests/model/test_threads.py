@@ -140,9 +140,9 @@ def test_entering_costs_less_than_a_hundredth_of_a_step() -> None:
 def test_a_loop_of_a_user_takes_one_thread() -> None:
     """README's loop in a process that could take more: nothing is computed on other threads.
 
-    Of 15 steps with 3500 unknowns; a library that takes a second thread spends as much there as here.
+    Of 8 steps with 3500 unknowns; a library that takes a second thread spends as much there as here.
     """
-    times = run_loop("import scipy.linalg, numpy", "none", 15, **FREE)
+    times = run_loop("import scipy.linalg, numpy", "none", 8, **FREE)
     assert times["others"] < 0.1 * times["own"], times
 
 

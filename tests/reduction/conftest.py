@@ -4,6 +4,10 @@ Candidates are finer than the nodes that carry them, so the compliance W is near
 forces move over the faces as the notches close, and most candidates never touch.
 """
 
+from __future__ import annotations
+
+import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +27,9 @@ from tauten.reduction.contact import (
     contact_problems,
     make_basis,
 )
+
+if sys.platform != "win32":
+    import fcntl
 
 
 def _hats(u: Array, nodes: int) -> Array:
@@ -71,9 +78,17 @@ def thumb_design(thumb: Robot[NodalBody]) -> Design:
 def thumb_folder(
     thumb: Robot[NodalBody], thumb_design: Design, tmp_path_factory: pytest.TempPathFactory
 ) -> Path:
-    """The folder of the campaign of this design, which is complete."""
-    folder = tmp_path_factory.mktemp("ramp")
-    run_campaign(thumb, thumb_design, folder, show_progress=False)
+    """The folder of the campaign of this design, which is complete.
+
+    Processes of the suite share it: the first one makes it, the others wait.
+    """
+    base = tmp_path_factory.getbasetemp()
+    several = "PYTEST_XDIST_WORKER" in os.environ and sys.platform != "win32"
+    folder = (base.parent if several else base) / "ramp"
+    with folder.with_suffix(".lock").open("a") as lock:
+        if sys.platform != "win32":
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        run_campaign(thumb, thumb_design, folder, show_progress=False)
     return folder
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 WIDTH, HEIGHT = 1000, 500
-# A page draws as often as it can; without a graphics card each frame takes tens of milliseconds.
+# A page draws as often as it can; without a graphics card each frame takes both cores tens of milliseconds.
 FEW_FRAMES = """
     const ask = window.requestAnimationFrame.bind(window);
     window.requestAnimationFrame = draw => window.setTimeout(() => ask(draw), 200);
@@ -32,15 +32,13 @@ def page_of(
     address: str,
     loaded: str | None = None,
     size: tuple[int, int] = (WIDTH, HEIGHT),
-    few_frames: bool = False,
 ) -> Iterator[Page]:
-    """A page in a browser; skips where there is none.
+    """A page in a browser, which draws five times a second; skips where there is none.
 
     Args:
         address: to open.
         loaded: text that shows that it is there; None: its canvas does.
         size: width and height of the window [pixels].
-        few_frames: draw five times a second, for tests that take long.
     """
     if chromium.installed() is None:
         pytest.skip("no Chromium on this computer: apt-get install chromium")
@@ -48,8 +46,7 @@ def page_of(
     with chromium.launched() as browser:
         page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         page.set_default_timeout(120_000)  # ms; without a graphics card, on a busy machine
-        if few_frames:
-            page.add_init_script(FEW_FRAMES)
+        page.add_init_script(FEW_FRAMES)
         page.goto(address)
         page.wait_for_selector("canvas", timeout=60_000)
         if loaded is not None:

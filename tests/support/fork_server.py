@@ -16,6 +16,8 @@ import signal
 import sys
 from typing import Any, TextIO
 
+import numba
+
 import tauten.service.cli.app
 import tauten.service.node
 import tauten.service.plant
@@ -32,6 +34,7 @@ def warm(robot: str) -> None:
     with one_blas_thread():  # threads would be missing in the copies
         warm_controller(load_setup(robot))
     typestore()  # loads the definitions of the messages
+    numba.njit(lambda x: x)(1.0)  # the first compilation prepares the compiler
     gc.freeze()
 
 

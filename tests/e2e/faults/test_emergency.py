@@ -80,10 +80,23 @@ def test_an_emergency_command_imports_nothing_of_the_model() -> None:
         "--help",
     ],
 )
-@pytest.mark.parametrize("variable", [None, "", "named.json5"])
 def test_it_reads_a_command_as_the_whole_program_does(
-    line: str, variable: str | None, monkeypatch: pytest.MonkeyPatch
+    line: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    check_order(line, None, monkeypatch)
+
+
+@pytest.mark.parametrize(
+    "line", ["beam stop", "beam hold --zenoh-config one.json5", "beam stop --zenoh-config=", "beam"]
+)
+@pytest.mark.parametrize("variable", ["", "named.json5"])
+def test_it_reads_the_variable_as_the_whole_program_does(
+    line: str, variable: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    check_order(line, variable, monkeypatch)
+
+
+def check_order(line: str, variable: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     """An order that is found is that of the whole program; where that ends, none is found."""
     sent: list[Order] = []
     monkeypatch.setattr(emergency, "carry_out", lambda order: sent.append(order) or "")

@@ -33,7 +33,7 @@ def shown(beam_file: Path, beam: Robot) -> Iterator[Shown]:
 @pytest.fixture(scope="module")
 def opened(shown: Shown) -> Iterator[Page]:
     """Its page, which takes a browser many seconds to draw."""
-    with page_of(shown.origin, "Operate", few_frames=True) as found:
+    with page_of(shown.origin, "Operate") as found:
         yield found
 
 

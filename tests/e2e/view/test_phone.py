@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from support.browsers import on_page, page_of
 from support.viewers import showing, wait_until
 
@@ -39,6 +40,7 @@ def test_a_phone_shows_robot_and_target_above_the_panel(beam_file: Path, beam: R
         assert wait_until(above)
 
 
+@pytest.mark.slow
 def test_a_robot_is_as_large_in_a_window_that_is_not_wide(beam_file: Path, beam: Robot) -> None:
     """It was so large as in a wide one, and ended under the panel."""
     size = (640, 700)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
-from support.browsers import page_of
+from support.browsers import HEIGHT, page_of, pixels
 from support.nodes import wait_health, wait_mode
 from support.processes import Served, run_main
 from support.viewers import Shown, browser, drag, showing, wait_until
@@ -144,6 +144,9 @@ def test_a_log_is_shown_and_exported(
     assert "http://" not in text.split("__VISER_EMBED_DATA__")[1].split("</script>")[0]
     with page_of(html.as_uri()) as page_:
         assert wait_until(lambda: page_.get_by_text("1x").count() > 0)
+        assert wait_until(lambda: bool(pixels(page_)[HEIGHT - 5, 5].mean() > 0.7)), "it is light"
+        text = page_.get_by_text("effector", exact=True)
+        assert text.evaluate("one => getComputedStyle(one).color") == "rgb(34, 34, 34)"
 
 
 def test_a_log_of_another_robot_says_so(

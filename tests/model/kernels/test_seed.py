@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import lzma
 import os
+import shutil
 import sys
 import tarfile
 from collections.abc import Callable
@@ -20,14 +21,21 @@ from tauten.model.kernels.seed import SEED, pack, unpack, unpacked
 FILES = {"a.nbi": with_digest(b"index"), "a.1.nbc": with_digest(bytes(1000))}
 
 
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the kernels of a package were compiled; their names do not depend on where it is."""
+    folder = tmp_path_factory.mktemp("package")
+    write(folder)
+    assert run(folder, folder / "first", **{SEED: "off"}) == (6.0, 0, 1)
+    return folder / "first"
+
+
 @pytest.fixture
-def archive(tmp_path: Path) -> Path:
+def archive(tmp_path: Path, compiled: Path) -> Path:
     """The kernels of the package in `tmp_path`, packed from where they were compiled."""
     write(tmp_path)
-    assert run(tmp_path, tmp_path / "first", **{SEED: "off"}) == (6.0, 0, 1)
-    compiled = (tmp_path / "first").rglob("*.nb?")
     file = tmp_path / "seed.tar.xz"
-    file.write_bytes(pack((path.name, path.read_bytes()) for path in compiled))
+    file.write_bytes(pack((path.name, path.read_bytes()) for path in compiled.rglob("*.nb?")))
     return file
 
 
@@ -89,8 +97,9 @@ def test_what_others_can_write_is_unpacked_into_memory(tmp_path: Path, archive: 
     ],
 )
 def test_a_damaged_file_is_left_out_in_one_sentence(
-    tmp_path: Path, archive: Path, damage: Callable[[bytes], bytes]
+    tmp_path: Path, archive: Path, compiled: Path, damage: Callable[[bytes], bytes]
 ) -> None:
+    shutil.copytree(compiled, tmp_path / "first")
     archive.write_bytes(damage(archive.read_bytes()))
     process = start(tmp_path, tmp_path / "first", **{SEED: str(archive)})
     assert end(process) == (6.0, 1, 0), "from the user's own kernels"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
+from support.robots.bodies import CABLE
 from support.robots.small_bodies import KINDS, small_body
 from support.state_bases import basis_of, turned_space
 
@@ -29,7 +30,7 @@ MORE = ("linear, yeoh", "smoothed", "smoothed, neo-hookean", "quadratic")  # oth
     ],
 )
 def body(request: pytest.FixtureRequest) -> Robot[NodalBody]:
-    return small_body(request.param)
+    return small_body(request.param, cables=[CABLE])
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +55,7 @@ def bent(body: Robot[NodalBody]) -> Array:
 def snapshots(body: Robot[NodalBody], tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
     folder = tmp_path_factory.mktemp("ramp")
     found = run_campaign(body, ramp(body, step=5e-4), folder, show_progress=False)
-    return found.select(np.flatnonzero(found.converged)[:40])
+    return found.select(np.flatnonzero(found.converged))
 
 
 def test_complete_basis_gives_forces_and_the_exact_tangent(
@@ -73,10 +74,9 @@ def test_complete_basis_gives_forces_and_the_exact_tangent(
 def test_other_tangent_is_positive_semidefinite(complete: Robot[ReducedBody], bent: Array) -> None:
     """Also where the body is crushed, and the exact one is not."""
     state = complete.body.projected(State(0.6 * bent, bent))
-    energies = [
-        np.linalg.eigvalsh(complete.forces(state, exact=exact)[1])[0] for exact in (True, False)
-    ]
-    scale = np.abs(complete.forces(state)[1]).max()
+    tangents = [complete.forces(state, exact=exact)[1] for exact in (True, False)]
+    energies = [np.linalg.eigvalsh(tangent)[0] for tangent in tangents]
+    scale = np.abs(tangents[1]).max()
     assert energies[0] < -1e-6 * scale
     assert energies[1] > -1e-10 * scale
 

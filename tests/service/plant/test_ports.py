@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import signal
 import socket
-import subprocess
-import sys
+import time
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
+from support.processes import START, start_script
 
 from tauten.service.plant import free_ports
 
-RESERVE = "from tauten.service.plant import free_ports; print(free_ports())"
+RESERVE = """
+import time
+from tauten.service.plant import free_ports
+print(free_ports(), flush=True)
+time.sleep(300.0)
+"""
 
 
 def test_a_port_is_given_once() -> None:
@@ -24,18 +31,18 @@ def test_a_port_is_given_once() -> None:
                 found.bind(("127.0.0.1", one))
 
 
-def test_another_process_is_given_none_of_them() -> None:
-    first = subprocess.Popen(
-        [sys.executable, "-c", f"{RESERVE}; input()"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    )
-    assert first.stdin is not None and first.stdout is not None
+def test_another_process_is_given_none_of_them(tmp_path: Path) -> None:
+    (tmp_path / "reserve.py").write_text(RESERVE)
+    first = start_script(tmp_path / "said.txt", tmp_path / "reserve.py")
     try:
-        taken = int(first.stdout.readline())
+        end = time.monotonic() + START
+        while not first.output.read_text().endswith("\n") and time.monotonic() < end:
+            time.sleep(0.02)
+        taken = int(first.output.read_text())
         with socket.socket(socket.AF_UNIX) as held, pytest.raises(OSError, match="in use"):
             held.bind(f"\0tauten-{taken}")
-        first.communicate(b"\n", timeout=300.0)
+        first.end(signal.SIGKILL)
         with socket.socket(socket.AF_UNIX) as again:  # the reservation ended with the process
             again.bind(f"\0tauten-{taken}")
     finally:
-        first.kill()
-        first.wait()
+        first.end(signal.SIGKILL)
