@@ -167,8 +167,15 @@ def test_a_controller_that_touches_nothing_has_no_certificate() -> None:
     assert controller.certificate is None
 
 
-@pytest.mark.parametrize("checks", [0, 2, 3])
-@pytest.mark.parametrize("scheme", ["implicit-euler", "quasi-static"])
+@pytest.mark.parametrize(
+    ("scheme", "checks"),
+    [
+        pytest.param(scheme, checks, marks=[] if usual else pytest.mark.slow)
+        for scheme, few in (("implicit-euler", (0, 3)), ("quasi-static", (2,)))
+        for checks in (0, 2, 3)
+        for usual in [checks in few]
+    ],
+)
 def test_decisions_that_are_all_cut_arrive_together(scheme: str, checks: int) -> None:
     """Whatever the time: each goes on where the one before was cut. Without that the finger stands still."""
     slow, free = Controller(finger(0.5, scheme)), Controller(finger(0.5, scheme))

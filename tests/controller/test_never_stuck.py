@@ -183,7 +183,7 @@ def test_a_winch_that_hardly_turns_beside_a_fast_one_stays_within_limits() -> No
     slow = replace(robot, limits=replace(robot.limits, rate=rate))
     controller = Controller(slow, "none")
     goal = robot.effector(robot.rest()) + 0.2 * robot.size * np.array([1.0, 0.5, 0.0])
-    for _ in range(20):
+    for _ in range(8):
         decided = controller.step(goal)
         assert decided.status.usable
         assert (decided.effort <= robot.limits.effort_max * (1.0 + 1e-9)).all()

@@ -124,7 +124,7 @@ def in_diamond(r: Array, size: float) -> Array:
     return np.sign(r) * shrunk
 
 
-@pytest.mark.parametrize("angle", [0.0, 45.0])
+@pytest.mark.parametrize("angle", [pytest.param(0.0, marks=pytest.mark.slow), 45.0])
 @pytest.mark.parametrize("cone", ["exact", "diamond"])
 def test_a_cone_holds_in_every_direction_and_a_diamond_does_not(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cone: str, angle: float

@@ -22,9 +22,9 @@ min_force = 0.5              # N: the pad stays on the ball
 WAY = (-0.0009, 0.0012)
 
 
-def rolled(robot: Robot) -> tuple[Simulator, Array]:
-    """The simulator at the end of a target's way, and how far the ball has gone."""
-    *_, simulator = ROLL["roll"](robot, WAY, 0.4, 0.3)
+def rolled(robot: Robot, seconds: float = 0.4, rest: float = 0.3) -> tuple[Simulator, Array]:
+    """The simulator at the end of a target's way and a rest, and how far the ball has gone."""
+    *_, simulator = ROLL["roll"](robot, WAY, seconds, rest)
     return simulator, ROLL["moved"](simulator)
 
 
@@ -41,5 +41,5 @@ def test_a_pad_rolls_a_ball_to_its_target() -> None:
 
 
 def test_without_contact_the_ball_stays(tmp_path: Path) -> None:
-    _, moved = rolled(load_robot(changed(tmp_path, "roll.toml", (PAD, ""))))
+    _, moved = rolled(load_robot(changed(tmp_path, "roll.toml", (PAD, ""))), 0.2, 0.0)
     assert np.linalg.norm(moved) < 1e-6

@@ -172,7 +172,7 @@ def test_energy_never_grows_while_motors_hold(make: Callable[[], Robot[Constrain
     robot = make()
     position = np.where([one in ("tendon", "push") for one in robot.actuators.names], np.nan, 0.0)
     effort = np.where(np.isnan(position), 0.0, np.nan)
-    energies = swing(robot, shaken(robot, 0.5), 40, position=position, effort=effort)
+    energies = swing(robot, shaken(robot, 0.5), 25, position=position, effort=effort)
     assert np.diff(energies).max() < 1e-12 * np.abs(energies).max(), "beyond rounding"
     assert energies[-1] < energies[0]
 
