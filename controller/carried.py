@@ -14,8 +14,10 @@ smaller converge, and γ remains.
 Where a cable is taut in one plan and slack in the next, plans jump between two pieces of the problem, and no
 γ ends that: commands go to and fro for ever. While the target is constant, actuators therefore go a share of
 the way that is adapted as trust regions are (Conn, Gould and Toint, Trust-Region Methods, 2000): by how much
-the objective of holding has decreased over the last ticks, of what plans have predicted. They go all of the
-way again where the target or a lock has changed, or much more can be gained than before.
+the objective of holding has decreased over the last ticks, of what plans have predicted. A share with which
+it has not decreased is too large where the robot comes to rest: the share grows to half of it at most. They
+go all of the way again where the target or a lock has changed, and as far as they may where much more can be
+gained than before.
 """
 
 from __future__ import annotations
@@ -38,7 +40,9 @@ LARGEST = 100.0  # γ
 POOR = 0.1  # of the predicted decrease: where less is reached, the share of the way shrinks,
 GOOD = 0.5  # and where more is reached, it grows
 SHRINKAGE, GROWTH = 0.7, 1.1  # of the share of the way in a tick
-SMALL = 1e-3  # share of the way below which it becomes 1 again
+LOWERED = 0.5  # of a share with which decreases become poor, that it may grow to again;
+ALLOWED = 0.1  # it may always grow to this one
+SMALL = 1e-3  # share of the way below which it becomes the largest one again
 MORE = 2.0  # where the gain is this multiple of its mean
 RECENT = 0.2  # weight of the last tick in the mean of decreases
 JUMP = 1e-4  # of the robot's size: a goal that changes by more in a tick is another one
@@ -81,6 +85,8 @@ class Damping:
         change: (n_e + n_a,) predicted change d of the decision before, of effector rows and efforts as (T1)
             weighs them [m]; empty: none.
         share: of the way to the plan that actuators go in a tick, 0 to 1.
+        most: largest share.
+        grown: whether the share has not shrunk since it grew.
         objective: of the decision before; None: the goal has jumped.
         actual: mean decrease of the objective of holding in a tick [m²].
         predicted: mean of what plans predicted [m²].
@@ -91,6 +97,8 @@ class Damping:
     gamma: float
     change: Array
     share: float
+    most: float
+    grown: bool
     objective: Objective | None
     actual: float
     predicted: float
@@ -107,19 +115,17 @@ class Damping:
         before = self.goal
         if len(before) != len(goal) or np.abs(goal - before).max() > JUMP * size:
             return self.starting(goal)
-        share, objective = self.share, self.objective
-        numbers = (self.actual, self.predicted, self.gain)
-        return Damping(self.gamma, self.change, share, objective, *numbers, goal)
+        return replace(self, goal=goal)
 
     def starting(self, goal: Array) -> Damping:
         """The same for a goal (n_v,) that nothing is known of: all of the way."""
-        return Damping(self.gamma, self.change, 1.0, None, 0.0, 0.0, 0.0, goal)
+        return Damping(self.gamma, self.change, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, goal)
 
 
 def undamped() -> Damping:
     """The start."""
     none = np.zeros(0)
-    return Damping(0.0, none, 1.0, None, 0.0, 0.0, 0.0, none)
+    return Damping(0.0, none, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, none)
 
 
 def adapted(damping: Damping, change: Array, size: float, objective: Objective) -> Damping:
@@ -139,21 +145,24 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
             gamma = min((1.0 + gamma) * growth - 1.0, LARGEST)
         elif repeated > REPEATED:
             gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
-    last, share, goal, still = damping.objective, damping.share, damping.goal, (STILL * size) ** 2
-    gain = objective.gain
+    last, share, most, grown = damping.objective, damping.share, damping.most, damping.grown
+    goal, gain, still = damping.goal, objective.gain, (STILL * size) ** 2
     if last is None:
-        return Damping(gamma, change, share, objective, 0.0, 0.0, gain, goal)
+        return Damping(gamma, change, share, most, grown, objective, 0.0, 0.0, gain, goal)
     if share < SMALL and gain > MORE * damping.gain + still:
-        return damping.starting(goal)
+        return replace(damping.starting(goal), share=most, most=most)
     actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
     predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
     if predicted > still:
         if actual < POOR * predicted:
-            share *= SHRINKAGE
+            if grown:
+                most = min(most, max(LOWERED * share, ALLOWED))
+            share, grown = min(SHRINKAGE * share, most), False
         elif actual > GOOD * predicted:
-            share = min(GROWTH * share, 1.0)
+            share, grown = min(GROWTH * share, most), True
     mean = damping.gain + RECENT * (gain - damping.gain)
-    return Damping(gamma, change, share, objective, actual, predicted, mean, goal)
+    reached = share, most, grown
+    return Damping(gamma, change, *reached, objective, actual, predicted, mean, goal)
 
 
 def effort_scale(prepared: Prepared, weight: float) -> Array:
