@@ -18,7 +18,7 @@ Nor does the motion go on of a robot that cannot follow: s decreases to zero whe
 three and four ticks of their motion from their target. Where contacts are in range s = 0: motion that meets
 contact does not go on, and plans that count on it exceed limits or throw what is held.
 
-A plan with s > 0 over a short horizon, of at most two ticks, is linearised at q + h v, where the robot is at
+A plan with s > 0 over a short horizon, of at most 0.05 s, is linearised at q + h v, where the robot is at
 the end of the tick if nothing changes, as the stages of the model are. Linearised at q, it would count on
 stiffness and efforts of a tick ago; in a body under pressure these change what a tick moves by a tenth, so
 that the tip is late and decisions alternate. Beside it contacts count only where they push, or would if the
@@ -28,7 +28,8 @@ horizons remain linearised at q, with which those of the trunk over ten ticks fo
 The velocity of a mode that actuators move directly is what the last decision made it. With damping b_K, that
 velocity times −s b_K (H − h) / (b_K + H) is added to where such a mode ends, in which H is long against its
 period. The decision corrects that, and so changes the velocity in the next tick by that over h. Where this
-factor were more than one, decisions would alternate: it bounds s.
+factor were more than one, decisions would alternate: it bounds s. Over a short horizon, where plans follow
+every change of the velocity, the factor is at most 0.7, so that what alternates decays.
 
 **Robots that would buckle without their cables.** At efforts that are given, a compressed body may be
 unstable where it is stable at given positions, which is how its actuators hold it. The tangent K that
@@ -62,7 +63,8 @@ from tauten.model.numerics import Array, Bools
 
 ADDED = 0.3  # of the stiffness along an actuator in a tick, that is added to the tangent over the horizon
 ENOUGH = 0.5  # of the effectors' motion, that the targets make where all of it goes on
-SHORT = 2  # ticks, of the longest horizon whose plans are linearised where the velocity leads
+SHORT = 0.05  # s, the longest horizon whose plans are linearised where the velocity leads
+DECAY = 0.7  # from tick to tick, at most, of what alternates in such plans
 LATE = 4.0  # ticks of that motion from the targets, where nothing goes on; a tick less: all of it
 
 
@@ -143,13 +145,14 @@ def step_ahead(
     robot, ahead, scheme = horizon.robot, horizon.ahead, horizon.integration
     if ahead is None:
         return step
-    share, short = 0.0, horizon.ticks <= SHORT
+    share, short = 0.0, scheme.h <= SHORT
     meets = len(step.rows.contacts.rows) > 0 and (
         not short or meets_contact(step, forces, scheme.h, robot.tolerance)
     )
     if course is not None and not meets:
         moved = robot.h * (step.compliance.H[step.layout.effectors] @ step.state.v)  # (n_e,)
-        most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness)
+        factor = DECAY if short else 1.0
+        most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness, factor)
         values, layout = step.rows.effectors.values, robot.effector_layout
         share = share_that_goes_on(course, layout, values, moved, most)
     if share > 0.0 and short:
@@ -231,16 +234,17 @@ def meets_contact(step: CondensedStep, forces: Forces, seconds: float, least: fl
     return bool((np.minimum(gaps, later) <= least).any())
 
 
-def largest_share(h: float, horizon: float, stiffness_damping: float) -> float:
+def largest_share(h: float, horizon: float, stiffness_damping: float, most: float = 1.0) -> float:
     """The share s with which decisions do not alternate, at most 1.
 
     Args:
         h: length of a tick [s].
         horizon: length H of the horizon [s].
         stiffness_damping: b_K [s].
+        most: largest factor of what alternates from tick to tick.
     """
     factor = stiffness_damping * (horizon - h)
-    return min(1.0, h * (stiffness_damping + horizon) / factor) if factor > 0.0 else 1.0
+    return min(1.0, most * h * (stiffness_damping + horizon) / factor) if factor > 0.0 else 1.0
 
 
 def moving_on(
