@@ -75,13 +75,17 @@ def locked(
     if (position is None) == (force is None):
         raise LockError(f"lock of {label}: give either a position or a force")
     positions, efforts = locks.position.copy(), locks.effort.copy()
+    given = force if position is None else position
+    try:
+        value = float(given)  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise LockError(f"lock of {label}: expected a number, found {given!r}") from error
     if position is not None:
         least, most, quantity = limits.position_min[i], limits.position_max[i], kind.position
-        positions[i], efforts[i], value = position, np.nan, position
+        positions[i], efforts[i] = value, np.nan
     else:
-        assert force is not None
         least, most, quantity = limits.effort_min[i], limits.effort_max[i], kind.effort
-        positions[i], efforts[i], value = np.nan, force, force
+        positions[i], efforts[i] = np.nan, value
     if not least <= value <= most:
         raise LockError(
             f"lock of {label} at a {quantity.name} of {value:g} {quantity.unit}: allowed are {least:g} to "

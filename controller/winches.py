@@ -166,8 +166,10 @@ def first_tick(
     """What the actuators are to do in the first tick of a plan, and what they reach in it.
 
     All go to the plan's positions; what supplies that keep efforts get is what that takes in the tick, see
-    `given_in`: the plan's own effort takes the whole horizon. A cable without tension in the plan has none in
-    the tick, and its winch follows the path.
+    `given_in`: the plan's own effort takes the whole horizon. Forces on points that keep their effort get the
+    plan's all the same: only inertia resists such a force within a tick, and one that brakes in the next what
+    it has accelerated lets a lightly damped robot swing between its limits. A cable without tension in the
+    plan has none in the tick, and its winch follows the path.
 
     Args:
         robot: limits and laws of the actuators.
@@ -177,14 +179,16 @@ def first_tick(
         before: (n_a,) efforts of the last step [N, Pa].
         share: of the way to the plan's positions that they go; efforts are kept within limits all the same.
     """
-    limits, lam_a = robot.limits, planned.effort
+    limits, laws, lam_a = robot.limits, robot.actuators.laws, planned.effort
     reach = reach_of(position, limits, robot.h)
     there = np.minimum(np.maximum(planned.position, reach.lower), reach.upper)
+    slack = laws.slack(lam_a, limits, ROUNDING)
+    effort = np.minimum(np.maximum(lam_a, limits.effort_min), limits.effort_max)
     if share < 1.0:
         there = position + share * (there - position)
-    slack = robot.actuators.laws.slack(lam_a, limits, ROUNDING)
-    effort = np.minimum(np.maximum(lam_a, limits.effort_min), limits.effort_max)
-    wanted = Command(np.where(slack, np.nan, there), np.where(slack, effort, np.nan))
+        effort = np.where(slack, effort, before + share * (effort - before))
+    free = slack | (laws.held_by_force & robot.actuators.are_forces)
+    wanted = Command(np.where(free, np.nan, there), np.where(free, effort, np.nan))
     if locks is None:
         return wanted, reach
     locked = locks.by_position | locks.by_force

@@ -164,7 +164,7 @@ def read_qpcc(path: Path) -> tuple[Qpcc, Start | None]:
     try:
         with np.load(path, allow_pickle=False) as data:
             found: dict[str, Any] = {name: data[name] for name in data.files}
-    except (BadZipFile, ValueError, AttributeError, TypeError) as error:
+    except (BadZipFile, EOFError, ValueError, AttributeError, TypeError) as error:
         raise ValueError(f"{path}: not an npz file of arrays ({error})") from error
     missing = [name for name in QpccArrays._fields if name not in found]
     if missing:

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tauten.model.numerics import Ints
+from tauten.model.numerics import Bools, Ints
 from tauten.model.schema import CableSettings, CouplingSettings, RobotConfig, SingleActuator
 from tauten.model.signals.laws import Laws, Springs
 
@@ -126,6 +126,11 @@ class Actuators:
             tuple(self.kinds[i] for i in chosen.tolist()),
             self.laws.at(chosen),
         )
+
+    @cached_property
+    def are_forces(self) -> Bools:
+        """Which are forces of fixed direction: (n_a,)."""
+        return np.array([kind is ActuatorKind.FORCE for kind in self.kinds], dtype=np.bool_)
 
     @cached_property
     def groups(self) -> Ints:

@@ -1,4 +1,4 @@
-"""Positions and efforts that a simulation is given, checked."""
+"""Positions, efforts and loads that a simulation is given, checked."""
 
 from __future__ import annotations
 
@@ -68,10 +68,35 @@ def diverged(robot: Robot, effort: Array, error: Exception) -> str:
     )
 
 
+def checked_loads(
+    robot: Robot, gravity: Sequence[float] | Array, effector_force: Sequence[float] | Array
+) -> tuple[Array, Array]:
+    """Gravity (3,) [m/s²] and forces on the effectors (3 p,) [N].
+
+    Args:
+        robot: whose effectors they are.
+        gravity: what is given for gravity.
+        effector_force: what is given for the forces.
+
+    Raises:
+        ValueError: another shape, or values that are not allowed.
+    """
+    one, all_ = np.full(3, LARGEST), np.full(3 * len(robot.effector_names), LARGEST)
+    return (
+        _numbers("gravity", gravity, -one, one, False, "axis"),
+        _numbers("effector_force", effector_force, -all_, all_, False, "axis of each effector"),
+    )
+
+
 def _numbers(
-    name: str, given: Sequence[float] | Array, least: Array, most: Array, gaps: bool
+    name: str,
+    given: Sequence[float] | Array,
+    least: Array,
+    most: Array,
+    gaps: bool,
+    of: str = "actuator",
 ) -> Array:
-    """An array of one number for each actuator (n_a,), copied.
+    """An array of one number for each actuator (n_a,), or of other things, copied.
 
     Args:
         name: of the argument, for errors.
@@ -79,6 +104,7 @@ def _numbers(
         least: (n_a,) smallest values allowed.
         most: (n_a,) largest values allowed.
         gaps: whether NaN is allowed too.
+        of: what it has one number for, for errors.
     """
     try:
         value = np.array(given, dtype=float)
@@ -88,6 +114,6 @@ def _numbers(
     if not fits or not ((value >= least) & (value <= most) | (gaps & np.isnan(value))).all():
         raise ValueError(
             f"{name}: found {value.tolist()}, expected {len(least)} values from {least.max():g} to "
-            f"{most.min():g}, one an actuator"
+            f"{most.min():g}, one for each {of}"
         )
     return value

@@ -14,7 +14,7 @@ from tauten.model.contacts import ContactForces
 from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
-from tauten.model.simulation.commands import checked_command, diverged
+from tauten.model.simulation.commands import checked_command, checked_loads, diverged
 from tauten.model.simulation.converged_step import converged_step
 from tauten.model.simulation.equilibrium import Ending, Report, make_report
 from tauten.model.simulation.relaxation import relaxed
@@ -118,15 +118,34 @@ class Simulator(RobotModel):
         Args:
             state: of this robot.
             forces: constraint forces there, with the columns of this simulator's basis; None: zero.
+
+        Raises:
+            ValueError: the state is one of another robot, by its size.
         """
+        if len(state.v) != self._robot.n:
+            raise ValueError(
+                f"state: found {len(state.v)} degrees of freedom, expected {self._robot.n}, those of "
+                f"{self._robot.name}"
+            )
         given = no_forces(self.robot.n_a, self._space.k) if forces is None else forces.copy()
         self._state, self._forces = state.copy(), given
         self._stepped: tuple[State, PredictedStep] | None = None  # a state, and the step there
         self._moved: Command | None = None  # command of the last `move`
 
-    def load(self, gravity: Array, effector_force: Array) -> None:
-        """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N]."""
-        self._robot, self._search = self._robot.loaded(gravity, effector_force), None
+    def load(
+        self, gravity: Sequence[float] | Array, effector_force: Sequence[float] | Array
+    ) -> None:
+        """Change the loads.
+
+        Args:
+            gravity: (3,) [m/s²].
+            effector_force: (3 p,) forces on the effectors [N].
+
+        Raises:
+            ValueError: another shape, not finite, or beyond 1e6.
+        """
+        loads = checked_loads(self._robot, gravity, effector_force)
+        self._robot, self._search = self._robot.loaded(*loads), None
 
     def set_obstacles(self, poses: ObstaclePoses) -> None:
         """Have the obstacles in other poses from the next step on."""

@@ -141,6 +141,7 @@ def test_reset_unlocks() -> None:
         ("bellows", None, 1e9, "pressure of 1e.09 Pa: allowed are -5000 to 40000 Pa"),
         ("bellows", 1.0, None, "volume change of 1 m³: allowed are -8e-06 to 8e-06 m³"),
         ("tendon", float("nan"), None, "pull of nan m: allowed are 0 to 0.02 m"),
+        ("tendon", None, "much", "lock of cable tendon: expected a number, found 'much'"),
         ("tendon", None, float("inf"), "tension of inf N: allowed are 0 to 20 N"),
     ],
 )

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
+from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.controller import Controller, Status
 from tauten.controller.carried import Damping, Objective, adapted, undamped
@@ -53,6 +54,26 @@ def test_a_target_out_of_reach_does_not_make_the_finger_tremble(finger: Robot) -
 
     best = minimize_scalar(distance, bounds=(0.0, 0.025), method="bounded", options={"xatol": 1e-6})
     assert np.linalg.norm(controller.effector - goal) == pytest.approx(best.fun, rel=1e-3)
+
+
+def test_a_force_on_the_tip_of_a_lightly_damped_robot_comes_to_rest() -> None:
+    """Within a tick only inertia resists: a force that goes to its position in each would swing."""
+    size = (0.1, 0.02, 0.02)
+    force = {
+        "name": "push", "point": [0.1, 0.01, 0.01], "direction": [0.0, 0.0, 1.0], "max_force": 0.3,
+        "max_travel": 0.05, "max_rate": 0.2,
+    }  # fmt: skip
+    robot = beam_robot(
+        box_mesh(size, (8, 2, 2)), size, cables=[], forces=[force],
+        material={"young_modulus": 3e5, "poisson_ratio": 0.4, "density": 1100.0},
+        integration={"rayleigh_stiffness": 0.002, "rayleigh_mass": 0.5}, controller={"rate": 50.0},
+    )  # fmt: skip
+    _, positions, efforts = at_rest(robot, np.array([0.0, 0.0, 0.005]), ticks=240)
+    assert np.ptp(positions) < 1e-4 * 0.05
+    assert np.ptp(efforts) < 1e-3 * 0.3
+    simulator = Simulator(robot, "none")
+    assert simulator.settle(effort=efforts[-1]).converged
+    assert simulator.position == pytest.approx(positions[-1], rel=2e-3)
 
 
 @pytest.mark.parametrize(

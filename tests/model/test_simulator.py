@@ -42,6 +42,36 @@ def test_bad_arguments_are_refused(
     np.testing.assert_array_equal(simulator.state.q, beam.rest().q)
 
 
+@pytest.mark.parametrize(
+    ("gravity", "force", "sentence"),
+    [
+        ([0.0, np.nan, 0.0], [0.0] * 3, r"gravity: found \[0.0, nan, 0.0\], expected 3 values"),
+        ([0.0, 0.0], [0.0] * 3, r"gravity: found \[0.0, 0.0\], expected 3 values"),
+        ([0.0] * 3, [0.0] * 6, "effector_force: found .*, expected 3 values from -1e"),
+        ([0.0] * 3, [0.0, np.inf, 0.0], "effector_force: found .*, one for each axis of each"),
+        ("down", [0.0] * 3, "gravity: not an array of numbers"),
+    ],
+)
+def test_loads_that_are_none_are_refused(
+    beam: Robot, gravity: list[float], force: list[float], sentence: str
+) -> None:
+    """They became the robot's: its next step was NaN, and the report said that it had converged."""
+    simulator = Simulator(beam, contact="none")
+    with pytest.raises(ValueError, match=sentence):
+        simulator.load(gravity, force)
+    simulator.load([0, 0, -9], [0, 0, 1])
+    assert simulator.settle(effort=[0.0]).converged
+    assert np.isfinite(simulator.state.q).all()
+
+
+def test_the_state_of_another_robot_is_refused(beam: Robot) -> None:
+    other = beam_robot(box_mesh(SIZE, (5, 2, 2)), SIZE)
+    with pytest.raises(
+        ValueError, match=r"state: found 135 degrees of freedom, expected 162, .*beam"
+    ):
+        Simulator(beam, contact="none").start_from(other.rest())
+
+
 def test_no_iterations_are_refused(beam: Robot) -> None:
     with pytest.raises(ValueError, match="max_iterations: found 0, expected at least 1"):
         Simulator(beam, contact="none").settle(position=[0.0], max_iterations=0)

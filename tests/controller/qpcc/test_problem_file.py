@@ -50,6 +50,9 @@ def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
     np.savez(crooked, Q=np.eye(2), **arrays)
     with pytest.raises(ValueError, match=r"a\.npz: not an npz file"):
         read_qpcc(text)
+    text.write_bytes(b"")
+    with pytest.raises(ValueError, match=r"a\.npz: not an npz file"):
+        read_qpcc(text)
     with pytest.raises(ValueError, match=r"b\.npz: no QPCC, the arrays c, lb, .* are missing"):
         read_qpcc(other)
     with pytest.raises(ValueError, match=r"c\.npz: Qpcc: Q, c, .* do not fit"):
