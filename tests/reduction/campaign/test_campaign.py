@@ -24,7 +24,7 @@ from tauten.reduction.campaign import (
 from tauten.reduction.campaign import run as campaign
 from tauten.reduction.campaign.chunk import Chunk, solve_chunk
 
-STEPS = 12
+STEPS = 6
 
 
 class StopsBefore(Executor):
@@ -63,9 +63,9 @@ def assert_same(one: Snapshots, other: Snapshots) -> None:
 
 @pytest.fixture(scope="module", autouse=True)
 def short_chunks() -> Iterator[None]:
-    """Chunks of 10 equilibria instead of 50, for the sake of time."""
+    """Chunks of 5 equilibria instead of 50, for the sake of time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(campaign, "CHUNK", 10)
+        patch.setattr(campaign, "CHUNK", 5)
         yield
 
 
@@ -171,7 +171,7 @@ def test_ctrl_c_in_the_only_process_keeps_what_is_done(
     with pytest.raises(KeyboardInterrupt), executors.processes(1) as here:
         run_campaign(thumb, design, tmp_path, here, show_progress=False)
     kept = sorted(path.name for path in tmp_path.iterdir())
-    assert kept == ["run0000-000000.snapshots", "run0000-000010.snapshots"]
+    assert kept == ["run0000-000000.snapshots", "run0000-000005.snapshots"]
 
 
 class Failing(executors.InProcess):

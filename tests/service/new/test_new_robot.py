@@ -7,6 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from support.robots.bodies import box_mesh
 
 from tauten.model import Simulator, load_robot
 from tauten.service.new import CadPart, NewRobot, PartError, make_new_robot, read_part
@@ -139,20 +140,15 @@ def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
 
 
 def test_tetrahedra_of_a_file_are_taken_as_they_are(tmp_path: Path) -> None:
-    part = write_stl(tmp_path / "bar.stl", *box())
-    first = make_new_robot(
-        NewRobot("bar", read(part), size=9e-3),
-        tmp_path / "bar",
-        StopFlag(),
-        lambda done, what: None,
-    )
-    again = make_new_robot(
-        NewRobot("same", read(tmp_path / "bar" / "bar.vtu", unit="m")),
+    mesh, file = box_mesh((0.012, 0.012, 0.06), (1, 1, 6)), tmp_path / "bar.vtu"
+    meshio.Mesh(mesh.nodes, {"tetra": np.asarray(mesh.tets)}).write(file)
+    made = make_new_robot(
+        NewRobot("same", read(file, unit="m")),
         tmp_path / "same",
         StopFlag(),
         lambda done, what: None,
     )
-    assert load_robot(again.file).n_nodes == load_robot(first.file).n_nodes
+    assert load_robot(made.file).n_nodes == len(mesh.nodes)
 
 
 def test_a_tiny_size_is_counted_before_it_is_meshed(tmp_path: Path) -> None:

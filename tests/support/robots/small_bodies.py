@@ -46,13 +46,15 @@ KINDS: dict[str, tuple[str, dict[str, object], list[dict[str, object]]]] = {
 }
 
 
-def small_body(kind: str, **changes: object) -> Robot[NodalBody]:
-    """A beam of one of `KINDS`, with changes of its settings."""
+def small_body(
+    kind: str, cells: tuple[int, int, int] = (6, 2, 2), **changes: object
+) -> Robot[NodalBody]:
+    """A beam of one of `KINDS` with so many cells, and with changes of its settings."""
     element, material, materials = KINDS[kind]
     settings = beam_config(SIZE, material=material, materials=materials, **changes)
     settings["mesh"] = {"file": "beam.vtu", "element": element}
     config = RobotConfig.model_validate(settings)
-    return build_robot(config, box_mesh(SIZE, (6, 2, 2)), "beam")
+    return build_robot(config, box_mesh(SIZE, cells), "beam")
 
 
 MESH = box_mesh(SIZE, (8, 2, 2))
