@@ -122,8 +122,8 @@ def test_a_target_of_another_shape_is_refused_without_effect(
 ) -> None:
     controller, undisturbed = Controller(beam), Controller(beam)
     goal = controller.effector[0] + DOWN
-    follow(controller, goal, 10)
-    follow(undisturbed, goal, 10)
+    follow(controller, goal, 3)
+    follow(undisturbed, goal, 3)
     for attempt in (controller.step, controller.decide, controller.rehearse):
         with pytest.raises(
             ValueError, match=r"expected shape \(3,\), the position of tip \[m\]"

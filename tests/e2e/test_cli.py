@@ -105,11 +105,14 @@ def test_what_an_operator_asks_a_node_needs_no_model(shared: Served) -> None:
     [
         (("serve", "nobody"), "no robot 'nobody'"),
         (("plant", "none.toml"), "none.toml: cannot be read"),
-        (("stream", "square", "--robot", "finger"), "no path 'square'"),
-        (("stream", "circle", "--effector", "toe"), "finger has no effector 'toe', it has tip"),
+        (("stream", "square", "--robot", "trunk"), "no path 'square'"),
+        (
+            ("stream", "circle", "--robot", "trunk", "--effector", "toe"),
+            "trunk has no effector 'toe', it has tip",
+        ),
         (("replay", "none.mcap"), "none.mcap: cannot be read"),
         (("inspect", "none.basis"), "none.basis: "),
-        (("reduce", "finger", "--design", "none.csv"), "none.csv"),
+        (("reduce", "tripod", "--design", "none.csv"), "none.csv"),
     ],
 )
 def test_errors_are_a_sentence(

@@ -60,7 +60,7 @@ def creep(robot: Robot[NodalBody], steps: int, converged: bool) -> tuple[Array, 
     [
         ("linear", False),
         ("linear", True),
-        ("smoothed", False),
+        pytest.param("smoothed", False, marks=pytest.mark.slow),
         pytest.param("smoothed", True, marks=pytest.mark.slow),
         pytest.param("quadratic", False, marks=pytest.mark.slow),
         pytest.param("quadratic", True, marks=pytest.mark.slow),
