@@ -12,8 +12,7 @@ from tauten.service.setup import load_setup
 
 pytestmark = [pytest.mark.slow]
 ROBOTS = ("trunk", "pneumatic_finger", "tripod")
-# The finger takes 1.6 s for its step at the largest rate of its supply. It overshoots by 2 mm, as its tip
-# lags behind its volume over a horizon of 0.1 s, and rests 2.4 s after the step; in 2 s it had just arrived.
+# The finger rests 1.2 s after its step in open loop.
 SECONDS = {"trunk": 2.0, "pneumatic_finger": 3.2, "tripod": 2.0}
 
 
