@@ -122,7 +122,7 @@ class ConstrainedBody(TetBody):
 
     def stiffness(self, state: State) -> Array:
         """The stiffness of the material, carried along with the elements, as CSC values (nnz,)."""
-        return self.forces_at(state, *self.placed_motion(state), None, MATERIAL)[1]
+        return self.forces_at(state, *self.placed_motion(state), None, MATERIAL, pulled=False)[1]
 
     def forces_and_stiffness(
         self, state: State, effort: Array | None
@@ -131,15 +131,13 @@ class ConstrainedBody(TetBody):
         if self.joints is not None or self.drums is not None:
             return (*self.forces(state, effort, exact=True), self.stiffness(state))
         motion, through = self.placed_motion(state)
-        held, actuators = self.tetrahedra, self.actuator_set
-        D = np.zeros(len(held.pattern.indices))
+        D = np.zeros(len(self.tetrahedra.pattern.indices))
         force, K = self.forces_at(state, motion, through, effort, EXACT, D)
-        held.add_curvature(motion.x, actuators.loads(actuators.efforts(None), False), D)
         return force, K, self.product.tangent.apply(D, through.T, len(self.pattern.indices))
 
     def forces_at(
         self, state: State, motion: NodeMotion, through: NodeMap, effort: Array | None, kind: int,
-        D: Array | None = None,
+        D: Array | None = None, pulled: bool = True,
     ) -> tuple[Array, Array]:  # fmt: skip
         """`forces` where the nodes are known.
 
@@ -150,17 +148,22 @@ class ConstrainedBody(TetBody):
             effort: (n_a,) efforts of the actuators, as in `forces`.
             kind: of tangent, see `NodalBody.forces_with`.
             D: zeros, overwritten with the stiffness of the elements over the nodes; None: it is not wanted.
+            pulled: whether the curvature of cables and chambers enters the tangent.
         """
         exact, actuators, T = kind == EXACT, self.actuator_set, through.T
         efforts, winding, parts = actuators.efforts(effort), np.zeros(0), list[Array]()
-        pulled = np.zeros(self.tetrahedra.m)
+        by_drums = np.zeros(self.tetrahedra.m)
         if self.drums is not None:
             rows, tensions = self.wound(motion)
             efforts = np.zeros(len(actuators.others)) if efforts is None else efforts
             efforts[self.drums.cables] = tensions
-            pulled, winding = rows.H[self.drums.cables].T @ tensions, -self.drums.efforts(tensions)
+            by_drums, winding = (
+                rows.H[self.drums.cables].T @ tensions,
+                -self.drums.efforts(tensions),
+            )
             parts = [self.drums.tangent(rows.H, tensions)]
-        force, K = self.tetrahedra.forces(kind, motion.x, actuators.loads(efforts, exact), D)
+        loads = actuators.loads(efforts, exact) if pulled else None
+        force, K = self.tetrahedra.forces(kind, motion.x, loads, D)
         tangent = self.product.tangent.apply(K, T, len(self.pattern.indices))
         moments = np.zeros(0)
         if self.joints is not None:
@@ -171,7 +174,7 @@ class ConstrainedBody(TetBody):
             parts = [part, self.spring_values, *parts]
         if parts:
             tangent += self.product.joints.apply(np.concatenate(parts), T, len(tangent))
-        mapped = through.forces(np.concatenate([force + pulled, moments, winding]))
+        mapped = through.forces(np.concatenate([force + by_drums, moments, winding]))
         preload = actuators.preload(motion)
         if preload is not None:
             mapped = mapped + preload[0]

@@ -47,7 +47,7 @@ class NodalBody(TetBody):
 
     def stiffness(self, state: State) -> Array:
         """The stiffness of the material, carried along with the elements: CSC values (nnz,)."""
-        return self.forces_with(MATERIAL, state)[1]
+        return self.tetrahedra.forces(MATERIAL, self.motion(state).x, None)[1]
 
     def forces_and_stiffness(
         self, state: State, effort: Array | None
@@ -71,10 +71,6 @@ class NodalBody(TetBody):
         motion, actuators = self.motion(state), self.actuator_set
         loads = actuators.loads(actuators.efforts(effort), tangent == EXACT)
         total, K = self.tetrahedra.forces(tangent, motion.x, loads, D)
-        if D is not None:
-            self.tetrahedra.add_curvature(
-                motion.x, actuators.loads(actuators.efforts(None), False), D
-            )
         preload = actuators.preload(motion)
         return (total if preload is None else total + preload[0]), K
 

@@ -92,19 +92,9 @@ class Tetrahedra:
         """
         force, K = np.zeros_like(x), np.zeros(len(self.pattern.indices))
         self.deforming.assemble(x, tangent, force, K, D)
-        self.add_curvature(x, loads, K)
-        return force[self.dof >= 0].ravel() + self.load, K
-
-    def add_curvature(self, x: Array, loads: Loads | None, K: Array) -> None:
-        """Add what efforts contribute to a tangent.
-
-        Args:
-            x: (n_nodes, 3) node positions [m].
-            loads: the efforts; None: there are none.
-            K: CSC values in `pattern`, added to.
-        """
         if loads is not None:
             self.curvature.add(x, loads, K)
+        return force[self.dof >= 0].ravel() + self.load, K
 
     def potential(self, x: Array) -> float:
         """Elastic energy minus the work of gravity and outer forces at nodes x (n_nodes, 3) [J]."""

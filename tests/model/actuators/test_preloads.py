@@ -1,0 +1,38 @@
+"""Efforts that couplings keep where their motor has none: damping does not know them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from support.robots.combinations import END, add, every, pair_of_cables, robot_with
+
+from tauten.model.constraints import ConstrainedBody
+from tauten.model.numerics import Array
+from tauten.model.tetra import NodalBody
+
+RIGID = add("rigid", name="plate", region={**END, "body": "body"})
+
+
+def damped(settings: dict[str, Any]) -> None:
+    """Damping proportional to the stiffness of the material."""
+    settings["integration"] = {"rayleigh_stiffness": 0.01}
+
+
+@pytest.mark.parametrize("rigid", [False, True])
+def test_damping_is_that_of_the_material(rigid: bool, tmp_path: Path) -> None:
+    """Pretensions turn with the body and change its tangent, but not the stiffness that damps."""
+
+    def stiffness(tension: float) -> tuple[Array, Array]:
+        pair = pair_of_cables("differential", {}, pretensions=[tension, tension])
+        robot = robot_with([], tmp_path, every(pair, damped, *([RIGID] if rigid else [])))
+        body, state = cast("NodalBody | ConstrainedBody", robot.body), robot.rest()
+        _, K, D = body.forces_and_stiffness(state, None)
+        np.testing.assert_allclose(D, body.stiffness(state), rtol=1e-9, atol=1e-9 * np.abs(D).max())
+        return K, D
+
+    (K, D), (more_K, more_D) = stiffness(1.0), stiffness(4.0)
+    np.testing.assert_allclose(more_D, D, rtol=1e-9, atol=1e-9 * np.abs(D).max())
+    assert np.abs(more_K - K).max() > 1.0
