@@ -9,6 +9,7 @@ import numpy as np
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
+from tauten.model.state import State
 
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
 LARGEST_EFFORT = 1e9  # N or Pa, of any other actuator
@@ -86,6 +87,23 @@ def checked_loads(
         _numbers("gravity", gravity, -one, one, False, "axis"),
         _numbers("effector_force", effector_force, -all_, all_, False, "axis of each effector"),
     )
+
+
+def checked_state(robot: Robot, state: State) -> State:
+    """A copy of a state of a robot.
+
+    Args:
+        robot: the robot.
+        state: what is given.
+
+    Raises:
+        ValueError: it is one of another robot, by its size.
+    """
+    if len(state.v) != robot.n:
+        raise ValueError(
+            f"state: found {len(state.v)} degrees of freedom, expected {robot.n}, those of {robot.name}"
+        )
+    return state.copy()
 
 
 def _numbers(

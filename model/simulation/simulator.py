@@ -14,7 +14,12 @@ from tauten.model.contacts import ContactForces
 from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
-from tauten.model.simulation.commands import checked_command, checked_loads, diverged
+from tauten.model.simulation.commands import (
+    checked_command,
+    checked_loads,
+    checked_state,
+    diverged,
+)
 from tauten.model.simulation.converged_step import converged_step
 from tauten.model.simulation.equilibrium import Ending, Report, make_report
 from tauten.model.simulation.relaxation import relaxed
@@ -122,24 +127,15 @@ class Simulator(RobotModel):
         Raises:
             ValueError: the state is one of another robot, by its size.
         """
-        if len(state.v) != self._robot.n:
-            raise ValueError(
-                f"state: found {len(state.v)} degrees of freedom, expected {self._robot.n}, those of "
-                f"{self._robot.name}"
-            )
         given = no_forces(self.robot.n_a, self._space.k) if forces is None else forces.copy()
-        self._state, self._forces = state.copy(), given
+        self._state, self._forces = checked_state(self._robot, state), given
         self._stepped: tuple[State, PredictedStep] | None = None  # a state, and the step there
         self._moved: Command | None = None  # command of the last `move`
 
     def load(
         self, gravity: Sequence[float] | Array, effector_force: Sequence[float] | Array
     ) -> None:
-        """Change the loads.
-
-        Args:
-            gravity: (3,) [m/s²].
-            effector_force: (3 p,) forces on the effectors [N].
+        """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N].
 
         Raises:
             ValueError: another shape, not finite, or beyond 1e6.
