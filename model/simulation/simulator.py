@@ -42,6 +42,7 @@ from tauten.model.step import (
 )
 from tauten.model.threads import one_blas_thread
 
+Numbers = Sequence[float] | Array
 LEAST_LOAD_STEP = 1.0 / 64.0  # share of the way to the command
 LOAD_STEP_ITERATIONS = 60  # of the search for a share of the load, so that smaller ones are tried
 STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
@@ -132,9 +133,7 @@ class Simulator(RobotModel):
         self._stepped: tuple[State, PredictedStep] | None = None  # a state, and the step there
         self._moved: Command | None = None  # command of the last `move`
 
-    def load(
-        self, gravity: Sequence[float] | Array, effector_force: Sequence[float] | Array
-    ) -> None:
+    def load(self, gravity: Numbers, effector_force: Numbers) -> None:
         """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N].
 
         Raises:
