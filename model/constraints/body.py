@@ -22,6 +22,8 @@ from tauten.model.state import State
 from tauten.model.system import Integration, Tangent, tried_tangents
 from tauten.model.tetra import TetBody
 
+LEAST = 1e-9  # of the mass over the square of a time step: less stiffness is rounding
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConstrainedBody(TetBody):
@@ -223,18 +225,24 @@ class ConstrainedBody(TetBody):
         """What a step tries, see `SparseBody.tangents`.
 
         Past the largest torque a drive holds the body against its own tangent: stiffness on the diagonal of a
-        drive that is held changes no step towards equilibrium, the semidefinite tangent does.
+        drive that is held changes no step towards equilibrium, the semidefinite tangent does. Nor has a rigid
+        body that a drive moves a stiffness of its own, where the step is static.
 
         See `SparseBody`.
         """
         semidefinite = cache(lambda: self.semidefinite(at, scheme))
         drives = self.product.drive_places[self.driven]
+        if not len(drives):
+            yield from tried_tangents(scheme, at.K, semidefinite)
+            return
+        mass = (self.masses(at.state) if scheme.static else at.mass)[drives] / scheme.h**2
+        loose = scheme.static and bool((at.K[drives] < LEAST * mass).any())
         for tried in tried_tangents(scheme, at.K, semidefinite):
-            yield tried
-            if tried.exact and len(drives):
-                D = semidefinite() if at.D is None else at.D
-                mass, K = self.masses(at.state) if scheme.static else at.mass, at.K.copy()
-                K[drives] += D[drives] + 2.0 * np.abs(K[drives]) + mass[drives] / scheme.h**2
+            if not (tried.exact and loose):
+                yield tried
+            if tried.exact:
+                D, K = semidefinite() if at.D is None else at.D, at.K.copy()
+                K[drives] += D[drives] + 2.0 * np.abs(K[drives]) + mass
                 yield Tangent(K, False, 0.0)
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
