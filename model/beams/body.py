@@ -163,7 +163,16 @@ class BeamBody(SparseBody[AttachedPoints]):
 
         See `SparseBody`.
         """
-        return self.forces(at.state, at.effort if scheme.static else None, exact=False)[1]
+        if scheme.static:
+            return self.forces(at.state, at.effort, exact=False)[1]
+        return self.stiffness(at.state)
+
+    def stiffness(self, state: State) -> Array:
+        """That of the beams alone, CSC values (nnz,): cables do not damp, see `SparseBody`."""
+        motion, K = self.motion(state), np.zeros(len(self.pattern.indices))
+        force = np.zeros((2 * self.n_nodes, 3))
+        assemble_beams(motion.x, motion.Q, self.beams.arrays, False, self.beam_slot, force, K)
+        return K
 
     def potential(self, state: State) -> float:
         """Elastic energy minus the work of gravity and outer forces since rest [J]."""

@@ -7,8 +7,9 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from support.robots.combinations import END, add, every, pair_of_cables, robot_with
+from support.robots.combinations import END, add, every, pair_of_cables, robot_with, write_networks
 
+from tauten.model.beams import BeamBody
 from tauten.model.constraints import ConstrainedBody
 from tauten.model.numerics import Array
 from tauten.model.tetra import NodalBody
@@ -21,14 +22,18 @@ def damped(settings: dict[str, Any]) -> None:
     settings["integration"] = {"rayleigh_stiffness": 0.01}
 
 
-@pytest.mark.parametrize("rigid", [False, True])
-def test_damping_is_that_of_the_material(rigid: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["mesh", "mesh with a plate", "network of beams"])
+def test_damping_is_that_of_the_material(kind: str, tmp_path: Path) -> None:
     """Pretensions turn with the body and change its tangent, but not the stiffness that damps."""
+
+    write_networks(tmp_path)
 
     def stiffness(tension: float) -> tuple[Array, Array]:
         pair = pair_of_cables("differential", {}, pretensions=[tension, tension])
-        robot = robot_with([], tmp_path, every(pair, damped, *([RIGID] if rigid else [])))
-        body, state = cast("NodalBody | ConstrainedBody", robot.body), robot.rest()
+        plate = [RIGID] if kind == "mesh with a plate" else []
+        chosen = [("body", kind)] if kind == "network of beams" else []
+        robot = robot_with(chosen, tmp_path, every(pair, damped, *plate))
+        body, state = cast("NodalBody | ConstrainedBody | BeamBody", robot.body), robot.rest()
         _, K, D = body.forces_and_stiffness(state, None)
         np.testing.assert_allclose(D, body.stiffness(state), rtol=1e-9, atol=1e-9 * np.abs(D).max())
         return K, D
