@@ -146,11 +146,12 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
         elif repeated > REPEATED:
             gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
     last, share, most, grown = damping.objective, damping.share, damping.most, damping.grown
-    goal, gain, still = damping.goal, objective.gain, (STILL * size) ** 2
+    gain, still = objective.gain, (STILL * size) ** 2
+    following = replace(damping, gamma=gamma, change=change, objective=objective)
     if last is None:
-        return Damping(gamma, change, share, most, grown, objective, 0.0, 0.0, gain, goal)
+        return replace(following, gain=gain)
     if share < SMALL and gain > MORE * damping.gain + still:
-        return replace(damping.starting(goal), share=most, most=most)
+        return replace(damping.starting(damping.goal), share=most, most=most)
     actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
     predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
     if predicted > still:
@@ -161,8 +162,15 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
         elif actual > GOOD * predicted:
             share, grown = min(GROWTH * share, most), True
     mean = damping.gain + RECENT * (gain - damping.gain)
-    reached = share, most, grown
-    return Damping(gamma, change, *reached, objective, actual, predicted, mean, goal)
+    return replace(
+        following,
+        share=share,
+        most=most,
+        grown=grown,
+        actual=actual,
+        predicted=predicted,
+        gain=mean,
+    )
 
 
 def effort_scale(prepared: Prepared, weight: float) -> Array:

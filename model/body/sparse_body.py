@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Self
@@ -225,9 +226,9 @@ class SparseBody(Body[P]):
         """
         return (*self.forces(state, effort, exact=True), self.stiffness(state))
 
+    @abstractmethod
     def stiffness(self, state: State) -> Array:
         """D, to which damping is proportional: positive semidefinite, without actuators, as CSC (nnz,)."""
-        return self.forces(state)[1]
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.

@@ -326,7 +326,9 @@ def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, sourc
     pattern = make_pattern(fixed, [*(part.nodes for part in moving), *parts.groups])
     contacts = build_contacts(config, bodies.touching)
     mass = body.mass[~fixed]  # (n / 3,)
-    elements = make_solid(body.domains, body.laws, pattern, body.n_elements)
+    elements = deforming = make_solid(body.domains, body.laws, pattern, body.n_elements)
+    if moving != body.domains:
+        deforming = make_solid(moving, body.laws, pattern, body.n_elements)
     viscosity = None
     if body.is_viscous:
         viscosity = make_viscoelasticity(elements, body.laws, body.viscosities)
@@ -334,7 +336,7 @@ def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, sourc
         mesh=body.mesh,
         pattern=pattern,
         elements=elements,
-        deforming=make_solid(moving, body.laws, pattern, body.n_elements),
+        deforming=deforming,
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
         curvature=nodal_curvature(

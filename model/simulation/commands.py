@@ -11,13 +11,12 @@ from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.state import State
 
+Numbers = Sequence[float] | Array
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
 LARGEST_EFFORT = 1e9  # N or Pa, of any other actuator
 
 
-def checked_command(
-    robot: Robot, position: Sequence[float] | Array | None, effort: Sequence[float] | Array | None
-) -> Command:
+def checked_command(robot: Robot, position: Numbers | None, effort: Numbers | None) -> Command:
     """The command of given positions and efforts (n_a,).
 
     Args:
@@ -69,9 +68,7 @@ def diverged(robot: Robot, effort: Array, error: Exception) -> str:
     )
 
 
-def checked_loads(
-    robot: Robot, gravity: Sequence[float] | Array, effector_force: Sequence[float] | Array
-) -> tuple[Array, Array]:
+def checked_loads(robot: Robot, gravity: Numbers, effector_force: Numbers) -> tuple[Array, Array]:
     """Gravity (3,) [m/s²] and forces on the effectors (3 p,) [N].
 
     Args:
@@ -108,7 +105,7 @@ def checked_state(robot: Robot, state: State) -> State:
 
 def _numbers(
     name: str,
-    given: Sequence[float] | Array,
+    given: Numbers,
     least: Array,
     most: Array,
     gaps: bool,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -15,6 +14,7 @@ from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.simulation.commands import (
+    Numbers,
     checked_command,
     checked_loads,
     checked_state,
@@ -42,7 +42,6 @@ from tauten.model.step import (
 )
 from tauten.model.threads import one_blas_thread
 
-Numbers = Sequence[float] | Array
 LEAST_LOAD_STEP = 1.0 / 64.0  # share of the way to the command
 LOAD_STEP_ITERATIONS = 60  # of the search for a share of the load, so that smaller ones are tried
 STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
@@ -189,8 +188,8 @@ class Simulator(RobotModel):
     @one_blas_thread()
     def step(
         self,
-        position: Sequence[float] | Array | None = None,
-        effort: Sequence[float] | Array | None = None,
+        position: Numbers | None = None,
+        effort: Numbers | None = None,
         converged: bool = False,
     ) -> Report:
         """One time step h under given positions or efforts of the actuators.
@@ -220,8 +219,8 @@ class Simulator(RobotModel):
     @one_blas_thread()
     def move(
         self,
-        position: Sequence[float] | Array | None = None,
-        effort: Sequence[float] | Array | None = None,
+        position: Numbers | None = None,
+        effort: Numbers | None = None,
         steps: int = 1,
     ) -> Report:
         """A period h in steps of second order, see `tauten.model.simulation.travel`.
@@ -273,8 +272,8 @@ class Simulator(RobotModel):
     @one_blas_thread()
     def settle(
         self,
-        position: Sequence[float] | Array | None = None,
-        effort: Sequence[float] | Array | None = None,
+        position: Numbers | None = None,
+        effort: Numbers | None = None,
         tolerance: float = STATIC_TOLERANCE,
         max_iterations: int = STATIC_ITERATIONS,
         load_steps: bool = True,

@@ -22,7 +22,7 @@ from tauten.model.numerics import Array, Bools, Ints, kernel, polar_rotations
 from tauten.model.tetra.elements import rest_gradients
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Domains:
     """Domains of one shape at rest.
 
