@@ -19,6 +19,7 @@ from tauten.model.mesh import (
     quadratic_mesh,
     read_mesh,
     read_quadratic_mesh,
+    require_size,
 )
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.parts import Placement
@@ -145,10 +146,11 @@ def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[S
         RobotFileError: a file of beams cannot be used.
     """
     read: dict[str, AnyMesh] = {}
-    for body in config.all_bodies:
+    for index, body in enumerate(config.all_bodies):
         settings = body.mesh
         if settings is None:
             continue
+        of = f"bodies.{index}." if config.bodies else ""
         key = settings.model_dump_json()
         if key not in read:
             file = path.parent / settings.file
@@ -156,6 +158,8 @@ def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[S
             read[key] = reader(file, settings.length_unit, not config.needs_boundary)
             for _ in range(refinements):
                 read[key] = read[key].refine()
+        fields = f"{of}mesh.length_unit" + (f" and {of}scale" if of else "")
+        require_size(read[key].nodes, body.scale, str(path.parent / settings.file), fields)
     return [
         read[body.mesh.model_dump_json()]
         if body.mesh

@@ -23,6 +23,7 @@ from tauten.model.mesh.tet_mesh import (
     oriented,
     read_mesh,
     read_triangles,
+    require_size,
 )
 from tauten.model.mesh.triangle_distance import distances_to_triangles
 
@@ -50,6 +51,7 @@ __all__ = [
     "read_quadratic_mesh",
     "read_triangles",
     "read_unchecked_mesh",
+    "require_size",
     "spread_points",
     "triangle_areas",
     "vertex_points",

@@ -260,18 +260,42 @@ def read_triangles(path: Path) -> tuple[Array, Ints]:
     return points, triangles
 
 
-def checked(nodes: Array, tets: Ints, source: str, overlaps: bool = False) -> TetMesh:
-    """The mesh made of these arrays, after every check.
+def require_size(points: Array, scale: float, source: str, fields: str) -> None:
+    """Raise a MeshError unless a body has a size that a desktop robot may have, and is near the origin.
 
     Args:
-        nodes: (n_nodes, 3) positions [m].
+        points: (k, 3) nodes of its mesh, or corners of its bounding box.
+        scale: factor of their coordinates that makes them metres.
+        source: how to name the body in an error, e.g. its mesh file.
+        fields: what gives the unit and the scale, to be named in an error.
+    """
+    with np.errstate(over="ignore"):
+        points = scale * points
+        extent = float(np.ptp(points, axis=0).max())
+    if not 1e-3 <= extent <= 10.0:
+        raise MeshError(
+            f"{source}: the body is {extent:g} m long, expected 1 mm to 10 m; check {fields}"
+        )
+    far = float(np.abs(points).max())
+    if far > LARGEST_COORDINATE:
+        raise MeshError(
+            f"{source}: a node lies {far:g} m from the origin, allowed is {LARGEST_COORDINATE:g} m; "
+            "move the mesh to the origin"
+        )
+
+
+def checked(nodes: Array, tets: Ints, source: str, overlaps: bool = False) -> TetMesh:
+    """The mesh made of these arrays, after every check but that of its size, see `require_size`.
+
+    Args:
+        nodes: (n_nodes, 3) positions, in any unit.
         tets: (e, 4) node ids, all of one orientation.
         source: how to name the mesh in an error, e.g. its file.
         overlaps: whether tetrahedra may occupy the same space. The boundary of such a mesh is not closed.
 
     Raises:
-        MeshError: nodes that are not finite, a size no desktop robot has (a wrong unit), inverted or flat
-            tetrahedra, tetrahedra that occupy the same space, parts that no face joins.
+        MeshError: nodes that are not finite or farther apart than numbers reach, inverted or flat tetrahedra,
+            tetrahedra that occupy the same space, parts that no face joins.
     """
     if not np.isfinite(nodes).all():
         raise MeshError(
@@ -279,17 +303,10 @@ def checked(nodes: Array, tets: Ints, source: str, overlaps: bool = False) -> Te
         )
     with np.errstate(over="ignore"):
         extent = float(np.ptp(nodes, axis=0).max())
-    if not 1e-3 <= extent <= 10.0:
-        raise MeshError(
-            f"{source}: the mesh is {extent:g} m long, expected 1 mm to 10 m; check length_unit"
-        )
-    far = float(np.abs(nodes).max())
-    if far > LARGEST_COORDINATE:
-        raise MeshError(
-            f"{source}: a node lies {far:g} m from the origin, allowed is {LARGEST_COORDINATE:g} m; "
-            "move the mesh to the origin"
-        )
-    volumes = signed_volumes(nodes, tets)
+    if not np.isfinite(extent):
+        raise MeshError(f"{source}: the mesh is {extent:g} m long")
+    # of a mesh one long, so that the volumes of any unit are numbers
+    volumes = signed_volumes(nodes / extent if extent > 0.0 else nodes, tets)
     negative = np.flatnonzero(volumes < 0.0)
     if len(negative) == len(tets):  # the other corner convention, not an error
         return checked(nodes, oriented(nodes, tets), source, overlaps)
@@ -297,7 +314,7 @@ def checked(nodes: Array, tets: Ints, source: str, overlaps: bool = False) -> Te
         raise MeshError(
             f"{source}: {len(negative)} inverted tetrahedra, the first is {negative[0]}"
         )
-    flat = np.flatnonzero(~(volumes > 1e-9 * max(volumes.mean(), extent**3 * 1e-12)))
+    flat = np.flatnonzero(~(volumes > 1e-9 * max(volumes.mean(), 1e-12)))
     if len(flat):
         raise MeshError(f"{source}: {len(flat)} flat tetrahedra, the first is {flat[0]}")
     first, second = shared_faces(tets, source, overlaps)

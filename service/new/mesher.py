@@ -79,13 +79,13 @@ def repaired_mesh(file: str, size: float) -> dict[str, Any]:
 
 
 def solid_facts(file: str) -> dict[str, Any]:
-    """Number of solids, volume and longest side of what a STEP or BREP file holds."""
+    """Number of solids, volume and bounding box (2, 3) of what a STEP or BREP file holds."""
     from netgen.occ import OCCGeometry
 
     shape = OCCGeometry(file).shape
     low, high = (np.array([point.x, point.y, point.z]) for point in shape.bounding_box)
     volume = sum(solid.mass for solid in shape.solids)
-    return {"solids": len(shape.solids), "volume": volume, "length": float((high - low).max())}
+    return {"solids": len(shape.solids), "volume": volume, "box": np.array([low, high])}
 
 
 def main(arguments: list[str]) -> None:

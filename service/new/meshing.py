@@ -20,7 +20,16 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from tauten.model.mesh import UNITS, TetMesh, checked, mean_ratios, oriented, read_mesh
+from tauten.model.mesh import (
+    UNITS,
+    TetMesh,
+    checked,
+    mean_ratios,
+    oriented,
+    read_mesh,
+    require_size,
+)
+from tauten.model.numerics import Array
 from tauten.service.new.part import (
     Kind,
     PartError,
@@ -82,13 +91,14 @@ def read_part(
 
     Raises:
         PartError: no such file, a surface that is not closed, an assembly, a missing extra.
-        MeshError: the tetrahedra of the file cannot be used.
+        MeshError: the tetrahedra of the file cannot be used, or no desktop robot is as large in this unit.
     """
     if not path.is_file():
         raise PartError(f"{path}: no such file")
     kind, scale = kind_of(path), UNITS[unit]
     if kind == "tetrahedra" and not repair:
         mesh = read_mesh(path, unit)
+        require_size(mesh.nodes, 1.0, str(path), "--unit")
         return CadPart(path, kind, unit, float(mesh.volumes.sum()), _length(mesh.nodes))
     if repair and kind == "solid":
         raise PartError(f"{path}: --repair is for surfaces (STL, OBJ, PLY) and tetrahedra")
@@ -96,19 +106,27 @@ def read_part(
     if kind != "solid":
         outside = kind == "tetrahedra"
         surface = read_outside(path) if outside else read_surface(path, repair, progress)
-        volume = abs(surface.volume) * scale**3
-        part = CadPart(
-            path, "surface", unit, volume, _length(surface.vertices) * scale, surface, repair
-        )
+        volume, points = abs(surface.volume), surface.vertices
     else:
-        volume, length = _solid_facts(path)
-        part = CadPart(path, kind, unit, volume * scale**3, length * scale)
+        surface = None
+        volume, points = _solid_facts(path)
+    require_size(points, scale, str(path), "--unit")
+    part = CadPart(
+        path,
+        "solid" if surface is None else "surface",
+        unit,
+        volume * scale**3,
+        _length(points) * scale,
+        surface,
+        repair,
+    )
     if not part.volume > 0.0:
         raise PartError(f"{path}: encloses no volume")
     return part
 
 
-def _length(points: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> float:
+def _length(points: Array) -> float:
+    """Longest side of the bounding box of points (k, 3)."""
     return float(np.ptp(points, axis=0).max())
 
 
@@ -155,8 +173,8 @@ def mesh_part(part: CadPart, size: float) -> TetMesh:
     return mesh
 
 
-def _solid_facts(path: Path) -> tuple[float, float]:
-    """Volume and longest side of the one solid in a file, in the unit of the file."""
+def _solid_facts(path: Path) -> tuple[float, Array]:
+    """Volume and bounding box (2, 3) of the one solid in a file, in the unit of the file."""
     with tempfile.TemporaryDirectory(prefix="tauten-") as folder:
         made = Path(folder) / "facts.npz"
         _run(["facts", str(path.resolve()), "1", str(made)], path)
@@ -167,7 +185,7 @@ def _solid_facts(path: Path) -> tuple[float, float]:
                 f"{path}: holds {solids} solids, one is needed; unite the parts of the assembly in CAD, or "
                 "export one part"
             )
-        return float(facts["volume"]), float(facts["length"])
+        return float(facts["volume"]), facts["box"]
 
 
 def _run(arguments: list[str], path: Path) -> None:

@@ -172,6 +172,23 @@ def test_densities_of_parts_may_be_left_out_beside_a_total_mass(density: float |
         validated(RobotConfig, beam_config(SIZE, material=without, materials=[part]), "r.toml")
 
 
+def test_the_size_of_a_body_is_that_of_its_scaled_mesh(tmp_path: Path) -> None:
+    """A mesh in millimetres with a scale of 1e-3 is the robot of the mesh in metres."""
+    body = {"name": "arm", "mesh": {"file": "beam.vtu"}, "scale": 1e-3, "fixed": [ROOT]}
+    settings = beam_config(SIZE, bodies=[body], material=RUBBER, fixed=[])
+    del settings["mesh"]
+    cells = [("tetra", MESH.tets)]
+    meshio.write(tmp_path / "beam.vtu", meshio.Mesh(1e3 * MESH.nodes, cells))
+    robot = make_robot(settings, tmp_path / "arm.toml", Changes())
+    np.testing.assert_allclose(robot.body.mesh.nodes, MESH.nodes, atol=1e-15)  # type: ignore[attr-defined]
+    body["scale"] = 1.0
+    found = (
+        r"beam.vtu: the body is 100 m long, .*; check bodies.0.mesh.length_unit and bodies.0.scale$"
+    )
+    with pytest.raises(MeshError, match=found):
+        make_robot(settings, tmp_path / "arm.toml", Changes())
+
+
 def test_a_file_with_bodies_loads_refined_and_stiffer(tmp_path: Path) -> None:
     meshio.write(tmp_path / "beam.vtu", meshio.Mesh(MESH.nodes, [("tetra", MESH.tets)]))
     contents = gripper_settings()

@@ -15,7 +15,7 @@ import pytest
 from scipy.optimize import nnls
 from support.robots.bodies import box_mesh
 
-from tauten.model.mesh import MeshError, read_mesh
+from tauten.model.mesh import MeshError, checked, read_mesh, require_size
 from tauten.model.numerics import Array
 from tauten.model.points import attach
 
@@ -116,17 +116,7 @@ BAD = {
         np.array([[0, 1, 2, 3], [0, 1, 2, -1]]),
         "tetra",
     ),
-    "a node lies 5000.05 m from the origin, allowed is 1000 m": (
-        NODES + np.array([5e3, 0.0, 0.0]),
-        TETS,
-        "tetra",
-    ),
     "the mesh is inf m long": (np.where(NODES == 0, -1.5e308, 1.5e308), TETS, "tetra"),
-    "the mesh is 50 m long, expected 1 mm to 10 m; check length_unit": (
-        1e3 * NODES,
-        TETS,
-        "tetra",
-    ),
     "node 1 is not finite": (np.where(NODES == 0.05, np.nan, NODES), TETS, "tetra"),
 }
 
@@ -136,6 +126,29 @@ def test_bad_meshes_are_refused_with_the_reason(tmp_path: Path, message: str) ->
     path = write(tmp_path / "bad.vtu", *BAD[message])
     with pytest.raises(MeshError, match=f"bad.vtu: .*{message}"):
         read_mesh(path)
+
+
+SIZES = {
+    "a node lies 5000.05 m from the origin, allowed is 1000 m": NODES + np.array([5e3, 0.0, 0.0]),
+    "the body is 50 m long, expected 1 mm to 10 m; check the unit": 1e3 * NODES,
+    "the body is 5e-05 m long, expected 1 mm to 10 m; check the unit": 1e-3 * NODES,
+    "the body is inf m long": np.where(NODES == 0, -1.5e308, 1.5e308),
+}
+
+
+@pytest.mark.parametrize("message", SIZES)
+def test_sizes_of_no_robot_are_refused(message: str) -> None:
+    with pytest.raises(MeshError, match=f"bad.vtu: .*{message}"):
+        require_size(SIZES[message], 1.0, "bad.vtu", "the unit")
+
+
+@pytest.mark.parametrize("scale", [1e-150, 1e-9, 1e9, 1e150])
+def test_the_shape_of_elements_is_checked_in_any_unit(scale: float) -> None:
+    """A mesh gets its scale only where it becomes a body."""
+    assert len(checked(scale * NODES, TETS, "mesh").tets) == len(TETS)
+    flat = NODES * [1.0, 1.0, 0.0]
+    with pytest.raises(MeshError, match="1 flat tetrahedra, the first is 0"):
+        checked(scale * flat, TETS, "mesh")
 
 
 def test_files_that_are_no_mesh_are_refused(

@@ -249,7 +249,7 @@ def test_a_robot_that_cannot_be_built_is_one_sentence_after_the_findings(
     said = capsys.readouterr()
     assert "length_unit = 'mm'" in said.out
     assert len(said.err.strip().splitlines()) == 1
-    assert "check length_unit" in said.err
+    assert "check mesh.length_unit" in said.err
 
 
 def small_arm(folder: Path) -> Path:

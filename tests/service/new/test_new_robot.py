@@ -10,6 +10,7 @@ import pytest
 from support.robots.bodies import box_mesh
 
 from tauten.model import Simulator, load_robot
+from tauten.model.mesh import MeshError
 from tauten.service.new import CadPart, NewRobot, PartError, make_new_robot, read_part
 from tauten.service.new import part as surfaces
 from tauten.service.process import StopFlag
@@ -149,6 +150,19 @@ def test_tetrahedra_of_a_file_are_taken_as_they_are(tmp_path: Path) -> None:
         lambda done, what: None,
     )
     assert load_robot(made.file).n_nodes == len(mesh.nodes)
+
+
+@pytest.mark.parametrize("name", ["bar.stl", "bar.vtu"])
+def test_a_part_in_another_unit_is_refused_with_the_option_that_says_it(
+    tmp_path: Path, name: str
+) -> None:
+    if name == "bar.stl":
+        file = write_stl(tmp_path / name, *box())
+    else:
+        mesh, file = box_mesh((12.0, 12.0, 60.0), (1, 1, 6)), tmp_path / name
+        meshio.Mesh(mesh.nodes, {"tetra": np.asarray(mesh.tets)}).write(file)
+    with pytest.raises(MeshError, match=r"60 m long, expected 1 mm to 10 m; check --unit$"):
+        read(file, unit="m")
 
 
 def test_a_tiny_size_is_counted_before_it_is_meshed(tmp_path: Path) -> None:
