@@ -72,11 +72,11 @@ class Controller(RobotModel):
             qp: solves the quadratic programs; default: the library that the settings name.
 
         Raises:
-            ValueError: `contact` is none of these, or a basis of another robot's size.
+            TypeError, ValueError: no robot; `contact` is none of these, or a basis of another robot's size.
         """
-        reduced = default_enrichment(robot.tolerance)
-        self.space, default = contact_model(contact, robot.contacts, reduced)
-        self._robot = robot.fork()
+        self._robot = self._forked(robot)
+        reduced = default_enrichment(self.robot.tolerance)
+        self.space, default = contact_model(contact, self.robot.contacts, reduced)
         settings = settings or ControllerSettings()
         self.horizon = horizon_of(self.robot, settings.horizon)
         self.settings = decide_settings(settings, self.robot, self.space, enrichment or default, qp)

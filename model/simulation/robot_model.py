@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -25,6 +26,18 @@ class RobotModel(ABC):
     _stepped: (
         tuple[State, PredictedStep] | None
     )  # a state, and the step that led there or starts there
+
+    @classmethod
+    def _forked(cls, robot: object) -> Robot:
+        """A robot with a workspace of its own; a TypeError says what to call where it is none."""
+        if isinstance(robot, Robot):
+            return robot.fork()
+        if isinstance(robot, str | Path):
+            given = repr(str(robot))
+            advice = f"{cls.__name__}.of({given}) starts from a name or a file"
+        else:
+            given, advice = f"a {type(robot).__name__}", "load_robot loads one"
+        raise TypeError(f"{cls.__name__} takes a Robot, found {given}: {advice}")
 
     @property
     def robot(self) -> Robot:

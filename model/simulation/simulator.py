@@ -66,11 +66,11 @@ class Simulator(RobotModel):
             enrichment: when unit columns join; default: for "full" to 1e-8 m, for a basis never.
 
         Raises:
-            ValueError: `contact` is none of these, or a basis of another robot's size.
+            TypeError, ValueError: no robot; `contact` is none of these, or a basis of another robot's size.
         """
-        self._space, default = contact_model(contact, robot.contacts, NO_ENRICHMENT)
+        self._robot = self._forked(robot)
+        self._space, default = contact_model(contact, self.robot.contacts, NO_ENRICHMENT)
         self._enrichment = enrichment or default
-        self._robot = robot.fork()
         self._search: EquilibriumSearch | None = None
         self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
         self.reset()

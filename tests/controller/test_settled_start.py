@@ -117,6 +117,19 @@ def test_a_robot_that_does_not_settle_starts_at_rest_and_says_why(
     assert "starts undeformed and moves at first: it finds no equilibrium" in caplog.text
 
 
+@pytest.mark.parametrize("kind", [Controller, Simulator])
+def test_what_is_no_robot_is_refused_with_what_to_call(
+    kind: type[Controller] | type[Simulator],
+) -> None:
+    name = kind.__name__
+    for given in ("finger", Path("finger")):
+        found = rf"^{name} takes a Robot, found 'finger': {name}.of\('finger'\) starts from a name or a file$"
+        with pytest.raises(TypeError, match=found):
+            kind(given)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=rf"^{name} takes a Robot, found a NoneType: load_robot"):
+        kind(None)  # type: ignore[arg-type]
+
+
 def test_a_model_that_there_is_not_is_refused(heavy_file: Path) -> None:
     for made in (Controller, Simulator):
         with pytest.raises(ValueError, match="model: found 'nope', expected one of full, reduced"):
