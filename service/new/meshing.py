@@ -180,6 +180,10 @@ def _solid_facts(path: Path) -> tuple[float, Array]:
         _run(["facts", str(path.resolve()), "1", str(made)], path)
         facts = np.load(made)
         solids = int(facts["solids"])
+        if solids == 0:
+            raise PartError(
+                f"{path}: holds no solid; export the part as a solid, not as faces or curves"
+            )
         if solids != 1:
             raise PartError(
                 f"{path}: holds {solids} solids, one is needed; unite the parts of the assembly in CAD, or "
@@ -232,6 +236,8 @@ def _run(arguments: list[str], path: Path) -> None:
     if mesher.returncode != 0 or not Path(arguments[-1]).is_file():
         lines = (err.strip() or out.strip()).splitlines()
         reason = lines[-1] if lines else f"it ended with code {mesher.returncode}"
+        if arguments[0] == "facts":
+            raise PartError(f"{path}: not readable as a solid ({reason}); export it again from CAD")
         advice = "choose another --size, or mend the part in CAD"
         if arguments[0] == "surface":
             advice += ", or use --repair"

@@ -140,6 +140,21 @@ def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
     assert volume == pytest.approx(12e-3 * 12e-3 * 60e-3, rel=1e-6)
 
 
+def test_files_that_hold_no_solid_say_so(tmp_path: Path) -> None:
+    occ = pytest.importorskip("netgen.occ", reason="tauten[mesh] is not installed")
+    occ.Compound([]).WriteStep(str(tmp_path / "empty.step"))
+    occ.WorkPlane().Rectangle(12, 12).Face().WriteStep(str(tmp_path / "face.step"))
+    for name in ("empty.step", "face.step"):
+        with pytest.raises(PartError, match=rf"{name}: holds no solid; export the part as a solid"):
+            read(tmp_path / name)
+    (tmp_path / "bad.step").write_text("ISO-10303-21;\nEND-ISO-10303-21;\n")
+    with pytest.raises(
+        PartError, match=r"bad.step: not readable as a solid .*; export it again"
+    ) as caught:
+        read(tmp_path / "bad.step")
+    assert "--size" not in str(caught.value)
+
+
 def test_tetrahedra_of_a_file_are_taken_as_they_are(tmp_path: Path) -> None:
     mesh, file = box_mesh((0.012, 0.012, 0.06), (1, 1, 6)), tmp_path / "bar.vtu"
     meshio.Mesh(mesh.nodes, {"tetra": np.asarray(mesh.tets)}).write(file)
