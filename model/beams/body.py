@@ -72,8 +72,12 @@ class BeamBody(SparseBody[AttachedPoints]):
 
     @property
     def size(self) -> float:
-        """Diagonal of the bounding box at rest [m]."""
-        return self.beams.size
+        """Diagonal of the bounding box at rest [m], of the elements that can move.
+
+        Steps of searches are bounded by shares of it, which an anchor far away must not make longer.
+        """
+        moving = self.beams.ends[(self.dof[self.beams.ends] >= 0).any(axis=1)]
+        return float(np.linalg.norm(np.ptp(self.beams.nodes[moving.ravel()], axis=0)))
 
     @property
     def triangles(self) -> Ints:

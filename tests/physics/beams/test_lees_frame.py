@@ -175,7 +175,7 @@ def test_cable_follows_the_frame_beyond_its_limit_load(tmp_path: Path) -> None:
     """A pulled length controls the displacement: the tension rises to the limit load and falls again.
 
     At a pull of 0.51 m the displacement itself turns back; the frame snaps and the cable, which only
-    pulls, gets slack.
+    pulls, gets slack, wherever rounding leads the search on its way.
     """
     simulator = Simulator(frame(tmp_path, 40, winch=True), "none")
     efforts, points = [], []
@@ -190,13 +190,19 @@ def test_cable_follows_the_frame_beyond_its_limit_load(tmp_path: Path) -> None:
         assert effort == pytest.approx(load, rel=3e-3)
         np.testing.assert_allclose(point, place, atol=3e-3)
     before, snapped = (simulator.state, simulator.forces), []
-    for position in (0.515, 0.53):
-        simulator.start_from(*before)
+    rounding = 1e-13 * np.random.default_rng(0).standard_normal((6, before[0].q.size))
+    for position, change in zip(3 * [0.515, 0.53], rounding, strict=True):
+        simulator.start_from(State(before[0].q * (1.0 + change), before[0].v), before[1])
         assert simulator.settle(position=[position], tolerance=1e-8).converged
         assert simulator.effort[0] == 0.0
         assert simulator.position[0] > 0.6
         snapped.append(simulator.effector[0])
-    np.testing.assert_allclose(snapped[0], snapped[1], atol=1e-6)
+    np.testing.assert_allclose(snapped, 6 * [snapped[0]], atol=1e-6)
+
+
+def test_an_anchor_far_away_does_not_make_the_robot_larger(tmp_path: Path) -> None:
+    """Steps of searches and tolerances of decisions are shares of the size."""
+    assert frame(tmp_path, 5, winch=True).size == pytest.approx(np.sqrt(2.0), rel=1e-3)
 
 
 @pytest.mark.parametrize(("stiffness", "stays"), [(1e3, True), (2.0, False)])
