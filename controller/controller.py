@@ -225,7 +225,7 @@ class Controller(RobotModel):
         if self._prepared is not None:
             return
         now = self._state, self._forces, self._left.position, self.settings.enrichment
-        ahead = self.horizon.of(self._robot.later(self._robot.h))
+        ahead = self.horizon.of(self._robot.later(self._robot.h).stepping(self._state))
         try:
             self._prepared = prepare(ahead, self.space, *now, self._course, self._locks.by_force)
         except FactorisationError:

@@ -22,7 +22,8 @@ the target triangle's vertices y.
 
 The gap to an obstacle (`tauten.model.contact.obstacle`) is its signed distance, at any depth, with the
 gradient nᵀ Σ_j w_j dx_j. Obstacles that move are where they are at the end of the step that is taken: the gap
-after it is then gap + h n · v of the candidate, as of one that stands still.
+after it is then gap + h n · v of the candidate, as of one that stands still. In a step that began with
+`stepping`, candidates stay on the side of an obstacle where they were (`tauten.model.contact.sides`).
 
 **Open surfaces.** A face selected from a body has a border, and the side of a point beyond the border is
 undefined. By rule 2 a candidate beyond the border, above or below the face, has no row: the border does
@@ -51,6 +52,7 @@ from tauten.model.contact.broad_phase import BLOCK
 from tauten.model.contact.narrow_phase import no_closest_points, search
 from tauten.model.contact.obstacle import ObstaclePoses, poses_at_start
 from tauten.model.contact.pair import ContactPair, LargestSum, check_pair
+from tauten.model.contact.sides import Sides, joined, sides_of
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Bools, Ints, kernel
@@ -142,6 +144,7 @@ class ContactSet:
             for number, pair in enumerate(pairs)
             if pair.obstacle is not None
         }
+        self._sides: dict[int, Sides] = {}  # of pairs, in the step that is taken
         self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
             [pair.nodes.astype(np.int64) for pair in pairs],
@@ -164,7 +167,28 @@ class ContactSet:
     def placed(self, poses: ObstaclePoses) -> ContactSet:
         """The same contacts with the obstacles (those of `poses`) elsewhere."""
         other = copy(self)
-        other.poses = poses
+        other.poses, other._sides = poses, {}
+        return other
+
+    def stepping(self, x: Array, ends: Sequence[Array], before: ObstaclePoses) -> ContactSet:
+        """The same contacts in a step, in which candidates stay on the side of obstacles where they were.
+
+        Args:
+            x: (n_vertices, 3) positions at its start [m].
+            ends: likewise, at its end if nothing touches, and where else contacts are detected in it.
+            before: poses of the obstacles at its start.
+        """
+        other = copy(self)
+        other._sides = {}
+        for number, obstacle in self._obstacle.items():
+            pair, poses = self.pairs[number], (before.poses[obstacle], self.poses.poses[obstacle])
+            assert pair.obstacle is not None
+            start, *there = (
+                np.einsum("mj,mji->mi", pair.weights, at[pair.nodes]) for at in (x, *ends)
+            )
+            found = [sides_of(pair.obstacle, (start, poses[0]), (end, poses[1])) for end in there]
+            if any(len(one.place) for one in found):
+                other._sides[number] = joined(found)
         return other
 
     def positions(self, x: Array) -> Array:
@@ -213,7 +237,11 @@ class ContactSet:
         place, points = np.empty(len(pair.nodes), np.int64), np.zeros((len(pair.nodes), 3))
         count = finite_candidates(x, pair.nodes, pair.weights, place, points)
         near, reach = points[:count], self.alarm_distance
-        gap, normal = pair.obstacle.closest(near, self.poses.poses[self._obstacle[number]], reach)
+        pose = self.poses.poses[self._obstacle[number]]
+        gap, normal = pair.obstacle.closest(near, pose, reach)
+        if number in self._sides and count == len(points):
+            gap, normal = self._sides[number].corrected(near, pose, (gap, normal), reach)
+            reach = np.inf
         nearest = np.ascontiguousarray(gap, dtype=float), np.ascontiguousarray(normal, dtype=float)
         of_pair = (number, first, pair.friction), (pair.nodes, pair.weights)
         distances = reach, self.distance

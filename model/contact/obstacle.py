@@ -239,12 +239,19 @@ class Obstacle:
         """
         Q = None if pose.is_upright else pose.Q
         own = points - pose.position if pose.position.any() else points
-        own = own if Q is None else own @ Q
-        if hasattr(self.shape, "closest_within"):  # faster than to ask for the protocol
-            gap, normal = cast(NearShape, self.shape).closest_within(own, reach)
-        else:
-            gap, normal = self.shape.closest(own)
+        gap, normal = self.closest_own(own if Q is None else own @ Q, reach)
         return gap, normal if Q is None else normal @ Q.T
+
+    def closest_own(self, points: Array, reach: float) -> tuple[Array, Array]:
+        """Signed distances (m,) of points (m, 3) in its own frame [m], and their gradients (m, 3).
+
+        Args:
+            points: [m].
+            reach: distance up to which all are wanted [m].
+        """
+        if hasattr(self.shape, "closest_within"):  # faster than to ask for the protocol
+            return cast(NearShape, self.shape).closest_within(points, reach)
+        return self.shape.closest(points)
 
     def outline(self, pose: ObstaclePose, centre: Array, extent: float) -> tuple[Array, Ints]:
         """Vertices (v, 3) [m] in its own frame and triangles (t, 3); none of a shape that is not drawn.

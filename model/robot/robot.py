@@ -197,12 +197,40 @@ class Robot(Generic[B_co]):
         """The same robot with its obstacles in other poses."""
         if poses is self.contacts.poses or not poses.poses:
             return self
-        return dataclasses.replace(self, contacts=self.contacts.placed(poses))
+        return self.with_contacts(self.contacts.placed(poses))
+
+    def with_contacts(self, contacts: ContactSet) -> Robot[B_co]:
+        """The same robot with its contacts in another place, or another step."""
+        return dataclasses.replace(self, contacts=contacts)
 
     def later(self, seconds: float) -> Robot[B_co]:
         """The same robot with its obstacles where they are a time later [s]."""
         poses = self.contacts.poses
         return self.with_obstacles(poses.after(seconds)) if poses.poses else self
+
+    def stepping(
+        self, state: State, seconds: float | None = None, end: State | None = None
+    ) -> Robot[B_co]:
+        """The same robot in a step: what touches obstacles stays on the side of them where it was.
+
+        Args:
+            state: where the step starts.
+            seconds: its length, by default the time step; the obstacles are where they are at its end.
+            end: where the step leads without contact and is linearised; None: where the velocity leads, and
+                contacts are detected where it starts.
+        """
+        poses, h = self.contacts.poses, self.h if seconds is None else seconds
+        if not poses.poses:
+            return self
+        linearised_here = end is None
+        if end is None:
+            moves = not self.integration.static and bool(state.v.any())
+            end = self.advance(state, state.v, h) if moves else state
+        if end is state and not poses.change:
+            return self.with_contacts(self.contacts.placed(poses))
+        x, led = (self.motion(at).placed(self.vertices).y for at in (state, end))
+        ends = (led, x) if linearised_here else (led,)
+        return self.with_contacts(self.contacts.stepping(x, ends, poses.after(-h)))
 
     def with_integration(self, integration: Integration) -> Robot[B_co]:
         """The same robot with another time step or scheme."""

@@ -79,6 +79,7 @@ def converged_step(
     Raises:
         FactorisationError: the state has diverged.
     """
+    robot = robot.stepping(state)
     start = robot.body.step_start(state)
 
     def potential(at: State) -> float:

@@ -150,7 +150,7 @@ def _in_steps(
     static, pushes = stages.scheme.static, PUSHES * robot.body.part_size
     correction, converged = 0.0, True
     for number in range(steps):
-        rest = stages
+        rest, origin = stages, None
         if not static:
             share = (number + STAGE) / steps
             part = command.between(position, effort, share)
@@ -161,12 +161,13 @@ def _in_steps(
             if _struck(forces, end, pushes):
                 state, rest = end.state, stages.over_the_rest()
             else:
+                origin = state
                 state = _beyond(robot, state, end.state, stages.scheme.h)
             forces = end.forces
         last = number + 1 == steps
         share = (number + 1) / steps
         now = command if last else command.between(position, effort, share)
-        end = rest.solve(state, forces, now, share)
+        end = rest.solve(state, forces, now, share, origin)
         correction, converged = max(correction, end.correction), converged and end.converged
         if end.correction > farthest:
             break
@@ -233,7 +234,14 @@ class _Stages:
     enrichment: Enrichment
     scheme: Integration
 
-    def solve(self, start: State, forces: Forces, command: Command, share: float) -> Travel:
+    def solve(
+        self,
+        start: State,
+        forces: Forces,
+        command: Command,
+        share: float,
+        origin: State | None = None,
+    ) -> Travel:
         """One of them.
 
         Args:
@@ -241,12 +249,14 @@ class _Stages:
             forces: constraint forces before it.
             command: at its end.
             share: of the period that has passed then, which says where the obstacles are.
+            origin: where the robot was last, if `start` is extrapolated from there; None: at `start`.
         """
         robot, space, scheme = self.robot, self.space, self.scheme
-        robot = robot.later((share - 1.0) * robot.h)
         contacts = space.k > 0 or self.enrichment.rounds > 0
         at = start if scheme.static else _ahead(robot, start, scheme.h)
         slid = None if scheme.static else scheme.h * start.v
+        before, h = (start, scheme.h) if origin is None else (origin, scheme.h / STAGE)
+        robot = robot.later((share - 1.0) * robot.h).stepping(before, h, at)
         step = condense_step(robot, space, at, forces, contacts, False, scheme, slid)
         last = forward_step(step, self.enrichment, forces, command)
         solved = last.prediction
