@@ -59,11 +59,14 @@ class Tangent(NamedTuple):
         values: of K, as its body stores them.
         exact: whether it is the derivative of the forces.
         semidefinite: share of the positive semidefinite tangent in it that the next step may try first.
+        stiffened: unknowns (d,), and what is added on the diagonal of the derivative there (d,), where
+            that is all that it differs in; None: it does not differ so.
     """
 
     values: Array
     exact: bool
     semidefinite: float
+    stiffened: tuple[Ints, Array] | None = None
 
 
 @dataclass(frozen=True)

@@ -120,7 +120,7 @@ def implicit_system(
     else:
         others = added if scheme.static else (1.0 + scheme.h * scheme.a) * at.mass + added
         tried = iter([bounded_tangent(derivative, material(), others)])
-    for S, exact, share in tried:
+    for S, exact, share, _ in tried:
         A_K = S if added is None else S + added
         if not implicit_step(scheme, at.mass, forces, A_K, v, L, v_free):
             continue

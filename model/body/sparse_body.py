@@ -5,7 +5,8 @@ from __future__ import annotations
 import dataclasses
 from abc import abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -27,6 +28,8 @@ from tauten.model.system import (
 
 P = TypeVar("P", default=Any)
 
+NEARLY = 1e-6  # of what was added on the diagonal: closer to singular, rounding might decide
+
 
 @dataclass(frozen=True, slots=True)
 class SparseAssembled(Assembled):
@@ -47,6 +50,17 @@ class SparseAssembled(Assembled):
     inertia: Array | None
 
 
+@dataclass(slots=True)
+class Past:
+    """What a workspace remembers of its last system; it decides what is tried first, not what is found.
+
+    Attributes:
+        indefinite: whether the exact tangent had no factor, but did with more on its diagonal.
+    """
+
+    indefinite: bool = False
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SparseBody(Body[P]):
     """The linear system of a body that has a pattern and a factorisation.
@@ -56,12 +70,14 @@ class SparseBody(Body[P]):
         factorisation: workspace of the linear solver.
         floating: (n,) which degrees of freedom move by their inertia in quasi-static steps too: those of
             bodies that nothing holds.
+        past: what the workspace remembers.
     """
 
     actuator_set: ActuatorSet[P]
     pattern: Pattern
     factorisation: Factorisation
     floating: Bools
+    past: Past = field(default_factory=Past, init=False)
 
     @property
     def n(self) -> int:
@@ -131,30 +147,58 @@ class SparseBody(Body[P]):
             self.floating.any()
         ):  # mass and velocity of all else are zero: its step stays quasi-static
             scheme, damping = dataclasses.replace(scheme, static=False), np.zeros_like(at.K)
+        made = partial(self._system_with, at, scheme, force, damping)
         failed: FactorisationError | None = None
-        for K, exact, share in self.tangents(at, integration):
+        put_off: Tangent | None = None
+        for tangent in self.tangents(at, integration):
+            if tangent.exact and self.past.indefinite:
+                put_off = tangent
+                continue
             try:
-                system = make_system(
-                    self.pattern,
-                    self.factorisation,
-                    scheme,
-                    K,
-                    at.mass,
-                    force,
-                    at.state.v,
-                    damping,
-                )
-                if (
-                    0.0 < scheme.ahead < 1.0 and not exact
-                ):  # the derivative leads the rest of the way
-                    less = self.pattern.matrix(K - at.K) @ at.state.v
-                    more = (1.0 - scheme.ahead) * scheme.h**2 * system.solve(less)
-                    system = dataclasses.replace(system, v_free=system.v_free + more)
-                return dataclasses.replace(system, exact=exact, semidefinite=share)
+                system = made(tangent)
             except FactorisationError as error:
-                failed = error
+                failed, put_off = error, None  # what is less stiff has no factor either
+                continue
+            if put_off is not None and not indefinite_without(system, tangent.stiffened):
+                try:
+                    system = made(put_off)
+                except FactorisationError:
+                    system = made(tangent)
+            self.past.indefinite = not system.exact and tangent.stiffened is not None
+            return system
         assert failed is not None
         raise failed
+
+    def _system_with(
+        self,
+        at: SparseAssembled,
+        scheme: Integration,
+        force: Array,
+        damping: Array | None,
+        tangent: Tangent,
+    ) -> System:
+        """`system` with one of the tangents.
+
+        Args:
+            at: the state where the step starts.
+            scheme: of the step.
+            force: (n,) without constraints [N].
+            damping: (nnz,) values of C without its part a M; None where the step is quasi-static.
+            tangent: one of `tangents`.
+
+        Raises:
+            FactorisationError: A has no Cholesky factor.
+        """
+        K, v, exact = tangent.values, at.state.v, tangent.exact
+        system = make_system(
+            self.pattern, self.factorisation, scheme, K, at.mass, force, v, damping
+        )
+        v_free = system.v_free
+        if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way
+            less = self.pattern.matrix(K - at.K) @ v
+            v_free = v_free + (1.0 - scheme.ahead) * scheme.h**2 * system.solve(less)
+        share = tangent.semidefinite
+        return dataclasses.replace(system, v_free=v_free, exact=exact, semidefinite=share)
 
     def tangents(self, at: SparseAssembled, scheme: Integration) -> Iterator[Tangent]:
         """What a step tries until one has a Cholesky factor.
@@ -238,6 +282,25 @@ class SparseBody(Body[P]):
             h: its length [s].
         """
         return None, None
+
+
+def indefinite_without(system: System, stiffened: tuple[Ints, Array] | None) -> bool:
+    """Whether A of a system is indefinite without what was added on its diagonal, by its Schur complement.
+
+    With the added S on some unknowns E, A − E S Eᵀ is positive definite exactly where
+    1 − √S Eᵀ A⁻¹ E √S is, which is as small as the number of these. False also where rounding might decide.
+
+    Args:
+        system: factorised with what was added.
+        stiffened: unknowns (d,), and what was added to the tangent there (d,); None: nothing is known.
+    """
+    if stiffened is None:
+        return False
+    unknowns, added = stiffened
+    E = np.zeros((len(system.v_free), len(unknowns)), order="F")
+    E[unknowns, np.arange(len(unknowns))] = system.h * np.sqrt(added)
+    left = np.eye(len(unknowns)) - E.T @ system.solve(E)
+    return bool(np.linalg.eigvalsh(left)[0] < -NEARLY)
 
 
 def stiffness_counts(scheme: Integration) -> bool:

@@ -242,8 +242,10 @@ class ConstrainedBody(TetBody):
                 yield tried
             if tried.exact:
                 D, K = semidefinite() if at.D is None else at.D, at.K.copy()
-                K[drives] += D[drives] + 2.0 * np.abs(K[drives]) + mass
-                yield Tangent(K, False, 0.0)
+                more = D[drives] + 2.0 * np.abs(K[drives]) + mass
+                K[drives] += more
+                unknowns = 3 * len(self.coordinates.free) + self.frames.drives[self.driven]
+                yield Tangent(K, False, 0.0, (unknowns, more))
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.

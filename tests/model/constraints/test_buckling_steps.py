@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.robots.bodies import beam_config
-from support.robots.small_bodies import MESH, SIZE, constrained, moved
+from support.robots.small_bodies import MESH, SIZE, TURN, constrained, moved
 
 from tauten.model import Robot, State, System, row_compliance
 from tauten.model.load import build_robot
@@ -17,6 +17,7 @@ from tauten.model.schema import RobotConfig, validated
 LENGTH, WIDTH, HEIGHT = SIZE
 STRAIN = 0.009  # Euler's column of these sizes buckles at 0.0082
 PLATE = {"lower": [LENGTH, 0.0, 0.0], "upper": [LENGTH, WIDTH, HEIGHT]}
+ALL = {"lower": [0.0, 0.0, 0.0], "upper": [LENGTH, WIDTH, HEIGHT]}
 
 
 def compressed(robot: Robot, free: int) -> State:
@@ -47,3 +48,30 @@ def test_a_plate_at_the_end_of_a_column_keeps_its_compliance() -> None:
     assert (system.semidefinite, expected.semidefinite) == (0.25, 0.25)
     assert W[1, 1] == pytest.approx(W_plain[1, 1], rel=0.25)
     assert W[2, 2] == pytest.approx(W_plain[2, 2], rel=0.25)
+
+
+def test_a_pendulum_that_stands_upright_is_factorised_once_a_step(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What the step before has tried is a matter of time: the same steps follow with and without it."""
+    arm = constrained(
+        fixed=[],
+        gravity=[-9.81, 0.0, 0.0],  # towards the axis
+        drives=[{**TURN, "region": ALL, "through": [0.0, 0.0, 0.5 * HEIGHT]}],
+    )
+    ahead, rest = replace(arm.integration, rate=5.0), arm.rest()
+    half = np.zeros(arm.n)
+    half[3 * len(arm.body.coordinates.free) + arm.body.frames.drives] = np.pi
+    upright, hanging = rest, State(arm.advance(rest, half, 1.0).q, np.zeros(arm.n))
+    factors, made = arm.body.factorisation, list[Array]()
+    refactor = factors.refactor
+    monkeypatch.setattr(factors, "refactor", lambda A: (made.append(A), refactor(A)))
+    course = ((upright, 2), (upright, 1), (hanging, 2), (hanging, 1), (upright, 2), (upright, 1))
+    for state, tries in course:
+        made.clear()
+        system, anew = arm.linearise(state, None, ahead), arm.fork().linearise(state, None, ahead)
+        assert len(made) == tries
+        assert system.exact is anew.exact is (state is hanging)
+        np.testing.assert_array_equal(system.v_free, anew.v_free)
+        ones = np.ones(arm.n)
+        np.testing.assert_array_equal(system.solve(ones), anew.solve(ones))
