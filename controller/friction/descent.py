@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tauten.controller.friction.nearest import within_limits
 from tauten.controller.friction.problem import EffortPoint
 from tauten.controller.friction.search import EffortSearch
 
@@ -40,7 +41,7 @@ def descend(
             break
         found = search.exact(best.lam + step.change, best.r + slope @ step.change)
         if found is not None:
-            found = search.within(found, held)
+            found = within_limits(search, found, held)
         if found is not None and found.objective < best.objective - WORTH * step.gain:
             if found.objective < best.objective - GOOD * step.gain:
                 trust = 2.0 * trust

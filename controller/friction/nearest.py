@@ -1,7 +1,11 @@
-"""The way back to limits that holding exceeds.
+"""The way back to limits that a point exceeds.
 
 Steps pull a point back on its exact piece. Where contacts begin to stick the piece is short, and its slope
 may point away from where the limits are met; then steps along the slope of the smoothed law go beyond it.
+
+The QP of the efforts pulls, too, but weighs what limits are exceeded by against the objective: it ends beside
+a limit that the objective pushes against, by more than is allowed. Least contact forces are such limits
+wherever an effector slides on what it presses on.
 """
 
 from __future__ import annotations
@@ -16,21 +20,68 @@ from tauten.controller.qpcc import UNBOUNDED
 from tauten.model.friction import widths
 from tauten.model.numerics import Array
 
-PULLS = 16  # steps, at most
+WEIGHED = 3  # steps that weigh limits against the objective, at most
+PULLS = 16  # steps that do not, at most
 TRUST = 0.3  # of the span of the efforts, a step at first
 TURNS = ((0.0, 1.0), (0.1, 1.0), (0.1, 4.0), (0.1, 12.0))  # κ of the slope, length of a step
 SHORTER = 0.2  # of the last steps, after all of them
 SHORT = 1e-6  # weight of a step's length: the shortest of those that come as near
+BACK = (0.7, 0.5, 0.25, 0.1)  # shares of the way from hold to a point beyond the limits
 
 
-def nearest_to_limits(search: EffortSearch, held: EffortPoint) -> EffortPoint:
+def within_limits(
+    search: EffortSearch, point: EffortPoint, held: EffortPoint
+) -> EffortPoint | None:
+    """A point within the limits near one that may exceed them; None where none is found.
+
+    With the budget used up one step of each kind is tried, and one point on the way.
+
+    Args:
+        search: the problem.
+        point: exact.
+        held: exact and within the limits: the last resort is the way there.
+    """
+    point = nearest_to_limits(search, _weighed(search, point))
+    for number, share in enumerate(BACK):
+        if search.feasible(point):
+            return point
+        if number > 0 and search.budget.exhausted:
+            return None
+        lam = held.lam + share * (point.lam - held.lam)
+        found = search.exact(lam, held.r + share * (point.r - held.r))
+        point = point if found is None else found
+    return point if search.feasible(point) else None
+
+
+def _weighed(search: EffortSearch, point: EffortPoint) -> EffortPoint:
+    """Where some steps lead that weigh what limits are exceeded by against the objective.
+
+    Args:
+        search: the problem.
+        point: exact.
+    """
+    for number in range(WEIGHED):
+        if search.feasible(point) or (number > 0 and search.budget.exhausted):
+            break
+        slope = search.slope(point)
+        step = search.step(point.lam, point.r, slope, search.span)
+        if step is None:
+            break
+        found = search.exact(point.lam + step.change, point.r + slope @ step.change)
+        if found is None:
+            break
+        point = found
+    return point
+
+
+def nearest_to_limits(search: EffortSearch, point: EffortPoint) -> EffortPoint:
     """The exact point that exceeds the limits least among those that some steps find.
 
     Args:
         search: the problem.
-        held: exact, where the steps start.
+        point: exact, where the steps start.
     """
-    best, trust, refused = held, TRUST * search.span, 0
+    best, trust, refused = point, TRUST * search.span, 0
     for number in range(PULLS):
         before = best.excess
         if before <= search.allowed or (number > 0 and search.budget.exhausted):
@@ -39,7 +90,7 @@ def nearest_to_limits(search: EffortSearch, held: EffortPoint) -> EffortPoint:
         slope = _slope(search, best, share)
         lam = search.bounded(best.lam + longer * _pull(search, best, slope, trust))
         found = search.exact(lam, best.r + slope @ (lam - best.lam))
-        if found is not None and found.excess < before - search.allowed:
+        if found is not None and found.excess < max(before - search.allowed, search.allowed):
             best, refused = found, 0
             continue
         refused += 1

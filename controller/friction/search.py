@@ -20,7 +20,6 @@ from tauten.model.friction import Width
 from tauten.model.numerics import Array, Ints
 
 WITHIN = 1e-7  # of the largest limit, by which a point may exceed one
-BACK = (0.7, 0.5, 0.25, 0.1)  # shares of the way from hold to a point beyond the limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,38 +114,6 @@ class EffortSearch:
         lam = self.bounded(lam)
         r = exact_forces(self.contacts, lam, start, self.budget, wide, needed)
         return None if r is None else EffortPoint(lam, r, *self.program.measures(lam, r))
-
-    def within(self, point: EffortPoint, held: EffortPoint) -> EffortPoint | None:
-        """A point within the limits near one that may exceed them; None where none is found.
-
-        With the budget used up one QP is tried, and one point on the way.
-
-        Args:
-            point: exact.
-            held: exact and within the limits: the last resort is the way there.
-        """
-        for number in range(3):
-            if self.feasible(point):
-                return point
-            if number > 0 and self.budget.exhausted:
-                break
-            slope = self.slope(point)
-            step = self.step(point.lam, point.r, slope, self.span)
-            if step is None:
-                break
-            found = self.exact(point.lam + step.change, point.r + slope @ step.change)
-            if found is None:
-                break
-            point = found
-        for number, share in enumerate(BACK):
-            if self.feasible(point):
-                return point
-            if number > 0 and self.budget.exhausted:
-                return None
-            lam = held.lam + share * (point.lam - held.lam)
-            found = self.exact(lam, held.r + share * (point.r - held.r))
-            point = point if found is None else found
-        return point if self.feasible(point) else None
 
 
 def effort_search(problem: FrictionInverse, solver: str | Backend, budget: Budget) -> EffortSearch:

@@ -15,7 +15,7 @@ import numpy as np
 
 from tauten.controller.friction.descent import GONE, descend, predicted_gain
 from tauten.controller.friction.exact import NEWTON, WIDE, forces_error
-from tauten.controller.friction.nearest import nearest_to_limits
+from tauten.controller.friction.nearest import nearest_to_limits, within_limits
 from tauten.controller.friction.path import AT_ONCE, PathEnd, nested_path, one_shot_path
 from tauten.controller.friction.problem import EffortPoint, FrictionInverse, normals_alone
 from tauten.controller.friction.search import EffortSearch, effort_search
@@ -291,7 +291,7 @@ def _tried(
     needed = trial.nested and path is before
     found = search.exact(path.state.lam, path.state.r, path.wide, needed)
     if found is not None:
-        found = search.within(found, held)
+        found = within_limits(search, found, held)
     return None if found is None else descend(search, found, held, settings.forwards), path
 
 
@@ -332,7 +332,7 @@ def _lower(
         settings: length of the descent.
     """
     if near is not None:
-        near = search.within(near, held)
+        near = within_limits(search, near, held)
     if near is None:
         return None
     found = descend(search, near, held, settings.forwards)

@@ -88,6 +88,24 @@ def block(mu: float, weight: float, target: float) -> FrictionInverse:
     return FrictionInverse(program, np.array([mu]))
 
 
+def pressed_block(mu: float, target: float, most: float) -> FrictionInverse:
+    """The same block without weight, pressed down by one effort with 1 N at least and pushed by another."""
+    along = np.array([0.0, 1.0, 0.0, 1.0, 0.0])  # the way, by efforts and contact forces
+    program = Qpcc(
+        Q=np.outer(along, along) + 1e-6 * np.diag([1.0, 1.0, 0.0, 0.0, 0.0]),
+        c=-target * along,
+        lb=np.zeros(2),
+        ub=np.array([10.0, most]),
+        G=np.array([[0.0, 0.0, 1.0, 0.0, 0.0]]),
+        g_lo=np.array([1.0]),
+        g_hi=np.array([1.1]),
+        M=np.array([[-1.0, 0.0, 1.0, 0.0, 0.0], along, [0.0, 0.0, 0.0, 0.0, 1.0]]),
+        m=np.zeros(3),
+        constant=0.5 * target**2,
+    )
+    return FrictionInverse(program, np.array([mu]))
+
+
 def exact_at(contacts: InverseContacts, lam: Array, start: Array | None = None) -> Array:
     """Exact forces (3 m,) at efforts."""
     first = np.zeros(len(contacts.q)) if start is None else start
@@ -111,6 +129,21 @@ def test_a_block_that_cannot_be_moved_stays_and_the_status_says_so() -> None:
     assert found.status is Status.SEEKING_CONTACT
     assert found.lam_a[0] == 3.0
     assert found.objective == found.held
+
+
+@pytest.mark.parametrize("target", [1.0, 3.0])
+@pytest.mark.parametrize("held", [(1.00001, 0.0), (1.0, 0.1)])
+def test_a_block_slides_that_is_pressed_with_its_least_force(
+    target: float, held: tuple[float, float]
+) -> None:
+    """The objective pushes against the least force: the less the block is pressed, the farther it slides."""
+    found = solve_friction_inverse(
+        pressed_block(0.3, target, 0.5), np.array(held), np.array([held[0], -held[1], 0.0])
+    )
+    assert found.status is Status.OK
+    assert found.lam_a == pytest.approx([1.0, 0.5], abs=1e-6)
+    assert found.forces == pytest.approx([1.0, -0.3, 0.0], abs=1e-6)
+    assert found.objective == pytest.approx(0.5 * (target - (0.5 - 0.3)) ** 2, rel=1e-5)
 
 
 @pytest.mark.parametrize("state_form", [True, False])
