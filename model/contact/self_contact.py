@@ -23,6 +23,7 @@ ALARM_EDGES = 0.5  # alarm distance, in mean edges
 WALL_ALARMS = (
     4.0  # walls up to so many alarm distances thick are not compared with their other side
 )
+TIE = 1e-6  # relative; what is in the plane of a candidate to rounding is a neighbour in any pose
 
 
 def mean_edge(vertices: Array, triangles: Ints) -> float:
@@ -55,6 +56,7 @@ def neighbours_at_rest(
         (k, 2) number of the candidate and of the triangle.
     """
     points = np.einsum("mj,mji->mi", weights, vertices[nodes])  # (m, 3)
+    along, through = (1.0 + TIE) * along, (1.0 + TIE) * through
     near = _along_surface(vertices, triangles, nodes, points, along)
     behind = _through_wall(vertices, triangles, nodes, points, through)
     both: Ints = np.unique(np.vstack([near, behind]), axis=0)
@@ -81,6 +83,14 @@ def _along_surface(
     return np.concatenate(reached).astype(np.int64)
 
 
+def unit_normals(corners: Array) -> Array:
+    """Unit normals (t, 3) of triangles (t, 3, 3), counter-clockwise seen from outside; zero of flat ones."""
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)
+    found: Array = across / length[:, None]
+    return found
+
+
 def _through_wall(
     vertices: Array, triangles: Ints, nodes: Ints, points: Array, through: float
 ) -> Ints:
@@ -89,15 +99,16 @@ def _through_wall(
     centres = corners.mean(axis=1)
     radius = float(np.linalg.norm(corners - centres[:, None], axis=2).max())
     own = vertices[nodes]  # (m, 3, 3)
-    normals = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0])  # (m, 3)
-    facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # (t, 3)
+    normals = unit_normals(own)  # (m, 3)
+    facing = unit_normals(corners)  # (t, 3)
+    tie = TIE * (through + radius)
     found = cKDTree(centres).query_ball_point(points, through + radius)
     reached = []
     for candidate, close in enumerate(found):
         numbers = np.array(close, dtype=np.int64)
         away = corners[numbers] - points[candidate]  # (c, 3, 3)
-        behind = (away @ normals[candidate] <= 0.0).all(axis=1)
-        turned = np.einsum("cji,ci->cj", away, facing[numbers]).max(axis=1) >= 0.0
+        behind = (away @ normals[candidate] <= tie).all(axis=1)
+        turned = np.einsum("cji,ci->cj", away, facing[numbers]).max(axis=1) >= -tie
         numbers = numbers[behind & turned]
         reached.append(np.stack([np.full(len(numbers), candidate), numbers], axis=1))
     return np.concatenate(reached).astype(np.int64)

@@ -7,10 +7,12 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from support.processes import ROBOT
 from support.robots.bodies import box_mesh
 
 from tauten.model import Robot, RobotFileError, Simulator, load_robot
+from tauten.model.contact import neighbours_at_rest
 from tauten.model.numerics import Array, Ints
 from tauten.model.tetra import NodalBody
 
@@ -97,6 +99,31 @@ def test_bent_it_neither_pushes_itself_nor_passes_through_itself(robot: Robot[No
     # in a bend without touching nothing pushes
     assert beside.settle(position=np.array([0.0005])).converged
     assert beside.smooth_contact_forces().max() == 0.0
+
+
+def test_neighbours_are_the_same_in_every_pose(robot: Robot[NodalBody]) -> None:
+    """In a mesh of cells many triangles are in the plane of a candidate."""
+    nodes = robot.body.mesh.nodes
+    (pair,) = robot.contacts.pairs
+    alarm = robot.contacts.alarm_distance
+    of_candidates = pair.nodes, pair.weights
+    for along in (4.0 * alarm, 2.0 * LENGTH / 20):
+        found = [
+            neighbours_at_rest(
+                nodes @ turn.as_matrix().T + place,
+                pair.triangles,
+                *of_candidates,
+                along,
+                4.0 * alarm,
+            )
+            for turn, place in (
+                (Rotation.identity(), np.zeros(3)),
+                (Rotation.from_rotvec([0.3, -0.5, 0.8]), np.array([0.1, -0.2, 0.3])),
+                (Rotation.from_rotvec([2.0, 0.1, -0.4]), np.array([10.0, 0.0, -3.0])),
+            )
+        ]
+        np.testing.assert_array_equal(found[1], found[0])
+        np.testing.assert_array_equal(found[2], found[0])
 
 
 @pytest.mark.parametrize(
