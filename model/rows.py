@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeAlias
 
@@ -14,6 +15,8 @@ from tauten.model.numerics import Array, Ints, kernel
 
 # Sparse where the unknowns are the mesh's, dense where they are the few of a state basis.
 Jacobian: TypeAlias = sp.csr_array | Array
+_Places: TypeAlias = Ints | NDArray[np.int32]
+_EMPTY = sp.csr_array((0, 0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +48,27 @@ class Rows:
         if isinstance(self.H, np.ndarray):
             return self.H[rows]
         return _chosen(rows, self.H.indptr, self.H.indices, self.H.data, self.n)
+
+    def weighed(self, lam: Array) -> Array:
+        """Hᵀ λ (n,) for forces lam (m,) on the rows."""
+        H = self.H
+        if isinstance(H, np.ndarray):
+            found: Array = H.T @ lam
+            return found
+        entries = H.data * np.repeat(lam, np.diff(H.indptr))
+        along: Array = np.bincount(H.indices, entries, self.n).astype(float, copy=False)
+        return along
+
+    def in_order(self, rows: Ints) -> Rows:
+        """The same rows in an order (m,), or some of them."""
+        H = self.H
+        if isinstance(H, np.ndarray):
+            return Rows(H[rows], self.delta[rows])
+        lengths = np.diff(H.indptr)[rows]
+        starts = np.concatenate([[0], np.cumsum(lengths)])
+        entries = np.repeat(H.indptr[rows] - starts[:-1], lengths) + np.arange(starts[-1])
+        chosen = sparse_rows(H.data[entries], H.indices[entries], starts, self.n)
+        return Rows(chosen, self.delta[rows])
 
     def after(self, h: float, v: Array) -> Array:
         """Row values after a time h [s] at velocity v (n,), to first order: δ + h H v (m,)."""
@@ -227,6 +251,21 @@ class PairSlots:
     end: int
 
 
+def sparse_rows(data: Array, columns: _Places, starts: _Places, n: int) -> sp.csr_array:
+    """Sparse rows (m, n) without scipy's checks, which take longer than what makes few rows.
+
+    Args:
+        data: (nnz,) entries; several may be in the same place.
+        columns: (nnz,) of the entries.
+        starts: (m + 1,) where each row starts.
+        n: number of columns.
+    """
+    H = copy(_EMPTY)
+    H.data, H._shape = data, (len(starts) - 1, n)
+    H.indices, H.indptr = columns.astype(np.int32, copy=False), starts.astype(np.int32, copy=False)
+    return H
+
+
 def dense(H: Jacobian) -> Array:
     """A Jacobian as a dense array."""
     return H if isinstance(H, np.ndarray) else np.asarray(H.toarray())
@@ -235,6 +274,13 @@ def dense(H: Jacobian) -> Array:
 def stack(parts: list[Rows]) -> Rows:
     """The given rows stacked: H (Σm, n), delta (Σm,)."""
     delta = np.concatenate([part.delta for part in parts])
-    if any(isinstance(part.H, np.ndarray) for part in parts):
+    sparse = [part.H for part in parts if isinstance(part.H, sp.csr_array)]
+    if len(sparse) < len(parts):
         return Rows(np.vstack([part.dense() for part in parts]), delta)
-    return Rows(sp.vstack([part.H for part in parts], format="csr"), delta)
+    data, columns = (
+        np.concatenate(arrays)
+        for arrays in zip(*((H.data, H.indices) for H in sparse), strict=True)
+    )
+    lengths = np.concatenate([np.diff(H.indptr) for H in sparse])
+    starts = np.concatenate([[0], np.cumsum(lengths)])
+    return Rows(sparse_rows(data, columns, starts, parts[0].n), delta)

@@ -53,8 +53,7 @@ class DriveSet:
         order = np.empty(count, dtype=np.int64)
         order[self.places] = len(others) + np.arange(len(self))
         order[self.others(count)] = np.arange(len(others))
-        both = stack([others, units])
-        return Rows(both.H[order], both.delta[order])
+        return stack([others, units]).in_order(order)
 
     def segments(self, travel: Array) -> Array:
         """For each that is drawn the point of its axis, and one metre along: (s, 2, 3) [m].

@@ -183,7 +183,7 @@ class ConstrainedBody(TetBody):
         if exact and len(self.frames.nodes):
             if efforts is not None and len(efforts) > 0:
                 others = actuators.other_rows(self.tetrahedra.motion(motion.x))
-                force = force + others.H.T @ efforts
+                force = force + others.weighed(efforts)
             self.add_lever_stiffness(through.levers, force, tangent)
         return mapped, tangent
 
@@ -217,7 +217,7 @@ class ConstrainedBody(TetBody):
             return None
         through = self.placed(state)[1]
         rate = self.frames.centripetal(through.levers, state.v[3 * len(self.coordinates.free) :])
-        acceleration = self.coordinates.gather.T @ rate.ravel()  # of all nodes
+        acceleration = self.coordinates.spread @ rate.ravel()  # of all nodes
         # the inertia of a beam's node is the same about all axes
         return -through.forces(self.tetrahedra.mass * acceleration)
 

@@ -19,6 +19,7 @@ from tauten.model.constraints.frames import Frames, PinnedRegion
 from tauten.model.constraints.kernels import transposed_product
 from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.points import CsrArrays
+from tauten.model.rows import sparse_rows
 from tauten.model.system import Pattern
 
 # Entries (row, column, component of the lever, sign) of ∂(ω x a)/∂ω.
@@ -47,6 +48,7 @@ class CoordinateMap:
         factor: (nnz,) and
         source: (nnz,) its values: factor times one (source 0) or times component source − 1 of the levers.
         gather: (3 k, 3 n_nodes) forces on frame nodes and on what follows them, from forces on nodes.
+        spread: (3 n_nodes, 3 k) its transpose.
         glue: (3 n_nodes, 3 n_nodes) positions of all nodes from those that glued nodes and pins follow, and
             from the positions of pinned nodes against their pin; None: none is glued or pinned.
         offset: (3 n_nodes,) what fixed nodes contribute to the positions of those that follow them [m].
@@ -60,6 +62,7 @@ class CoordinateMap:
     factor: Array
     source: Ints
     gather: sp.csr_array
+    spread: sp.csc_array
     glue: sp.csr_array | None
     offset: Array
 
@@ -103,7 +106,7 @@ class NodeMap:
     def rows(self, H: CsrArrays) -> sp.csr_array:
         """H T (m, n) for rows H (m, 3 n_nodes); entries may occur twice."""
         arrays = mapped_rows(H, self.coordinates.indptr, self.coordinates.indices, self.T)
-        return sp.csr_array(arrays, shape=(len(H[2]) - 1, self.n))
+        return sparse_rows(*arrays, self.n)
 
     def forces(self, on_nodes: Array) -> Array:
         """Tᵀ f (n,) for forces f on nodes, rotations of beam nodes and drums; the last may be left out."""
@@ -188,6 +191,7 @@ def make_coordinates(
     counts = [np.bincount(row, minlength=3 * m), turned, np.ones(len(wound), np.int64)]
     indptr = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
     picked = (3 * frames.nodes[:, None] + np.arange(3)).ravel()
+    gather = sp.csr_array(sp.csr_array(spread.T)[picked])
     return CoordinateMap(
         n=n,
         n_nodes=m,
@@ -196,7 +200,8 @@ def make_coordinates(
         indices=np.concatenate([columns[entry], 3 * len(free) + spins]).astype(np.int64),
         factor=np.concatenate([weight * factors[entry], spin_factors]),
         source=np.concatenate([sources[entry], np.zeros(len(spins))]).astype(np.int64),
-        gather=sp.csr_array(sp.csr_array(spread.T)[picked]),
+        gather=gather,
+        spread=gather.T,
         glue=spread if len(followers.nodes) else None,
         offset=np.asarray(follow.all @ shift).ravel(),
     )
@@ -358,7 +363,6 @@ def make_product_pattern(
             others[np.argsort(others[:, 3], kind="stable")],
         )
 
-    drives = first + frames.drives
     return ProductPattern(
         Pattern(
             dof=np.zeros(0, dtype=np.int64),
@@ -370,7 +374,7 @@ def make_product_pattern(
         placed(inertia),
         placed(joined),
         np.searchsorted(pattern, turns),
-        np.searchsorted(pattern, drives * (n + 1)),
+        np.searchsorted(pattern, (first + frames.drives) * (n + 1)),
     )
 
 

@@ -8,7 +8,7 @@ along a.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -87,6 +87,9 @@ class Frames:
         axes: (n_drives, 3) unit directions.
         through: (n_drives, 3) points of the axes [m].
         turns: (n_drives,) bool.
+        rotations: (n_turning,) first velocity of the rotation of every rigid and pinned region.
+        drives: (n_drives,) velocity of every drive.
+        reach: (regions,) largest displacement of a node by a unit of each region's rotation or travel [m].
     """
 
     nodes: Ints
@@ -97,6 +100,18 @@ class Frames:
     axes: Array
     through: Array
     turns: Bools
+    rotations: Ints = field(init=False)
+    drives: Ints = field(init=False)
+    reach: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Compute what does not depend on the state."""
+        rigid, pinned = np.arange(self.n_rigid), np.arange(self.n_pinned)
+        rotations = np.concatenate([6 * rigid + 3, 6 * self.n_rigid + 3 * pinned])
+        object.__setattr__(self, "rotations", rotations)
+        drives = self.n_velocities - self.n_drives + np.arange(self.n_drives)
+        object.__setattr__(self, "drives", drives)
+        object.__setattr__(self, "reach", self._reach())
 
     @property
     def n_rigid(self) -> int:
@@ -118,20 +133,8 @@ class Frames:
         """Velocities of all regions."""
         return 6 * self.n_rigid + 3 * self.n_pinned + self.n_drives
 
-    @property
-    def rotations(self) -> Ints:
-        """The first velocity of the rotation of every rigid and pinned region: (n_turning,)."""
-        rigid, pinned = np.arange(self.n_rigid), np.arange(self.n_pinned)
-        return np.concatenate([6 * rigid + 3, 6 * self.n_rigid + 3 * pinned])
-
-    @property
-    def drives(self) -> Ints:
-        """The velocity of every drive: (n_drives,)."""
-        return self.n_velocities - self.n_drives + np.arange(self.n_drives)
-
-    @property
-    def reach(self) -> Array:
-        """Largest displacement of a node by a unit of each region's rotation or travel (regions,) [m]."""
+    def _reach(self) -> Array:
+        """The attribute `reach`."""
         drive = self.owner - self.n_turning
         turning, arms = drive >= 0, self.offsets.copy()
         arms[turning] = np.cross(self.axes[drive[turning]], arms[turning])

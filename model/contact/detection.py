@@ -52,6 +52,7 @@ from tauten.model.contact.broad_phase import BLOCK
 from tauten.model.contact.narrow_phase import no_closest_points, search
 from tauten.model.contact.obstacle import ObstaclePoses, poses_at_start
 from tauten.model.contact.pair import ContactPair, LargestSum, check_pair
+from tauten.model.contact.shapes import PlaneShape
 from tauten.model.contact.sides import Sides, joined, sides_of
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
@@ -164,6 +165,12 @@ class ContactSet:
         slots = pairwise(self._first.tolist())
         return tuple(PairSlots(p.name, *s) for p, s in zip(self.pairs, slots, strict=True))
 
+    @property
+    def sided(self) -> tuple[int, ...]:
+        """Numbers of the pairs with obstacles that have more than one side, as all but planes have."""
+        own = ((number, self.pairs[number].obstacle) for number in self._obstacle)
+        return tuple(i for i, one in own if one and not isinstance(one.shape, PlaneShape))
+
     def placed(self, poses: ObstaclePoses) -> ContactSet:
         """The same contacts with the obstacles (those of `poses`) elsewhere."""
         other = copy(self)
@@ -180,8 +187,9 @@ class ContactSet:
         """
         other = copy(self)
         other._sides = {}
-        for number, obstacle in self._obstacle.items():
-            pair, poses = self.pairs[number], (before.poses[obstacle], self.poses.poses[obstacle])
+        for number in self.sided:
+            pair, obstacle = self.pairs[number], self._obstacle[number]
+            poses = before.poses[obstacle], self.poses.poses[obstacle]
             assert pair.obstacle is not None
             start, *there = (
                 np.einsum("mj,mji->mi", pair.weights, at[pair.nodes]) for at in (x, *ends)

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.parts.part import Placement
 from tauten.model.points import Entries, Motion, Placed, sparse_units
-from tauten.model.rows import Jacobian, dense
+from tauten.model.rows import Jacobian, dense, sparse_rows
 
 _NONE = np.zeros(0, np.int64)
 
@@ -160,7 +160,7 @@ def in_columns(
     column = np.concatenate([_NONE, *(one.indices + first for first, _, one in sparse)])[order]
     data = np.concatenate([np.zeros(0), *(one.data for _, _, one in sparse)])[order]
     starts = np.concatenate([[0], np.bincount(row, minlength=m).cumsum()])
-    return sp.csr_array((data, column, starts), shape=(m, n))
+    return sparse_rows(data, column, starts, n)
 
 
 @kernel
@@ -175,15 +175,13 @@ def stacked(blocks: Sequence[Jacobian]) -> Jacobian:
     """Rows (m, n of the part) of every part below those before: (Σ m, n), dense where those of a part are."""
     sparse = [block for block in blocks if isinstance(block, sp.csr_array)]
     if len(sparse) == len(blocks):
-        heights, widths = zip(*(block.shape for block in sparse), strict=True)
+        widths = [block.shape[1] for block in sparse]
         entries, left = (slices(sizes) for sizes in ([one.nnz for one in sparse], widths))
         starts = [one.indptr[:-1] + at.start for one, at in zip(sparse, entries, strict=True)]
         column = [one.indices + at.start for one, at in zip(sparse, left, strict=True)]
         starts.append(np.array([entries[-1].stop]))
-        arrays = [one.data for one in sparse], column, starts
-        return sp.csr_array(
-            tuple(np.concatenate(part) for part in arrays), shape=(sum(heights), sum(widths))
-        )
+        data = np.concatenate([one.data for one in sparse])
+        return sparse_rows(data, np.concatenate(column), np.concatenate(starts), sum(widths))
     shapes = [block.shape for block in blocks]
     below, right = (slices(sizes) for sizes in zip(*shapes, strict=True))
     H = np.zeros((below[-1].stop, right[-1].stop))

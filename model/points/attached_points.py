@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from tauten.model.numerics import Array, Ints, cross, kernel, quaternion, rotate, row, scale
 from tauten.model.points.entries import Entries, Placed, sparse_units
+from tauten.model.rows import sparse_rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +110,7 @@ class PlacedOnBeams(Placed):
             entries.starts, entries.points, entries.vectors,
             self.points.nodes, self.points.weights, self.arms, self.dof,
         )  # fmt: skip
-        return sp.csr_array((data, columns, starts), shape=(len(entries.starts) - 1, self.n))
+        return sparse_rows(data, columns, starts, self.n)
 
 
 def attach_to_nodes(nodes: Array, ids: Ints, points: Array) -> AttachedPoints:

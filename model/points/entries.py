@@ -15,7 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.numerics import Array, Ints, kernel
-from tauten.model.rows import ChainedRows, Jacobian, Rows
+from tauten.model.rows import ChainedRows, Jacobian, Rows, sparse_rows
 
 P_contra = TypeVar("P_contra", contravariant=True)
 
@@ -95,7 +95,7 @@ def coordinates(count: int) -> Entries:
 def sparse_units(columns: Ints, n: int) -> sp.csr_array:
     """Unit rows (m, n) of some unknowns (m,)."""
     m = len(columns)
-    return sp.csr_array((np.ones(m), columns, np.arange(m + 1)), shape=(m, n))
+    return sparse_rows(np.ones(m), columns, np.arange(m + 1), n)
 
 
 def dense_units(columns: Ints, n: int) -> Array:

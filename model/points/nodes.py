@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.points.entries import Entries, Placed, PlacedByMap, sparse_units
+from tauten.model.rows import sparse_rows
 
 # Data, columns and row starts of sparse rows.
 CsrArrays: TypeAlias = tuple[Array, NDArray[np.int32], NDArray[np.int32]]
@@ -62,7 +63,7 @@ class NodeMotion:
         """Rows over the unknowns, of rows H over the degrees of freedom of the nodes."""
         if self.through is not None:
             return self.through.rows(H)
-        return sp.csr_array(H, shape=(len(H[2]) - 1, self.n_free))
+        return sparse_rows(*H, self.n_free)
 
 
 @dataclass(frozen=True, slots=True)

@@ -220,7 +220,7 @@ class Robot(Generic[B_co]):
                 contacts are detected where it starts.
         """
         poses, h = self.contacts.poses, self.h if seconds is None else seconds
-        if not poses.poses:
+        if not self.contacts.sided:
             return self
         linearised_here = end is None
         if end is None:

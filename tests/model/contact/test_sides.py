@@ -137,3 +137,14 @@ def test_a_point_that_goes_round_a_corner_or_past_a_box_is_where_it_is() -> None
         assert gap == (pytest.approx(away) if away < 0.005 else np.inf)
         if np.isfinite(gap):
             np.testing.assert_allclose(normal, [0.0, 0.0, 1.0])
+
+
+def test_nothing_is_looked_for_beside_a_plane() -> None:
+    """It has one side, wherever it moves, and costs a step nothing."""
+    over = {"velocity": [0.0, 0.0, 1.0]}
+    simulator = Simulator(block(), "full")
+    simulator.place("floor", [0.0] * 3, **over)
+    assert simulator.robot.stepping(simulator.state) is simulator.robot
+    other = slow()
+    other.place("floor", [0.0] * 3, **over)
+    assert other.robot.stepping(other.state) is not other.robot
