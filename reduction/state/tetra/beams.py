@@ -132,7 +132,7 @@ def reduced_beams(
     places = np.where((dof >= 0)[:, None, None], E[rows], 0.0).reshape(3 * b, -1)
     drive = joints.turning - frames.n_turning
     by_drive = (joints.turning >= 0) & (drive >= 0)
-    turning = np.searchsorted(chart.kept, np.maximum(joints.turning, 0))
+    turning = np.maximum(joints.turning, 0)
     turning = np.where(by_drive, motion.frames + drive, turning)
     axes = np.where(frames.turns[:, None], frames.axes, 0.0)
     turns = np.zeros((b, 3, motion.n))

@@ -148,13 +148,13 @@ class ModalBody(ReducedBody[ModePoints]):
     def lifted(self, state: State) -> State:
         """The state of the full robot whose deviations are Φ α."""
         q = self.chart.configuration(self.Phi @ state.q)
-        return State(q, self.chart.velocity(q, self.Phi @ state.v))
+        return State(q, self.chart.velocity(self.Phi @ state.v))
 
     def projected(self, state: State) -> State:
         """The nearest state to one of the full robot, in the mass, with the same angles and travels."""
         project, chart = self.Phi.T * chart_weight(self.chart), self.chart
         q = project @ chart.deviations(state.q[:, None])[:, 0]
-        return State(q, project @ chart.rates(state.q, state.v[:, None])[:, 0])
+        return State(q, project @ chart.rates(state.v[:, None])[:, 0])
 
     def motion(self, state: State) -> ModeMotion:
         """Where the points of the body are at a state."""

@@ -1,15 +1,14 @@
 """Which nodes of a robot modes move, and what drives, glue, pins, rigid regions and beams make of that.
 
-Modes move the free nodes and those of rigid and pinned regions, whose rigidity is linear in the modes of a
-campaign as far as its snapshots span it. A rotation of a drive's region about an axis a is linear in sin θ
-and 1 − cos θ,
+Modes move the free nodes. A rotation of a drive's region about an axis a is linear in sin θ and 1 − cos θ,
 
     x = x₀ + sin θ a x ρ + (1 − cos θ) a x (a x ρ),                                           (T6)
 
-and so is that of a frame in its rotation, x = c + R ρ. Frames of beams keep these: modes of displacement
-would stretch a beam where it bends. All nodes are q₀ + E β with a constant E (`OwnMotion`): modes α that
-leave the regions of drives and the frames of beams where they are, and the motion of these, exact at any
-angle. Nodes that are glued, and pins, follow by constant weights, which are part of E.
+and so is that of a frame in its rotation, x = c + R ρ. Frames of rigid and pinned regions keep these as
+coordinates: modes of displacement would strain a rigid region where it turns, which then resists as soft
+material does, and stretch a beam where it bends. All nodes are q₀ + E β with a constant E (`OwnMotion`):
+modes α that leave the regions of drives and other frames where they are, and the motion of these, exact at
+any angle. Nodes that are glued, and pins, follow by constant weights, which are part of E.
 """
 
 from __future__ import annotations
@@ -34,14 +33,13 @@ class NodeChart:
     """Deviations of a robot made of tetrahedra: displacements of nodes, then its own coordinates.
 
     Own coordinates are those of `OwnMotion` after the modes: drives, pins of beams, centres and rotation
-    vectors of frames of beams.
+    vectors of the frames of rigid and pinned regions.
 
     Attributes:
         tetrahedra: the elements, over the nodes that are not fixed.
         rest: (n_q,) configuration of the robot at rest.
         frames: rigid, pinned and drive regions; None: there are none, and
         coordinates: the map from the configuration to the nodes.
-        kept: (f,) numbers of the frames of beams, ascending: rigid ones, then pinned ones.
         lifting: pins of beams; None: there are none.
         pulled: nodes that the cables and chambers depend on, among those that are not fixed.
     """
@@ -50,7 +48,6 @@ class NodeChart:
     rest: Array
     frames: Frames | None = None
     coordinates: CoordinateMap | None = None
-    kept: Ints = field(default_factory=lambda: NONE)
     lifting: Lifting | None = None
     pulled: Ints = field(default_factory=lambda: NONE)
 
@@ -60,44 +57,34 @@ class NodeChart:
         return 0 if self.frames is None else self.frames.n_drives
 
     @property
-    def centred(self) -> Ints:
-        """Those of the frames of beams that have a centre of their own."""
-        return NONE if self.frames is None else self.kept[self.kept < self.frames.n_rigid]
+    def centred(self) -> int:
+        """Number of frames that have a centre of their own: those of rigid regions, which are first."""
+        return 0 if self.frames is None else self.frames.n_rigid
+
+    @property
+    def turned(self) -> int:
+        """Number of frames that have a rotation of their own: those of rigid and of pinned regions."""
+        return 0 if self.frames is None else self.frames.n_turning
 
     @property
     def placed(self) -> int:
         """Components of the displacements of pins and centres."""
         pins = 0 if self.lifting is None else self.lifting.W.shape[0]
-        return 3 * (pins + len(self.centred))
+        return 3 * (pins + self.centred)
 
     @property
     def own(self) -> int:
         """Number of the last deviations, which are coordinates of their own."""
-        return self.drives + self.placed + 3 * len(self.kept)
-
-    @property
-    def free(self) -> Ints:
-        """Free nodes among those that are not fixed."""
-        nodes = np.arange(self.tetrahedra.m // 3)
-        return nodes if self.coordinates is None else self.coordinates.free
-
-    @property
-    def in_regions(self) -> Ints:
-        """Places of the nodes of regions that modes move among those of all frames."""
-        if self.frames is None:
-            return NONE
-        owner = self.frames.owner
-        return np.flatnonzero((owner < self.frames.n_turning) & ~np.isin(owner, self.kept))
+        return self.drives + self.placed + 3 * self.turned
 
     @property
     def moved(self) -> Ints:
-        """Nodes that modes move, among those that are not fixed: free ones, then those of regions."""
-        if self.frames is None:
-            return self.free
-        return np.concatenate([self.free, self.frames.nodes[self.in_regions]])
+        """Nodes that modes move, among those that are not fixed: those that follow no frame and no glue."""
+        nodes = np.arange(self.tetrahedra.m // 3)
+        return nodes if self.coordinates is None else self.coordinates.free
 
-    def kept_columns(self, frames: Frames) -> tuple[Ints, Ints, Ints, Ints]:
-        """Where centres and rotations of the frames of beams are in State.q, and then in State.v.
+    def frame_columns(self, frames: Frames) -> tuple[Ints, Ints, Ints, Ints]:
+        """Where centres and rotations of frames are in State.q, and then in State.v.
 
         Args:
             frames: the frames.
@@ -105,35 +92,30 @@ class NodeChart:
         Returns:
             (c, 3) and (f, 4) places in q, (c, 3) and (f, 3) places in v.
         """
-        first, kept, turn = 3 * len(self.free), self.kept, frames.rotations[self.kept]
-        pinned = 7 * frames.n_rigid + 4 * (kept - frames.n_rigid)
-        quaternion = first + np.where(kept < frames.n_rigid, 7 * kept + 3, pinned)
-        three, centre = np.arange(3), first + self.centred[:, None]
+        first, number = 3 * len(self.moved), np.arange(self.turned)
+        pinned = 7 * frames.n_rigid + 4 * (number - frames.n_rigid)
+        quaternion = first + np.where(number < frames.n_rigid, 7 * number + 3, pinned)
+        three, rigid = np.arange(3), np.arange(self.centred)[:, None]
         return (
-            centre + 6 * self.centred[:, None] + three,
+            first + 7 * rigid + three,
             quaternion[:, None] + np.arange(4),
-            centre + 5 * self.centred[:, None] + three,
-            first + turn[:, None] + three,
+            first + 6 * rigid + three,
+            first + frames.rotations[number][:, None] + three,
         )
 
     def deviations(self, q: Array) -> Array:
-        """Deviations (m, s) of configurations (n_q, s) [m, rad]; nodes of pinned regions from their pin."""
+        """Deviations (m, s) of configurations (n_q, s) [m, rad]."""
         if self.frames is None:
             plain: Array = q - self.rest[:, None]
             return plain
-        first, chosen = 3 * len(self.free), self.in_regions
-        parts = [q[:first] - self.rest[:first, None]]
-        if len(chosen) > 0:
-            still = self.frames.place(self.rest[first:])[0][chosen].ravel()
-            placed = [self.frames.place(one)[0][chosen].ravel() - still for one in q[first:].T]
-            parts.append(np.stack(placed, axis=1))
+        first = 3 * len(self.moved)
         own = [q[len(q) - self.drives :]]
-        if len(self.kept) > 0:
-            centres, turns, _, _ = self.kept_columns(self.frames)
+        if self.turned > 0:
+            centres, turns, _, _ = self.frame_columns(self.frames)
             rotations = q[turns].transpose(2, 0, 1).reshape(-1, 4)[:, [1, 2, 3, 0]]  # (s f, 4)
             vectors = Rotation.from_quat(rotations).as_rotvec().reshape(q.shape[1], -1).T
             own += [(q[centres] - self.rest[centres][..., None]).reshape(-1, q.shape[1]), vectors]
-        return self.lowered(np.concatenate(parts), own)
+        return self.lowered(q[:first] - self.rest[:first, None], own)
 
     def lowered(self, u: Array, own: list[Array]) -> Array:
         """Deviations, or their rates, of displacements u (3 k, s) and of drives, centres and rotations."""
@@ -150,83 +132,45 @@ class NodeChart:
         first = len(u) + self.drives
         return u + self.lifting.L @ deviations[first : first + self.lifting.L.shape[1]]
 
-    def rates(self, q: Array, motion: Array) -> Array:
-        """Rates of the deviations (m, k) of velocities (n, k) at a configuration (n_q,)."""
+    def rates(self, motion: Array) -> Array:
+        """Rates of the deviations (m, k) of velocities (n, k); of rotation vectors angular velocities."""
         if self.frames is None:
             return motion
-        first, chosen, frames = 3 * len(self.free), self.in_regions, self.frames
-        parts = [motion[:first]]
-        if len(chosen) > 0:
-            owner, velocity = frames.owner[chosen], motion[first:]
-            turns = velocity[frames.rotations[owner][:, None] + np.arange(3)]  # (c, 3, k)
-            levers = frames.place(q[first:])[1][chosen]
-            rate = np.cross(turns, levers[:, :, None], axis=1)
-            rigid = owner < frames.n_rigid
-            rate[rigid] += velocity[6 * owner[rigid][:, None] + np.arange(3)]
-            parts.append(rate.reshape(-1, motion.shape[1]))
         own = [motion[len(motion) - self.drives :]]
-        if len(self.kept) > 0:
-            own += [motion[columns.ravel()] for columns in self.kept_columns(frames)[2:]]
-        return self.lowered(np.concatenate(parts), own)
+        if self.turned > 0:
+            own += [motion[columns.ravel()] for columns in self.frame_columns(self.frames)[2:]]
+        return self.lowered(motion[: 3 * len(self.moved)], own)
 
     def configuration(self, deviations: Array) -> Array:
-        """The configuration (n_q,) nearest to deviations (m,): regions have the rotations that fit best."""
+        """The configuration (n_q,) of deviations (m,)."""
         if self.frames is None:
             plain: Array = self.rest + deviations
             return plain
-        q, first, frames = self.rest.copy(), 3 * len(self.free), self.frames
-        u, own = self.lifted(deviations), deviations[len(deviations) - self.own :]
-        q[:first] += u[:first]
+        q, first = self.rest.copy(), 3 * len(self.moved)
+        own = deviations[len(deviations) - self.own :]
+        q[:first] += self.lifted(deviations)
         q[len(q) - self.drives :] = own[: self.drives]
-        if len(self.kept) > 0:
-            centres, turns, _, _ = self.kept_columns(frames)
+        if self.turned > 0:
+            centres, turns, _, _ = self.frame_columns(self.frames)
             last = self.drives + self.placed
             q[centres] += own[last - 3 * len(centres) : last].reshape(-1, 3)
             rotations = Rotation.from_rotvec(own[last:].reshape(-1, 3))
             q[turns] = rotations.as_quat()[:, [3, 0, 1, 2]]
-        chosen = self.in_regions
-        x = frames.place(self.rest[first:])[0][chosen] + u[first:].reshape(-1, 3)
-        for region in np.unique(frames.owner[chosen]).tolist():
-            inside = frames.owner[chosen] == region
-            rho, y = frames.offsets[chosen[inside]], x[inside]
-            rigid = region < frames.n_rigid
-            about, centre = (rho.mean(axis=0), y.mean(axis=0)) if rigid else np.zeros((2, 3))
-            turn, _ = Rotation.align_vectors(y - centre, rho - about)
-            place = first + 7 * region
-            if rigid:
-                q[place : place + 3] = centre - turn.apply(about)
-                place += 3
-            else:
-                place -= 3 * (region - frames.n_rigid)
-            q[place : place + 4] = turn.as_quat()[[3, 0, 1, 2]]
         return q
 
-    def velocity(self, q: Array, rates: Array) -> Array:
-        """The velocity (n,) with rates of the deviations (m,) at a configuration, in the mean square."""
+    def velocity(self, rates: Array) -> Array:
+        """The velocity (n,) with rates of the deviations (m,), see `rates`."""
         if self.frames is None:
             return rates
-        first, frames, chosen = 3 * len(self.free), self.frames, self.in_regions
-        v, u = np.zeros(first + frames.n_velocities), self.lifted(rates)
-        own = rates[len(rates) - self.own :]
-        v[:first] = u[:first]
+        first = 3 * len(self.moved)
+        v, own = np.zeros(first + self.frames.n_velocities), rates[len(rates) - self.own :]
+        v[:first] = self.lifted(rates)
         v[len(v) - self.drives :] = own[: self.drives]
-        if len(self.kept) > 0:
-            _, _, centres, turns = self.kept_columns(frames)
+        if self.turned > 0:
+            _, _, centres, turns = self.frame_columns(self.frames)
             last = self.drives + self.placed
             v[centres] = own[last - 3 * len(centres) : last].reshape(-1, 3)
             v[turns] = own[last:].reshape(-1, 3)
-        levers = frames.place(q[first:])[1][chosen]
-        moving = u[first:].reshape(-1, 3)
-        for region in np.unique(frames.owner[chosen]).tolist():
-            inside = frames.owner[chosen] == region
-            arms = np.cross(np.eye(3)[None, :, :], levers[inside][:, None, :])  # (c, 3, 3), row ω_j
-            turning = arms.swapaxes(1, 2).reshape(-1, 3)
-            place = first + int(frames.rotations[region])
-            if region < frames.n_rigid:
-                turning = np.hstack([np.tile(np.eye(3), (int(inside.sum()), 1)), turning])
-                place -= 3
-            found = np.linalg.lstsq(turning, moving[inside].ravel(), rcond=None)[0]
-            v[place : place + len(found)] = found
         return v
 
     def places(self, Phi: Array) -> tuple[Array, OwnMotion]:
@@ -246,15 +190,16 @@ class NodeChart:
             or Phi[:first, r:].any()
         ):
             raise StateBasisError(
-                f"the last {own} modes of this state basis are not the own coordinates of this robot (drives "
-                "and beams): make it again from the robot file with `tauten reduce --states`"
+                f"the last {own} modes of this state basis are not the own coordinates of this robot (of "
+                "drives, rigid regions, pins, hinges and beams): make it again from the robot "
+                "file with `tauten reduce --states`"
             )
         frames, map_ = self.frames, self.coordinates
         if frames is None or map_ is None:
             return Phi, OwnMotion(r, 0, NONE, 0, 0, np.zeros(0), r, r)
         turning = np.flatnonzero(frames.turns)
-        reach = np.concatenate([frames.reach[frames.n_turning :], frames.reach[self.kept]])
-        sizes = (r, self.drives, turning, self.placed, len(self.kept), reach)
+        reach = np.concatenate([frames.reach[frames.n_turning :], frames.reach[: frames.n_turning]])
+        sizes = (r, self.drives, turning, self.placed, self.turned, reach)
         R = OwnMotion(*sizes, 0, 0).size
         E = np.zeros((map_.n_nodes, 3, R))
         E[self.moved, :, :r] = Phi[:first, :r].reshape(-1, 3, r)
@@ -264,10 +209,10 @@ class NodeChart:
                 -1, 3, L.shape[1]
             )
         self.place_drives(frames, E, r)
-        self.place_kept(frames, E, r)
+        self.place_frames(frames, E, r)
         flat = E.reshape(-1, R)
         flat = np.ascontiguousarray(flat if map_.glue is None else map_.glue @ flat)
-        if len(self.kept) == 0:
+        if self.turned == 0:
             return flat, OwnMotion(*sizes, R, R)
         by_elements = self.touched(flat, self.element_nodes, r)
         by_pulls = self.touched(flat, self.pulled, r)
@@ -315,20 +260,20 @@ class NodeChart:
             E[nodes, :, second] = np.cross(axis, np.cross(axis, arms))
             second += 1
 
-    def place_kept(self, frames: Frames, E: Array, r: int) -> None:
-        """The displacements of the frames of beams into E (n_nodes, 3, R).
+    def place_frames(self, frames: Frames, E: Array, r: int) -> None:
+        """The displacements of rigid and pinned regions into E (n_nodes, 3, R).
 
         Args:
             frames: the frames.
             E: written.
             r: number of modes.
         """
-        three, centre = np.arange(3), r + self.drives + self.placed - 3 * len(self.centred)
+        three, centre = np.arange(3), r + self.drives + self.placed - 3 * self.centred
         first = r + self.drives + self.placed + int(frames.turns.sum())
-        for place, region in enumerate(self.kept.tolist()):
+        for region in range(self.turned):
             inside = frames.owner == region
             nodes, rho = frames.nodes[inside], frames.offsets[inside]
             if region < frames.n_rigid:
-                E[nodes[:, None], three, centre + 3 * place + three] = 1.0
-            columns = first + 9 * place + 3 * three[:, None] + three  # (i, j)
+                E[nodes[:, None], three, centre + 3 * region + three] = 1.0
+            columns = first + 9 * region + 3 * three[:, None] + three  # (i, j)
             E[nodes[:, None, None], three[:, None], columns] = rho[:, None, :]

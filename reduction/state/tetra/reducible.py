@@ -36,7 +36,8 @@ class ReducibleTetBody:
 
     Modes are orthonormal in the mass, Φᵀ M Φ = m I with the body's mass m, so α is in metres and |α| is the
     root mean square displacement of the body. Fixed nodes have no rows in Φ, so they do not move. The angle
-    or travel of each drive, and position and rotation of the nodes of beams, are coordinates of their own.
+    or travel of each drive, and position and rotation of rigid regions, of parts on pins and hinges and of
+    the nodes of beams, are coordinates of their own.
 
     Attributes:
         robot: the robot.
@@ -52,7 +53,7 @@ class ReducibleTetBody:
 
     @property
     def own_coordinates(self) -> int:
-        """Drives and beams, at the end of the deviations."""
+        """Drives, frames and beams, at the end of the deviations."""
         return self.chart.own
 
     @property
@@ -81,7 +82,7 @@ class ReducibleTetBody:
 
     def rates(self, q: Array, motion: Array) -> Array:
         """Rates of the deviations (m, k) of velocities (n, k) at a configuration q (n_q,) [m/s, rad/s]."""
-        return self.chart.rates(q, motion)
+        return self.chart.rates(motion)
 
     def sample(self, Phi: Array, alphas: Array, tolerance: float, seed: int) -> ElementSample:
         """A sample of integration points, see `sample_elements`.
@@ -190,16 +191,13 @@ def reducible_constrained(robot: Robot[ConstrainedBody]) -> ReducibleTetBody:
     require_elastic(robot)
     body = robot.body
     frames, map_, joints = body.frames, body.coordinates, body.joints
-    chart = NodeChart(body.tetrahedra, robot.rest().q, frames, map_)
+    chart = NodeChart(body.tetrahedra, robot.rest().q, frames, map_, pulled=pulled_nodes(body))
     if joints is not None and len(joints.nodes) > 0:
-        turning = np.unique(joints.turning)
-        kept = turning[(turning >= 0) & (turning < frames.n_turning)]
-        chart = dataclasses.replace(chart, kept=kept, pulled=pulled_nodes(body))
         chart = dataclasses.replace(chart, lifting=lifting_of(robot, chart, joints))
     if len(chart.moved) == 0:
         raise StateBasisError(
-            f"robot {robot.name}: nothing of it can be reduced, as beams and drives keep their coordinates; "
-            "use the full model"
+            f"robot {robot.name}: nothing of it can be reduced, as beams, drives and rigid regions keep "
+            "their coordinates; use the full model"
         )
     return ReducibleTetBody(robot, chart, joints, body.drums)
 
@@ -214,12 +212,12 @@ def lifting_of(
         chart: its coordinates, without pins.
         joints: its beams.
     """
-    glue, tetrahedra, kept = robot.body.coordinates.glue, robot.body.tetrahedra, chart.kept
-    if glue is None or len(kept) == len(chart.centred):
+    glue, tetrahedra = robot.body.coordinates.glue, robot.body.tetrahedra
+    if glue is None or chart.turned == chart.centred:
         return None
     _, first = np.unique(joints.turning, return_index=True)
     owner = joints.turning[first]
-    pinned = first[(owner >= robot.body.frames.n_rigid) & np.isin(owner, kept)]
+    pinned = first[(owner >= chart.centred) & (owner < chart.turned)]
     rows, columns = tetrahedra.dof[joints.nodes[pinned]], 3 * chart.moved
     spread = sp.csr_array(sp.csc_array(glue)[:, (columns[:, None] + np.arange(3)).ravel()])
     weights = sp.csr_array(sp.csc_array(sp.csr_array(glue)[rows])[:, columns])
