@@ -150,6 +150,8 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
             if not drafts and number == len(meshes):
                 raise
         progress(MOVING / len(meshes), "")
+    least = drafts[-1].trial.share  # coarser meshes may be moved farther than finer ones
+    drafts = [_moved_less(new, guess, one, least) for one in drafts]
     trials = compared([draft.trial for draft in drafts])
     chosen = chosen_trial(trials, new.accuracy)
     draft = drafts[chosen]
@@ -216,13 +218,8 @@ def _draft(
         coarser: the trial of the mesh before; None for the first one.
     """
     share = 1.0 if coarser is None else coarser.share
-    part = new.part
-    values = Values(new.name, part.path.name, len(mesh.nodes), size, new.young, RATE)
-    robot = _robot(robot_text(values, guess, _free_actuators(new, guess)), mesh, new.name)
-    if guess.cavities:
-        found = inflated(robot, guess, new.young, str(part.path), share)
-    else:
-        found = pulled(robot, guess, str(part.path), share)
+    values = _values(new, size, mesh, RATE)
+    found = _reached(new, guess, values, mesh, share)
     actuators = _actuators(guess, found)
     step = np.nan
     if coarser is None or coarser.in_time:
@@ -231,6 +228,38 @@ def _draft(
     text = robot_text(replace(values, rate=rate), guess, actuators)
     trial = Trial(size, len(mesh.nodes), found.effort, found.tip, found.moved, found.share, step)
     return _Draft(mesh, text, trial, rate)
+
+
+def _moved_less(new: NewRobot, guess: Guess, draft: _Draft, share: float) -> _Draft:
+    """The same mesh, moved by no more than a share of the guess.
+
+    Args:
+        new: what to make.
+        guess: what was guessed.
+        draft: of the mesh.
+        share: that the finest mesh is moved by.
+    """
+    trial, mesh = draft.trial, draft.mesh
+    if trial.share <= share:
+        return draft
+    values = _values(new, trial.size, mesh, draft.rate)
+    found = _reached(new, guess, values, mesh, share)
+    text = robot_text(values, guess, _actuators(guess, found))
+    where = replace(trial, effort=found.effort, tip=found.tip, moved=found.moved, share=found.share)
+    return replace(draft, text=text, trial=where)
+
+
+def _values(new: NewRobot, size: float, mesh: TetMesh, rate: float) -> Values:
+    """What the text says of a mesh with elements of some size [m], controlled at a rate [Hz]."""
+    return Values(new.name, new.part.path.name, len(mesh.nodes), size, new.young, rate)
+
+
+def _reached(new: NewRobot, guess: Guess, values: Values, mesh: TetMesh, share: float) -> Reached:
+    """Where the guessed actuators take the robot of a mesh, by no more than a share of the guess."""
+    robot = _robot(robot_text(values, guess, _free_actuators(new, guess)), mesh, new.name)
+    if guess.cavities:
+        return inflated(robot, guess, new.young, str(new.part.path), share)
+    return pulled(robot, guess, str(new.part.path), share)
 
 
 def _free_actuators(new: NewRobot, guess: Guess) -> str:

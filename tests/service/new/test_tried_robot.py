@@ -17,6 +17,7 @@ from tauten.service.new import Made, NewRobot, Trial, make_new_robot, read_part
 from tauten.service.new.choice import chosen_trial, compared, verdict
 from tauten.service.new.guesses import guess_fields
 from tauten.service.new.meshing import mesh_part
+from tauten.service.new.trial import HALF, PRESSURE
 from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
 
@@ -171,3 +172,16 @@ def test_a_closed_cavity_becomes_a_chamber(tmp_path: Path) -> None:
     moved = np.linalg.norm(simulator.effector[0] - start)
     assert 0.05 * 0.08 < moved < 0.3 * 0.08, "as far as a guess goes"
     assert guess_fields(robot.body.mesh, chambers=False).cavities == ()
+
+
+@pytest.mark.slow
+def test_meshes_are_compared_where_all_of_them_get(tmp_path: Path) -> None:
+    """At the pressure that the coarsest mesh resists, the finest one bulges and has no equilibrium."""
+    thin = occ.Box((0, 0, 0), (16, 16, 80)) - occ.Box((3, 5, 5), (6, 11, 75))
+    made = made_of(thin, tmp_path)
+    *coarser, finest = made.trials
+    assert finest.effort < HALF * PRESSURE * 0.3e6
+    assert all(trial.effort == finest.effort for trial in coarser)
+    assert coarser[0].difference > 0.2 > max(trial.difference for trial in coarser[1:])
+    simulator = Simulator(load_robot(made.file), contact="none")
+    assert simulator.robot.limits.effort_max == pytest.approx(finest.effort / HALF)
