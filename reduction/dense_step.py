@@ -28,11 +28,12 @@ class DenseAssembled(Assembled):
     """What all reduced bodies know of a state; attributes beside those of `Assembled`.
 
     Attributes:
-        mass: (r, r); without entries where steps are static.
+        mass: (r, r), read in static steps where something floats.
         force: (r,) without actuators and contacts.
         inertia: (r,) centrifugal forces; None: there are none.
         resisting: (r,) D v: what damping is proportional to.
         added: (r, r) to the tangent; None: nothing.
+        floats: whether bodies that nothing holds move by their inertia, `mass`, in a static step.
     """
 
     mass: Array
@@ -40,6 +41,7 @@ class DenseAssembled(Assembled):
     inertia: Array | None
     resisting: Array
     added: Array | None = field(default=None, kw_only=True)
+    floats: bool = field(default=False, kw_only=True)
 
     def augmented(self, H: Array, rho: Array) -> tuple[Assembled, Array]:
         """The same with ρ_i h_iᵀ h_i added to the tangent, see `Assembled`."""
@@ -110,6 +112,8 @@ def implicit_system(
         FactorisationError: neither matrix is positive definite (a state that has blown up).
     """
     n, scheme = len(at.force), integration.numbers
+    if at.floats:  # the velocity of all else has no mass: (M + h² K) (v + dv) = h f + M v
+        scheme = scheme._replace(static=False)
     v = np.zeros(n) if scheme.static else at.state.v
     force = at.force if at.inertia is None else at.force + at.inertia
     forces, v_free = (force, at.resisting), np.empty(n)

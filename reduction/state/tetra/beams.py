@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
 
 from tauten.model.constraints import FrameJoints
-from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.reduction.state.tetra.node_chart import NodeChart
 from tauten.reduction.state.tetra.own_motion import Derivative, OwnMotion
 
@@ -29,6 +29,7 @@ class ReducedBeams:
         axes: (m, 3) of the drives; zero where these slide.
         entries: rows and columns of the elements' tangents, −1 where a node is fixed.
         inertia: (n, n) mass matrix of the rotary inertia [kg m²].
+        floating: (n, n) the same of nodes that nothing holds.
         steady: (6 b, n) velocities of the nodes, then angular ones; None: they change with the state.
     """
 
@@ -40,6 +41,7 @@ class ReducedBeams:
     axes: Array
     entries: tuple[Ints, Ints]
     inertia: Array
+    floating: Array
     steady: sp.csr_array | None
 
     def rotations(self, motion: OwnMotion, q: Array) -> Array:
@@ -114,7 +116,7 @@ def add_products(
 
 
 def reduced_beams(
-    chart: NodeChart, joints: FrameJoints, E: Array, motion: OwnMotion
+    chart: NodeChart, joints: FrameJoints, E: Array, motion: OwnMotion, floating: Bools
 ) -> ReducedBeams | None:
     """The beams of a robot in reduced coordinates; None: it has none.
 
@@ -123,6 +125,7 @@ def reduced_beams(
         joints: its beams.
         E: (3 n_nodes, R) from `NodeChart.places`.
         motion: β of the coordinates.
+        floating: (3 n_nodes,) which displacements nothing holds.
     """
     b, frames = len(joints.nodes), chart.frames
     if b == 0 or frames is None:
@@ -145,7 +148,8 @@ def reduced_beams(
             first = motion.straight + 3 * place
             turns[node, :, first : first + 3] = np.eye(3)
     local = replace(joints, nodes=np.arange(b), springs=sp.csr_array((0, 3 * b)))
-    spins = turns.reshape(3 * b, -1)
+    spins, inertia = turns.reshape(3 * b, -1), np.repeat(joints.inertia, 3)[:, None]
+    loose = ((dof >= 0) & floating[rows[:, 0]]).repeat(3)[:, None]
     places[np.abs(places) < ROUNDING] = 0.0
     J, steady = motion.jacobian(np.zeros(motion.n)), None
     changing = np.zeros(motion.size)
@@ -161,6 +165,7 @@ def reduced_beams(
         turning=np.where(joints.turning < 0, -1, turning),
         axes=axes,
         entries=local.entries(np.arange(b)),
-        inertia=spins.T @ (np.repeat(joints.inertia, 3)[:, None] * spins),
+        inertia=spins.T @ (inertia * spins),
+        floating=spins.T @ (loose * inertia * spins),
         steady=steady,
     )

@@ -96,6 +96,7 @@ class ModalBody(ReducedBody[ModePoints]):
         sampled: elements.
         curvature: of its cables and chambers.
         mass: (R, R) Eᵀ M E [kg].
+        floating: (R, R) the same of nodes that nothing holds; None: all are held.
         load: (R,) Eᵀ of gravity and outer forces [N].
         springs: that keep hinges aligned; None: there are none.
         drums: motors that wind several cables; None: there are none.
@@ -112,6 +113,7 @@ class ModalBody(ReducedBody[ModePoints]):
     sampled: SampledElements
     curvature: ModalCurvature
     mass: Array
+    floating: Array | None
     load: Array
     springs: ReducedSprings | None
     drums: Drums | None
@@ -225,12 +227,14 @@ class ModalBody(ReducedBody[ModePoints]):
         if self.beams is not None:
             on_beams, moments, held = self.on_beams(state, motion, damped)
             over_beta += on_beams
-        force, mass = over_beta, self.mass
+        force, floats = over_beta, scheme.static and self.floating is not None
+        mass = self.mass if self.floating is None or not floats else self.floating
         inertia: Array | None = None
         if J is not None:
             force, resisting = J.forces(over_beta) + moments, J.forces(resisting) + held
-            if not scheme.static:
-                mass, inertia = self.mass_with(J), self.centrifugal(state, J)
+            if floats or not scheme.static:
+                inertia = -J.forces(mass @ self.own_motion.centripetal(state.q, state.v))
+                mass = self.mass_with(J, floats)
         preload = actuators.preload(motion)
         if preload is not None:
             force = force + preload[0]
@@ -240,7 +244,7 @@ class ModalBody(ReducedBody[ModePoints]):
                 resisting = resisting + wound.tangent @ state.v
         return SampledAssembled(
             state, effort, mass, force, inertia, resisting,
-            motion, over_beta, efforts, wound, loads.tension, response,
+            motion, over_beta, efforts, wound, loads.tension, response, floats=floats,
         )  # fmt: skip
 
     def material(self, beta: Array, rate: Array, damped: bool) -> tuple[Array, Array]:
@@ -346,19 +350,23 @@ class ModalBody(ReducedBody[ModePoints]):
         J = self.motion(state).J
         return self.mass if J is None else self.mass_with(J)
 
-    def mass_with(self, J: Derivative) -> Array:
-        """The mass matrix (n, n) where J (R, n) is known."""
-        mass = J.congruent(self.mass)
-        return mass if self.beams is None else mass + self.beams.inertia
+    def floating_mass(self, state: State) -> Array | None:
+        """Mass (n, n) of what moves by its inertia in quasi-static steps too; None: nothing does."""
+        J = self.motion(state).J
+        return self.floating if J is None or self.floating is None else self.mass_with(J, True)
+
+    def mass_with(self, J: Derivative, floating: bool = False) -> Array:
+        """The mass matrix (n, n) where J (R, n) is known, of all or of what floats alone."""
+        beams, over_beta = self.beams, self.floating if floating else self.mass
+        assert over_beta is not None
+        mass = J.congruent(over_beta)
+        return mass if beams is None else mass + (beams.floating if floating else beams.inertia)
 
     def inertia_at(self, state: State) -> Array | None:
         """Centrifugal forces (n,) of drives and frames that turn [N]; None: there are none."""
         J = self.motion(state).J
-        return None if J is None else self.centrifugal(state, J)
-
-    def centrifugal(self, state: State, J: Derivative) -> Array:
-        """`inertia_at` where J (R, n) is known."""
-        return -J.forces(self.mass @ self.own_motion.centripetal(state.q, state.v))
+        rate = self.own_motion.centripetal
+        return None if J is None else -J.forces(self.mass @ rate(state.q, state.v))
 
     def wound(self, motion: ModeMotion) -> Wound | None:
         """The cables on drums at a state; None: there are none."""

@@ -11,8 +11,8 @@ import scipy.sparse as sp
 from tauten.model import Robot
 from tauten.model.constraints import ConstrainedBody, Drums, FrameJoints
 from tauten.model.effectors import Effectors
-from tauten.model.numerics import Array, Ints
-from tauten.model.points import segment_nodes
+from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.points import points_at, segment_nodes
 from tauten.model.tetra import NodalBody, TetBody
 from tauten.reduction.reduced_body import ElementSample, StateBasisError
 from tauten.reduction.state.tetra.actuators import modal_curvature, reduced_actuators
@@ -132,6 +132,7 @@ class ReducibleTetBody:
         surface, contacts = contact_surface(robot, E)
         drives, effectors = full.actuator_set.drives, robot.effectors
         places = effectors.places(tetrahedra.motion(full.mesh.nodes))
+        loose = self.floating
         body = ModalBody(
             gravity=full.gravity,
             integration=full.integration,
@@ -147,16 +148,30 @@ class ReducibleTetBody:
             sampled=sampled,
             curvature=curvature,
             mass=E.T @ (tetrahedra.mass[:, None] * E),
+            floating=E.T @ ((loose * tetrahedra.mass)[:, None] * E) if loose.any() else None,
             load=E.T @ tetrahedra.load,
             springs=self.reduced_springs(E),
             drums=self.drums,
-            beams=None if self.joints is None else reduced_beams(chart, self.joints, E, motion),
+            beams=None
+            if self.joints is None
+            else reduced_beams(chart, self.joints, E, motion, loose),
             contact_points=surface,
             effector_places=np.asarray(places.H @ E),
             work=make_work(sampled, curvature.tendons, motion.pulled),
         )
         points = mode_points(tetrahedra, E, effectors.points)
         return robot.with_body(body, Effectors(effectors.kinds, points), contacts, surface)
+
+    @property
+    def floating(self) -> Bools:
+        """Which displacements (3 n_nodes,) of nodes that are not fixed are of bodies that nothing holds."""
+        full, tetrahedra = self.robot.body, self.chart.tetrahedra
+        if not full.floating.any():
+            return np.zeros(tetrahedra.m, np.bool_)
+        nodes = points_at(np.flatnonzero(tetrahedra.dof >= 0))
+        T = full.motion(full.rest()).placed(nodes).motion()
+        moved: Bools = abs(T) @ full.floating > 0.0
+        return moved
 
     def reduced_springs(self, E: Array) -> ReducedSprings | None:
         """The springs of hinges in the coordinates β; None: there are none.

@@ -1,0 +1,89 @@
+"""State bases of quasi-static robots beside bodies that nothing holds, which move by their inertia."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import null_space
+from support.robots.joined import joined, push, rod
+
+from tauten.model import Robot, Simulator
+from tauten.model.numerics import Array
+from tauten.reduction.state import reducible
+from tauten.reduction.state.modes import with_own
+
+BAR = ((0.1, 0.01, 0.01), (5, 1, 1))
+CUBE = ((0.02, 0.02, 0.02), (1, 1, 1))
+ROOT = {"body": "soft", "lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.01, 0.01]}
+PLACE = {"name": "cube", "position": [0.0, 0.1, 0.0], "free": True}
+RATE = 50.0  # Hz
+
+
+def beside(**changes: Any) -> Robot:
+    """A soft bar that is held, and a free cube with an effector of its own."""
+    tables = {
+        "gravity": [0.0, 0.0, -9.81],
+        "controller": {"rate": RATE},
+        "forces": [push("push", [0.1, 0.005, 0.005], [0.0, 1.0, 0.0])],
+        "effectors": [
+            {"name": "tip", "point": [0.1, 0.005, 0.005]},
+            {"name": "cube", "kind": "centre", "region": {"kind": "all", "body": "cube"}},
+        ],
+        **changes,
+    }
+    cube = {**PLACE, **tables.pop("cube", {})}
+    bodies = [{"name": "soft", "fixed": [ROOT]}, cube, *tables.pop("more", [])]
+    return joined(bodies, {"soft": BAR, "cube": CUBE}, **tables)
+
+
+def with_a_wire() -> Robot:
+    """The bar with a wire that is clamped with it and pinned into it."""
+    axis = [[0.0, 0.005, 0.005], [0.1, 0.005, 0.005]]
+    start = {"kind": "sphere", "centre": axis[0], "radius": 1e-6, "body": "rod"}
+    inside = {"body": "rod", "kind": "half_space", "point": [1e-4, 0, 0], "normal": [1, 0, 0]}
+    pin = {"kind": "pin", "region": inside, "to": {"kind": "all", "body": "soft"}}
+    wire = rod("rod", axis, elements=3, fixed=[start])
+    return beside(more=[wire], attachments=[pin])
+
+
+def rigid_cube() -> Robot:
+    """A rigid cube, whose frame is a coordinate of the reduced robot."""
+    return beside(cube={"rigid": True})
+
+
+def free_wire() -> Robot:
+    """A wire that nothing holds besides, whose nodes are coordinates with rotary inertia."""
+    return beside(more=[rod("rod", [[0.0, 0.2, 0.0], [0.1, 0.2, 0.0]], elements=2, free=True)])
+
+
+def complete(robot: Robot) -> Robot:
+    """The robot in all modes, of those that leave the pins of beams where they are."""
+    body = reducible(robot)
+    count = len(body.weight) - body.own_coordinates
+    lifting = body.chart.lifting  # type: ignore[attr-defined]
+    modes: Array = np.eye(count)
+    if lifting is not None:
+        modes = null_space(np.kron(lifting.W.toarray(), np.eye(3)))
+    norm = np.linalg.cholesky(modes.T @ (body.weight[:count, None] * modes))
+    Phi = np.zeros((len(body.weight), modes.shape[1]))
+    Phi[:count] = np.linalg.solve(norm, modes.T).T
+    every = np.arange(body.n_elements)
+    return body.reduced(with_own(body, Phi), every, np.ones(len(every)))
+
+
+@pytest.mark.parametrize("make", [beside, with_a_wire, rigid_cube, free_wire])
+def test_what_is_free_falls_beside_a_reduced_robot(make: Callable[[], Robot]) -> None:
+    """By hand: Σ k g h² after the steps; all else is where the full robot has it."""
+    robot = make()
+    full, small = Simulator(robot, "none"), Simulator(complete(robot), "none")
+    rest, steps = robot.effector(robot.rest()), 4
+    for _ in range(steps):
+        for simulator in (full, small):
+            simulator.step(effort=[0.05])
+    fall = 9.81 / RATE**2 * sum(range(1, steps + 1))
+    np.testing.assert_allclose(small.effector[1] - rest[1], [0.0, 0.0, -fall], atol=1e-9)
+    np.testing.assert_allclose(small.effector, full.effector, atol=1e-9)
+    assert np.linalg.norm(small.effector[0] - rest[0]) > 1e-4
