@@ -9,6 +9,7 @@ from tauten.model.numerics.factorisation import (
     BACKENDS,
     Factorisation,
     FactorisationError,
+    HalfSolving,
     installed_backends,
     make_factorisation,
 )
@@ -63,6 +64,7 @@ __all__ = [
     "DenseFactors",
     "Factorisation",
     "FactorisationError",
+    "HalfSolving",
     "Ints",
     "LANES",
     "LcpResult",

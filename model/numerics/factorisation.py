@@ -12,6 +12,7 @@ import importlib.util
 import logging
 import os
 import sys
+from abc import abstractmethod
 from collections.abc import Callable
 from functools import cache
 from typing import Any, Protocol
@@ -55,6 +56,18 @@ class Factorisation(Protocol):
 
     def fork(self) -> Factorisation:
         """A workspace of its own for the same pattern, without factors."""
+
+
+class HalfSolving(Factorisation):
+    """Factors A = L Lᵀ that solve by halves: Bᵀ A⁻¹ B = Yᵀ Y with the first half Y of A⁻¹ B."""
+
+    @abstractmethod
+    def first_half(self, B: Array) -> Array:
+        """Y = L⁻¹ B for B (n, m); column-major B is not copied."""
+
+    @abstractmethod
+    def second_half(self, Y: Array) -> Array:
+        """A⁻¹ B = L⁻ᵀ Y for Y of the shape (n,) or (n, m)."""
 
 
 def installed_backends() -> tuple[str, ...]:
@@ -229,9 +242,10 @@ def array_argument(array: Any, number: type) -> Any:
 
 MINIMUM_DEGREE, NESTED_DISSECTION = 0, 2  # PARDISO's orderings
 RELEASE = -1  # PARDISO's number of the phase that frees memory
+WHOLE, FORWARD, BACKWARD = 33, 331, 333  # and those that solve, and solve with one of the factors
 
 
-class Pardiso(Analysed):
+class Pardiso(Analysed, HalfSolving):
     """MKL PARDISO for positive definite matrices, through the library pypardiso finds.
 
     Both of its orderings are tried and that with fewer operations is kept: minimum degree suits slender
@@ -331,11 +345,22 @@ class Pardiso(Analysed):
 
     def solve(self, B: Array) -> Array:
         """See `Factorisation`."""
+        return self._solved(WHOLE, B)
+
+    def first_half(self, B: Array) -> Array:
+        """See `HalfSolving`."""
+        return self._solved(FORWARD, B)
+
+    def second_half(self, Y: Array) -> Array:
+        """See `HalfSolving`."""
+        return self._solved(BACKWARD, Y)
+
+    def _solved(self, phase: int, B: Array) -> Array:
         self._calls.wait()
         B = np.asfortranarray(B)
         X = np.empty_like(B, order="F")
         if B.size:
-            self._call(33, B, X, 1 if B.ndim == 1 else B.shape[1])
+            self._call(phase, B, X, 1 if B.ndim == 1 else B.shape[1])
         return X
 
     def __del__(self) -> None:

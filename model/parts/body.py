@@ -22,7 +22,7 @@ from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Factorisation, Ints
 from tauten.model.parts.actuators import PartsActuators
 from tauten.model.parts.assembly import Assembly
-from tauten.model.parts.factors import BlockFactors
+from tauten.model.parts.factors import BlockFactors, block_factors
 from tauten.model.parts.motion import PartsMotion, PartsPoints, slices
 from tauten.model.parts.part import Part
 from tauten.model.parts.spans import (
@@ -270,7 +270,7 @@ class PartsBody(Body[PartsPoints]):
     def blocks(self, factors: list[Factorisation]) -> BlockFactors:
         """Factors of each part as those of all parts."""
         spans = self.spans
-        return BlockFactors(tuple(factors), spans.columns, spans.stored, spans.shapes)
+        return block_factors(factors, spans.columns, spans.stored, spans.shapes)
 
     def factors(self) -> Factorisation:
         """Workspaces for factors of the matrix of each part."""

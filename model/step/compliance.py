@@ -9,9 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.numerics import Array, kernel
+from tauten.model.numerics import Array, HalfSolving, Ints, kernel
 from tauten.model.signals import Springs
 from tauten.model.system import System
+
+EVERY = slice(None)
+MANY = (
+    16  # rows from which on their second halves take longer than those of the forces that are tried
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,23 +25,35 @@ class Compliance:
 
     Attributes:
         H: (m, n) dense rows.
-        X: (m, n) = (A⁻¹ Hᵀ)ᵀ, velocity change per constraint impulse.
+        Y: (m, n) = (A⁻¹ Hᵀ)ᵀ, velocity change per constraint impulse; with `halves` its first half.
         W: (m, m) compliance [m/N].
         delta_free: (m,) row values after a step without constraint forces [m].
+        halves: factors that Y is solved by the first half with; None: it is whole.
     """
 
     H: Array
-    X: Array
+    Y: Array
     W: Array
     delta_free: Array
+    halves: HalfSolving | None = None
 
     def __len__(self) -> int:
         return len(self.delta_free)
 
     def velocity_change(self, system: System, lam: Array) -> Array:
         """Dv of a step under constraint forces lam (m,): (n,) [m/s]."""
-        change: Array = system.v_free - system.v + system.h * (lam @ self.X)
+        change: Array = system.v_free - system.v + system.h * self.pushed(lam)
         return change
+
+    @property
+    def X(self) -> Array:
+        """(A⁻¹ Hᵀ)ᵀ (m, n), velocity change per constraint impulse."""
+        return self.Y if self.halves is None else self.halves.second_half(self.Y.T).T
+
+    def pushed(self, lam: Array, rows: slice | Ints = EVERY) -> Array:
+        """A⁻¹ Hᵀ λ (n,) for forces lam (r,) on some of the rows."""
+        change: Array = lam @ self.Y[rows]
+        return change if self.halves is None else self.halves.second_half(change)
 
     def spring(self, springs: Springs, actuators: slice) -> None:
         """Take the rows of actuators from their ends to their motors, before their springs."""
@@ -45,14 +62,29 @@ class Compliance:
         self.delta_free[actuators] += springs.shift
 
 
-def row_compliance(system: System, H: Array, delta: Array) -> Compliance:
+def row_compliance(system: System, H: Array, delta: Array, by_halves: bool = False) -> Compliance:
     """Condense dense rows through one factorised system.
 
     Args:
         system: of the step.
         H: (m, n) rows.
         delta: (m,) row values [m].
+        by_halves: whether many rows are solved for by halves where that is possible, W = h² Yᵀ Y, and by the
+            second half only for forces that are found.
     """
+    factors = system.factorisation
+    by_halves = by_halves and len(H) >= MANY
+    return _through(
+        system, H, delta, factors if by_halves and isinstance(factors, HalfSolving) else None
+    )
+
+
+def _through(system: System, H: Array, delta: Array, halves: HalfSolving | None) -> Compliance:
+    """`row_compliance` by halves, or where these are None as a whole."""
+    if halves is not None:
+        Y = np.ascontiguousarray(halves.first_half(H.T).T)  # (m, n)
+        free = delta + system.h * (H @ system.v_free)
+        return Compliance(H, Y, system.h**2 * (Y @ Y.T), free, halves)
     X = np.ascontiguousarray(system.factorisation.solve(H.T).T)  # (m, n)
     W, delta_free = np.empty((len(H), len(H))), np.empty(len(H))
     _condense(H, X, delta, (system.h, system.v_free), W, delta_free)
@@ -81,15 +113,13 @@ def extended(system: System, known: Compliance, H: Array, delta: Array) -> Compl
         H: (r, n) new rows.
         delta: (r,) values of the new rows [m].
     """
-    X = np.ascontiguousarray(system.factorisation.solve(H.T).T)  # (r, n)
-    rows, m, n = len(known) + len(H), len(known), H.shape[1]
-    found = Compliance(
-        np.empty((rows, n)), np.empty((rows, n)), np.empty((rows, rows)), np.empty(rows)
+    added = _through(system, H, delta, known.halves)
+    left = known.H if known.halves is None else known.Y
+    cross = system.h**2 * (left @ added.Y.T)  # (m, r)
+    return Compliance(
+        np.concatenate([known.H, H]),
+        np.concatenate([known.Y, added.Y]),
+        np.block([[known.W, cross], [cross.T, added.W]]),
+        np.concatenate([known.delta_free, added.delta_free]),
+        known.halves,
     )
-    found.H[:m], found.X[:m], found.W[:m, :m] = known.H, known.X, known.W
-    found.H[m:], found.X[m:], found.delta_free[:m] = H, X, known.delta_free
-    cross = system.h**2 * (known.H @ X.T)  # (m, r)
-    found.W[:m, m:], found.W[m:, :m] = cross, cross.T
-    free = system.h, system.v_free
-    _condense(H, X, delta, free, found.W[m:, m:], found.delta_free[m:])
-    return found

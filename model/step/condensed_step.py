@@ -227,12 +227,13 @@ def condensed(
         H.append(units[0])
         delta.append(units[1])
     layout = robot.layout if effectors else robot.layout.without_effectors()
-    compliance = row_compliance(system, np.concatenate(H), np.concatenate(delta))
+    frictional = rows.contacts.tangents is not None
+    compliance = row_compliance(system, np.concatenate(H), np.concatenate(delta), frictional)
     if robot.actuators.laws.springs is not None:
         compliance.spring(robot.actuators.laws.springs, layout.actuators)
     return CondensedStep(
         state, system, rows, reduced, extra, compliance, layout, robot.actuators.laws,
-        rows.contacts.tangents is not None, slid,
+        frictional, slid,
     )  # fmt: skip
 
 
@@ -263,7 +264,8 @@ def recondensed(
     delta = [rows.effectors.delta[:n_e], rows.actuators.delta, reduced.delta]
     if len(step.extra) > 0:
         delta.append(unit_rows(rows.contacts, step.extra, system.h, slid)[1])
-    compliance = row_compliance(system, step.compliance.H, np.concatenate(delta))
+    H, delta_free = step.compliance.H, np.concatenate(delta)
+    compliance = row_compliance(system, H, delta_free, step.frictional)
     if step.laws.springs is not None:
         compliance.spring(step.laws.springs, step.layout.actuators)
     return CondensedStep(

@@ -138,11 +138,13 @@ def under_friction(step: CondensedStep, previous: Forces) -> CondensedStep:
     load = unit_start(step, previous).reshape(-1, 3)[:, 1:].ravel()  # (2 r,) N
     compliance = Compliance(
         known.H[kept],
-        known.X[kept],
+        known.Y[kept],
         known.W[kept[:, None], kept],
         known.delta_free[kept] + known.W[kept[:, None], across] @ load,
+        known.halves,
     )
-    pushed = replace(system, v_free=system.v_free + system.h * (load @ known.X[across]))
+    v_free = system.v_free + system.h * known.pushed(load, across)
+    pushed = replace(system, v_free=v_free)
     contacts = replace(step.rows.contacts, tangents=None)
     rows = replace(step.rows, contacts=contacts)
     return replace(
