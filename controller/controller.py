@@ -15,7 +15,7 @@ from tauten.controller.loading import Order
 from tauten.controller.locks import locked, locks_of_step, no_locks, resting, unlocked, with_locks
 from tauten.controller.plan import Prepared
 from tauten.controller.qpcc import Backend, Status, TimeLimit
-from tauten.controller.settings import ControllerSettings, decide_settings
+from tauten.controller.settings import ControllerSettings, checked_settings, decide_settings
 from tauten.controller.step import Decision, advance, decide, hold, prepare
 from tauten.model import (
     Command,
@@ -76,10 +76,10 @@ class Controller(RobotModel):
         """
         self._robot = self._forked(robot)
         reduced = default_enrichment(self.robot.tolerance)
-        self.space, default = contact_model(contact, self.robot.contacts, reduced)
-        settings = settings or ControllerSettings()
+        self.space, checked = contact_model(contact, self.robot.contacts, reduced, enrichment)
+        settings = checked_settings(settings)
         self.horizon = horizon_of(self.robot, settings.horizon)
-        self.settings = decide_settings(settings, self.robot, self.space, enrichment or default, qp)
+        self.settings = decide_settings(settings, self.robot, self.space, checked, qp)
         self.settled, none = False, no_forces(self.robot.n_a, self.space.k)
         self._origin = self.robot.rest(), none, np.zeros(self.robot.n_a)
         self._decision: Decision | None = None

@@ -45,7 +45,7 @@ def number_of(robot: Robot, actuator: str) -> int:
     names = robot.actuators.names
     if actuator not in names:
         raise LockError(
-            f"{robot.name} has no actuator {actuator[:40]!r}, its actuators are {', '.join(names)}"
+            f"{robot.name} has no actuator {str(actuator)[:40]!r}, its actuators are {', '.join(names)}"
         )
     return names.index(actuator)
 

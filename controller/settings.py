@@ -16,6 +16,7 @@ from tauten.model import (
     ForceLimits,
     Robot,
     force_limits,
+    of_kind,
 )
 from tauten.model.load import robot_path
 from tauten.model.schema import Name, Positive, Rate, Section, in_range, read_toml, validated
@@ -169,6 +170,11 @@ class DecideSettings:
         """How far a search with friction may go that begins now."""
         solves = 2 * self.qpcc.max_pivots
         return FrictionSettings(self.qpcc.solver, solves, self.time, PATH_STEPS, DESCENT, True)
+
+
+def checked_settings(given: ControllerSettings | None) -> ControllerSettings:
+    """What is given, or a bare file's for None; a TypeError where it is something else."""
+    return ControllerSettings() if given is None else of_kind("settings", given, ControllerSettings)
 
 
 def decide_settings(

@@ -1,5 +1,6 @@
 """The model of a robot: finite elements, cables, contacts, and the forward simulator."""
 
+from tauten.model.arguments import of_kind
 from tauten.model.contact import ObstaclePoses
 from tauten.model.contacts import ContactForces, Contacts
 from tauten.model.layout import Layout, row_layout
@@ -156,6 +157,7 @@ __all__ = [
     "contact_wrenches",
     "touched_names",
     "obstacles_of",
+    "of_kind",
     "Tangent",
     "tried_tangents",
     "skin_of",

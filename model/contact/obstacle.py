@@ -108,11 +108,12 @@ def pose_at(
     Raises:
         ValueError: other numbers of numbers, some that are not finite, or a quaternion without length.
     """
-    turn = np.array([1.0, 0.0, 0.0, 0.0] if quaternion is None else quaternion, dtype=float)
-    vectors = [
-        np.array(np.zeros(3) if one is None else one, dtype=float)
-        for one in (position, velocity, spin)
-    ]
+    given = (position, velocity, spin)
+    try:
+        turn = np.array([1.0, 0.0, 0.0, 0.0] if quaternion is None else quaternion, dtype=float)
+        vectors = [np.array(np.zeros(3) if one is None else one, dtype=float) for one in given]
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ValueError(f"a pose has numbers only: {error}") from error
     found = [*vectors, turn]
     if turn.shape != (4,) or any(one.shape != (3,) for one in vectors):
         raise ValueError(

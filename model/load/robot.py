@@ -57,8 +57,13 @@ def robot_path(name_or_path: str | Path) -> Path:
     """The robot file: a path as it is, a bare name looked up among the shipped robots.
 
     Raises:
-        RobotFileError: neither exists.
+        TypeError, RobotFileError: no text or path; neither exists.
     """
+    if not isinstance(name_or_path, str | os.PathLike):
+        raise TypeError(
+            "expected the name of a shipped robot or the path of a robot file, found "
+            f"{type(name_or_path).__name__}"
+        )
     path = Path(name_or_path)
     if path.suffix == ".toml":
         return path

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tauten.model.arguments import of_kind
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.state import State
+from tauten.model.step import Forces, no_forces
 
 Numbers = Sequence[float] | Array
 LARGEST = 1e6  # m or N; no cable is pulled farther or harder
@@ -94,13 +96,37 @@ def checked_state(robot: Robot, state: State) -> State:
         state: what is given.
 
     Raises:
+        TypeError: it is no state.
         ValueError: it is one of another robot, by its size.
     """
-    if len(state.v) != robot.n:
+    if len(of_kind("state", state, State).v) != robot.n:
         raise ValueError(
             f"state: found {len(state.v)} degrees of freedom, expected {robot.n}, those of {robot.name}"
         )
     return state.copy()
+
+
+def checked_forces(robot: Robot, k: int, forces: Forces | None) -> Forces:
+    """A copy of the constraint forces of a robot; zero where None is given.
+
+    Args:
+        robot: the robot.
+        k: columns of the basis.
+        forces: what is given.
+
+    Raises:
+        TypeError: these are no forces.
+        ValueError: they are those of another robot or basis, by their size.
+    """
+    if forces is None:
+        return no_forces(robot.n_a, k)
+    sizes = len(of_kind("forces", forces, Forces).effort), len(forces.beta)
+    if sizes != (robot.n_a, k):
+        raise ValueError(
+            f"forces: found {sizes[0]} efforts and {sizes[1]} coefficients of a basis, expected "
+            f"{robot.n_a} and {k}, those of {robot.name}"
+        )
+    return forces.copy()
 
 
 def _numbers(

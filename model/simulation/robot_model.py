@@ -36,7 +36,7 @@ class RobotModel(ABC):
             given = repr(str(robot))
             advice = f"{cls.__name__}.of({given}) starts from a name or a file"
         else:
-            given, advice = f"a {type(robot).__name__}", "load_robot loads one"
+            given, advice = type(robot).__name__, "load_robot loads one"
         raise TypeError(f"{cls.__name__} takes a Robot, found {given}: {advice}")
 
     @property

@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from tauten.model.arguments import count, positive
 from tauten.model.contact import ObstaclePoses
 from tauten.model.contacts import ContactForces
 from tauten.model.numerics import Array, FactorisationError
@@ -16,6 +17,7 @@ from tauten.model.signals import Command
 from tauten.model.simulation.commands import (
     Numbers,
     checked_command,
+    checked_forces,
     checked_loads,
     checked_state,
     diverged,
@@ -69,8 +71,9 @@ class Simulator(RobotModel):
             TypeError, ValueError: no robot; `contact` is none of these, or a basis of another robot's size.
         """
         self._robot = self._forked(robot)
-        self._space, default = contact_model(contact, self.robot.contacts, NO_ENRICHMENT)
-        self._enrichment = enrichment or default
+        self._space, self._enrichment = contact_model(
+            contact, self.robot.contacts, NO_ENRICHMENT, enrichment
+        )
         self._search: EquilibriumSearch | None = None
         self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
         self.reset()
@@ -107,10 +110,9 @@ class Simulator(RobotModel):
         Actuators that a hold keeps by their position are at zero, the others have no effort. Where no
         equilibrium is found, the start is rest.
         """
-        zero = np.zeros(self.robot.n_a)
         self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
         self.reset()
-        held = self.robot.actuators.laws.held(zero, zero)
+        held = self.robot.actuators.laws.held(*np.zeros((2, self.robot.n_a)))
         report = self.settle(held.position, held.effort, max_iterations=START_ITERATIONS)
         if report.converged:
             self._start = self.state, self.forces
@@ -125,10 +127,10 @@ class Simulator(RobotModel):
             forces: constraint forces there, with the columns of this simulator's basis; None: zero.
 
         Raises:
-            ValueError: the state is one of another robot, by its size.
+            TypeError, ValueError: these are none, or of another robot or basis, by their size.
         """
-        given = no_forces(self.robot.n_a, self._space.k) if forces is None else forces.copy()
-        self._state, self._forces = checked_state(self._robot, state), given
+        self._state = checked_state(self._robot, state)
+        self._forces = checked_forces(self._robot, self._space.k, forces)
         self._stepped: tuple[State, PredictedStep] | None = None  # a state, and the step there
         self._moved: Command | None = None  # command of the last `move`
 
@@ -238,8 +240,7 @@ class Simulator(RobotModel):
             FactorisationError: the state has diverged; where efforts before it were beyond their limits, the
                 text names the largest.
         """
-        if steps < 1:
-            raise ValueError(f"steps: found {steps}, expected at least 1")
+        steps = count("steps", steps)
         command = checked_command(self.robot, position, effort)
         before = self._moved or Command(self.position, self.effort)
         self.set_obstacles(self.obstacles.after(self.robot.h))
@@ -304,10 +305,10 @@ class Simulator(RobotModel):
                 state is kept.
 
         Raises:
-            ValueError: as of `step`, or `max_iterations` below 1.
+            ValueError: as of `step`, `max_iterations` below 1, or a tolerance that is not positive.
         """
-        if max_iterations < 1:
-            raise ValueError(f"max_iterations: found {max_iterations}, expected at least 1")
+        max_iterations = count("max_iterations", max_iterations)
+        tolerance = positive("tolerance", tolerance)
         command = checked_command(self.robot, position, effort)
         if not load_steps:
             return self._attempt(command, command, tolerance, max_iterations)
@@ -380,8 +381,7 @@ class Simulator(RobotModel):
     def smooth_contact_forces(self) -> Array:
         """Normal forces of nearly least norm at the equilibrium: (n_c,) [N]; the state does not change.
 
-        Pointwise forces are not unique where candidates are finer than the mesh; snapshots need the
-        smooth ones.
+        Pointwise forces are not unique where candidates are finer than the mesh; snapshots need smooth ones.
         """
         return smooth_contact_forces(self.robot, self._state, self._forces)
 

@@ -7,7 +7,7 @@ bases of `tauten.reduction` are one kind; here are the protocol and the empty on
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -33,6 +33,7 @@ class ReducedContacts:
         return len(self.delta)
 
 
+@runtime_checkable
 class ContactSpace(Protocol):
     """Non-negative columns that contact forces are combined from."""
 

@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from tauten.model.arguments import of_kind
 from tauten.model.contact import ContactSet
 from tauten.model.contacts import ContactForces
 from tauten.model.numerics import Array, Ints
@@ -52,7 +53,10 @@ NO_ENRICHMENT = Enrichment(tolerance=np.inf, rounds=0, per_pair=0)
 
 
 def contact_model(
-    contact: Literal["none", "full"] | ContactSpace, candidates: ContactSet, reduced: Enrichment
+    contact: Literal["none", "full"] | ContactSpace,
+    candidates: ContactSet,
+    reduced: Enrichment,
+    given: Enrichment | None = None,
 ) -> tuple[ContactSpace, Enrichment]:
     """Basis and enrichment of "none", "full" or a basis of contact forces.
 
@@ -62,21 +66,25 @@ def contact_model(
         contact: "none"; "full", pointwise; or a basis of contact forces.
         candidates: of the robot.
         reduced: enrichment of a basis.
+        given: instead of the enrichment that follows from these; None: that one.
 
     Raises:
+        TypeError: the enrichment is none.
         ValueError: `contact` is none of these, or a basis with another number of slots.
     """
     n_c = candidates.n_slots
-    if contact == "none":
-        return EmptySpace(n_c), NO_ENRICHMENT
-    if contact == "full":
-        return EmptySpace(n_c), WITH_FRICTION if candidates.frictional else POINTWISE
-    if isinstance(contact, str):
-        raise ValueError(f'contact is {contact!r}, allowed are "none", "full" or a basis')
+    chosen = None if given is None else of_kind("enrichment", given, Enrichment)
+    if isinstance(contact, str) and contact == "none":
+        return EmptySpace(n_c), chosen or NO_ENRICHMENT
+    if isinstance(contact, str) and contact == "full":
+        pointwise = WITH_FRICTION if candidates.frictional else POINTWISE
+        return EmptySpace(n_c), chosen or pointwise
+    if not isinstance(contact, ContactSpace):
+        raise ValueError(f'contact is {contact!r:.80}, allowed are "none", "full" or a basis')
     slots = len(contact.lift(np.zeros(contact.k)))
     if slots != n_c:
         raise ValueError(f"the contact basis has {slots} slots, the robot {n_c} candidates")
-    return contact, WITH_FRICTION if candidates.frictional else reduced
+    return contact, chosen or (WITH_FRICTION if candidates.frictional else reduced)
 
 
 @dataclass(frozen=True, slots=True)

@@ -126,7 +126,7 @@ def test_what_is_no_robot_is_refused_with_what_to_call(
         found = rf"^{name} takes a Robot, found 'finger': {name}.of\('finger'\) starts from a name or a file$"
         with pytest.raises(TypeError, match=found):
             kind(given)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match=rf"^{name} takes a Robot, found a NoneType: load_robot"):
+    with pytest.raises(TypeError, match=rf"^{name} takes a Robot, found NoneType: load_robot"):
         kind(None)  # type: ignore[arg-type]
 
 

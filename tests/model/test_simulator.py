@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from support.robots.bodies import beam_robot, box_mesh
 
-from tauten.model import Ending, Robot, Simulator
+from tauten.controller import Controller
+from tauten.model import Ending, Robot, Simulator, no_forces
 
 SIZE = (0.1, 0.02, 0.02)
 
@@ -72,11 +73,6 @@ def test_the_state_of_another_robot_is_refused(beam: Robot) -> None:
         Simulator(beam, contact="none").start_from(other.rest())
 
 
-def test_no_iterations_are_refused(beam: Robot) -> None:
-    with pytest.raises(ValueError, match="max_iterations: found 0, expected at least 1"):
-        Simulator(beam, contact="none").settle(position=[0.0], max_iterations=0)
-
-
 def test_what_is_returned_can_be_overwritten_without_effect(beam: Robot) -> None:
     simulator, other = Simulator(beam, contact="none"), Simulator(beam, contact="none")
     for position in (0.001, 0.002, 0.003):
@@ -117,3 +113,40 @@ def test_a_load_far_beyond_the_robot_leaves_a_finite_state(
     assert np.isfinite(simulator.effort).all()
     assert report.converged is (report.ending is Ending.SETTLED)
     assert report.converged is (report.share == 1.0)
+
+
+@pytest.mark.parametrize("given", [0, 2.5, np.nan, "two", None])
+def test_numbers_of_steps_that_are_none_are_refused(beam: Robot, given: object) -> None:
+    """NaN was silently no iteration at all."""
+    simulator = Simulator(beam, contact="none")
+    sentence = r"found .*, expected a whole number of at least 1"
+    with pytest.raises(ValueError, match=f"steps: {sentence}"):
+        simulator.move(effort=[0.0], steps=given)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=f"max_iterations: {sentence}"):
+        simulator.settle(effort=[0.0], max_iterations=given)  # type: ignore[arg-type]
+    if given != 2.5:
+        with pytest.raises(ValueError, match=r"tolerance: found .*, expected a positive number"):
+            simulator.settle(effort=[0.0], tolerance=given)  # type: ignore[arg-type]
+
+
+def test_what_is_of_another_kind_is_one_sentence(beam: Robot) -> None:
+    simulator = Simulator(beam, contact="none")
+    with pytest.raises(TypeError, match=r"^state: expected State, found list$"):
+        simulator.start_from([0.0])  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"^forces: expected Forces, found list$"):
+        simulator.start_from(simulator.state, [0.0])  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"forces: found 2 efforts and 0 coefficients .* 1 and 0"):
+        simulator.start_from(simulator.state, no_forces(2, 0))
+    for kind in (Simulator, Controller):
+        with pytest.raises(
+            ValueError, match=r'contact is 3, allowed are "none", "full" or a basis'
+        ):
+            kind(beam, 3)  # type: ignore[arg-type]
+        with pytest.raises(TypeError, match=r"^enrichment: expected Enrichment, found int$"):
+            kind(beam, "full", 3)  # type: ignore[arg-type]
+        with pytest.raises(
+            TypeError, match=r"^expected the name of a shipped robot .*, found Robot"
+        ):
+            kind.of(beam)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"^settings: expected ControllerSettings, found dict$"):
+        Controller(beam, settings={})  # type: ignore[arg-type]

@@ -173,6 +173,9 @@ def test_what_no_obstacle_is_called_cannot_be_placed() -> None:
     simulator = Simulator(block(), "full")
     with pytest.raises(ValueError, match="there is no obstacle 'wall', known are floor"):
         simulator.place("wall", [0.0, 0.0, 0.0])
+    for no_number in ({}, "here", [1j, 0.0, 0.0], [10**400, 0.0, 0.0], object()):
+        with pytest.raises(ValueError, match="a pose has numbers only"):
+            simulator.place("floor", no_number)  # type: ignore[arg-type]
     for wrong in ({"position": [np.nan, 0.0, 0.0]}, {"quaternion": [0.0] * 4}, {"spin": [1.0]}):
         with pytest.raises(ValueError, match="a pose"):
             simulator.place("floor", **{"position": [0.0] * 3, **wrong})  # type: ignore[arg-type]
