@@ -25,7 +25,9 @@ def new(
     size: Annotated[
         float | None,
         typer.Option(
-            min=1e-3, help="Size of the elements in mm; default: chosen by the error of the mesh."
+            min=1e-3,
+            max=1e4,
+            help="Size of the elements in mm; default: chosen by the error of the mesh.",
         ),
     ] = None,
     accuracy: Annotated[

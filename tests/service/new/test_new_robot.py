@@ -7,6 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from support.processes import run_main
 from support.robots.bodies import box_mesh
 
 from tauten.model import Simulator, load_robot
@@ -185,6 +186,17 @@ def test_a_tiny_size_is_counted_before_it_is_meshed(tmp_path: Path) -> None:
     assert NewRobot("bar", read(part), size=1e-4).elements > 1_000_000
     with pytest.raises(PartError, match="choose a --size above"):
         make(NewRobot("bar", read(part), size=1e-4), tmp_path / "bar")
+
+
+@pytest.mark.parametrize("size", ["inf", "nan", "1e5", "0"])
+def test_a_size_of_no_element_is_refused(
+    tmp_path: Path, size: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    part = write_stl(tmp_path / "bar.stl", *box())
+    made = tmp_path / "bar"
+    assert run_main("new", "bar", "--mesh", part, "--size", size, "--folder", made) == 2
+    assert "--size" in capsys.readouterr().err
+    assert not made.exists()
 
 
 def test_a_folder_that_exists_is_not_touched(tmp_path: Path) -> None:
