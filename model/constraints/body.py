@@ -135,7 +135,7 @@ class ConstrainedBody(TetBody):
         motion, through = self.placed_motion(state)
         D = np.zeros(len(self.tetrahedra.pattern.indices))
         force, K = self.forces_at(state, motion, through, effort, EXACT, D)
-        return force, K, self.product.tangent.apply(D, through.T, len(self.pattern.indices))
+        return force, K, self.mapped(D, through.T, not self.tetrahedra.deforming.domains)
 
     def forces_at(
         self, state: State, motion: NodeMotion, through: NodeMap, effort: Array | None, kind: int,
@@ -166,7 +166,7 @@ class ConstrainedBody(TetBody):
             parts = [self.drums.tangent(rows.H, tensions)]
         loads = actuators.loads(efforts, exact) if pulled else None
         force, K = self.tetrahedra.forces(kind, motion.x, loads, D)
-        tangent = self.product.tangent.apply(K, T, len(self.pattern.indices))
+        tangent = self.mapped(K, T, self.is_rigid)
         moments = np.zeros(0)
         if self.joints is not None:
             Q = self.turns(state)
@@ -186,6 +186,23 @@ class ConstrainedBody(TetBody):
                 force = force + others.weighed(efforts)
             self.add_lever_stiffness(through.levers, force, tangent)
         return mapped, tangent
+
+    @property
+    def is_rigid(self) -> bool:
+        """Whether nothing deforms, so that the nodes have no tangent: neither elements nor cables."""
+        single, driven = self.actuator_set.n_members, len(self.actuator_set.drives)
+        return single == driven and not self.tetrahedra.deforming.domains
+
+    def mapped(self, K: Array, T: Array, is_zero: bool) -> Array:
+        """Values (nnz,) of Tᵀ K T.
+
+        Args:
+            K: values of a matrix of the nodes.
+            T: values of the map.
+            is_zero: whether all values are zero, which need no products.
+        """
+        size = len(self.pattern.indices)
+        return np.zeros(size) if is_zero else self.product.tangent.apply(K, T, size)
 
     def add_lever_stiffness(self, levers: Array, force: Array, K: Array) -> None:
         """Add what turning levers contribute under forces on the nodes to a tangent K (nnz,).

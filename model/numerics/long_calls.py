@@ -43,6 +43,8 @@ class LongCalls:
 
     def wait(self) -> None:
         """Until a call that was interrupted has ended."""
+        if self._thread is None:
+            return
         if self._thread in threading.enumerate():  # with those that are just being started
             self._ended.wait()
         self._thread = None

@@ -29,6 +29,7 @@ from support.robots.small_bodies import (
 from tauten.controller import Controller, Status
 from tauten.model import Robot, Simulator, State
 from tauten.model.constraints import ConstrainedBody
+from tauten.model.constraints.coordinates import Congruence
 from tauten.model.materials import NO_TANGENT
 from tauten.model.numerics import Array, FactorisationError
 from tauten.model.schema import RobotFileError
@@ -349,3 +350,24 @@ def test_glue_does_not_need_matching_nodes() -> None:
             )
             assert len(same) == 2
             assert np.allclose(x[same[0]], x[same[1]], atol=1e-15)
+
+
+@pytest.mark.parametrize("cable", [False, True])
+def test_nodes_have_no_tangent_where_nothing_deforms(
+    cable: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A rigid body does not multiply it with the derivative of its nodes, unless a cable bends it."""
+    everything = {"lower": [0.0, 0.0, 0.0], "upper": [1.0, 1.0, 1.0]}
+    given = {} if cable else {"cables": None}
+    arm = constrained(fixed=[], drives=[{**TURN, "region": everything}], **given)
+    body, state, effort = arm.body, arm.rest(), np.full(arm.n_a, 5.0)
+    products, apply = list[Array](), Congruence.apply
+
+    def counted(own: Congruence, K: Array, T: Array, size: int) -> Array:
+        products.append(K)
+        return apply(own, K, T, size)
+
+    monkeypatch.setattr(Congruence, "apply", counted)
+    body.forces(state, effort, exact=True)
+    assert len(products) == cable
+    assert all(K.any() for K in products)
