@@ -88,6 +88,7 @@ class ContactSet:
         sums: largest sums of normal forces that decisions keep.
         n_slots: number of candidates n_c.
         frictional: whether any pair has friction.
+        sided: numbers of the pairs with obstacles that have more than one side, as all but planes have.
         poses: where the obstacles are.
     """
 
@@ -145,6 +146,11 @@ class ContactSet:
             for number, pair in enumerate(pairs)
             if pair.obstacle is not None
         }
+        self.sided = tuple(
+            number
+            for number, pair in enumerate(pairs)
+            if pair.obstacle is not None and not isinstance(pair.obstacle.shape, PlaneShape)
+        )
         self._sides: dict[int, Sides] = {}  # of pairs, in the step that is taken
         self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
@@ -164,12 +170,6 @@ class ContactSet:
         """The pairs' names and slots, in order."""
         slots = pairwise(self._first.tolist())
         return tuple(PairSlots(p.name, *s) for p, s in zip(self.pairs, slots, strict=True))
-
-    @property
-    def sided(self) -> tuple[int, ...]:
-        """Numbers of the pairs with obstacles that have more than one side, as all but planes have."""
-        own = ((number, self.pairs[number].obstacle) for number in self._obstacle)
-        return tuple(i for i, one in own if one and not isinstance(one.shape, PlaneShape))
 
     def placed(self, poses: ObstaclePoses) -> ContactSet:
         """The same contacts with the obstacles (those of `poses`) elsewhere."""
