@@ -147,9 +147,8 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
             gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
     last, share, most, grown = damping.objective, damping.share, damping.most, damping.grown
     gain, still = objective.gain, (STILL * size) ** 2
-    following = replace(damping, gamma=gamma, change=change, objective=objective)
     if last is None:
-        return replace(following, gain=gain)
+        return replace(damping, gamma=gamma, change=change, objective=objective, gain=gain)
     if share < SMALL and gain > MORE * damping.gain + still:
         return replace(damping.starting(damping.goal), share=most, most=most)
     actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
@@ -163,7 +162,10 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
             share, grown = min(GROWTH * share, most), True
     mean = damping.gain + RECENT * (gain - damping.gain)
     return replace(
-        following,
+        damping,
+        gamma=gamma,
+        change=change,
+        objective=objective,
         share=share,
         most=most,
         grown=grown,

@@ -73,22 +73,19 @@ def row_compliance(system: System, H: Array, delta: Array, by_halves: bool = Fal
             second half only for forces that are found.
     """
     factors = system.factorisation
-    by_halves = by_halves and len(H) >= MANY
-    return _through(
-        system, H, delta, factors if by_halves and isinstance(factors, HalfSolving) else None
-    )
-
-
-def _through(system: System, H: Array, delta: Array, halves: HalfSolving | None) -> Compliance:
-    """`row_compliance` by halves, or where these are None as a whole."""
-    if halves is not None:
-        Y = np.ascontiguousarray(halves.first_half(H.T).T)  # (m, n)
-        free = delta + system.h * (H @ system.v_free)
-        return Compliance(H, Y, system.h**2 * (Y @ Y.T), free, halves)
-    X = np.ascontiguousarray(system.factorisation.solve(H.T).T)  # (m, n)
+    if by_halves and len(H) >= MANY and isinstance(factors, HalfSolving):
+        return _by_halves(system, H, delta, factors)
+    X = np.ascontiguousarray(factors.solve(H.T).T)  # (m, n)
     W, delta_free = np.empty((len(H), len(H))), np.empty(len(H))
     _condense(H, X, delta, (system.h, system.v_free), W, delta_free)
     return Compliance(H, X, W, delta_free)
+
+
+def _by_halves(system: System, H: Array, delta: Array, halves: HalfSolving) -> Compliance:
+    """The same by the first half of each solve."""
+    Y = np.ascontiguousarray(halves.first_half(H.T).T)  # (m, n)
+    free = delta + system.h * (H @ system.v_free)
+    return Compliance(H, Y, system.h**2 * (Y @ Y.T), free, halves)
 
 
 @kernel
@@ -113,8 +110,10 @@ def extended(system: System, known: Compliance, H: Array, delta: Array) -> Compl
         H: (r, n) new rows.
         delta: (r,) values of the new rows [m].
     """
-    added = _through(system, H, delta, known.halves)
-    left = known.H if known.halves is None else known.Y
+    if known.halves is None:
+        added, left = row_compliance(system, H, delta), known.H
+    else:
+        added, left = _by_halves(system, H, delta, known.halves), known.Y
     cross = system.h**2 * (left @ added.Y.T)  # (m, r)
     return Compliance(
         np.concatenate([known.H, H]),
