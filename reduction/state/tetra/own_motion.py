@@ -27,6 +27,10 @@ _TURNED = np.array(
         for j in range(3)
     ]
 )  # fmt: skip
+# [φ]x, row by row, is φ times this.
+_CROSS = np.array(
+    [[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]]
+).astype(float)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,6 +103,7 @@ class OwnMotion:
         pulled: number of those that elements, cables or chambers depend on.
         order: (R,) places in the β above of the entries of β here; None: the same.
         is_plain: whether β are the modes.
+        entries: rows and columns of the entries of J.
     """
 
     modes: int
@@ -111,9 +116,23 @@ class OwnMotion:
     pulled: int
     order: Ints | None = None
     is_plain: bool = field(init=False)
+    entries: tuple[Ints, Ints] = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "is_plain", self.drives == 0 and self.frames == 0)
+        object.__setattr__(self, "entries", self._entries())
+
+    def _entries(self) -> tuple[Ints, Ints]:
+        """Rows and columns of the entries of J, in the order of the values of `jacobian`."""
+        straight, first = np.arange(self.straight), self.straight + len(self.turning)
+        i, j, k, _, _ = _TURNED.T
+        frame = np.arange(self.frames)[:, None]
+        rows = [straight, np.arange(self.straight, first), (first + 9 * frame + 3 * i + j).ravel()]
+        turns = (self.straight + 3 * frame + k).ravel()
+        row, column = np.concatenate(rows), [straight, self.modes + self.turning, turns]
+        if self.order is not None:
+            row = np.argsort(self.order)[row]
+        return row, np.concatenate(column)
 
     @property
     def n(self) -> int:
@@ -132,7 +151,12 @@ class OwnMotion:
 
     def rotations(self, q: Array) -> Array:
         """Rotations R (f, 3, 3) of coordinates (n,)."""
-        found: Array = Rotation.from_rotvec(q[self.straight :].reshape(-1, 3)).as_matrix()
+        phi = q[self.straight :].reshape(-1, 3)
+        half = np.maximum(0.5 * np.sqrt((phi * phi).sum(axis=1)), 1e-8)  # of the angles
+        sine = np.sin(half) / half
+        a, b = (sine * np.cos(half))[:, None, None], (0.5 * sine * sine)[:, None, None]
+        cross = (phi @ _CROSS).reshape(-1, 3, 3)
+        found: Array = np.eye(3) + a * cross + b * (cross @ cross)
         return found
 
     def beta(self, q: Array) -> Array:
@@ -149,21 +173,14 @@ class OwnMotion:
 
     def jacobian(self, q: Array) -> Derivative:
         """J = ∂β/∂q (R, n) at q (n,)."""
-        columns, straight = self.modes + self.turning, np.arange(self.straight)
-        second = self.straight + np.arange(len(self.turning))
+        columns = self.modes + self.turning
         theta, own = q[columns], np.ones(self.straight)
         own[columns] = np.cos(theta)
-        rows, places, values = [straight, second], [straight, columns], [own, np.sin(theta)]
+        values = [own, np.sin(theta)]
         if self.frames > 0:
-            i, j, k, m, sign = _TURNED.T
-            frame, first = np.arange(self.frames)[:, None], self.straight + len(self.turning)
-            rows.append((first + 9 * frame + 3 * i + j).ravel())
-            places.append((self.straight + 3 * frame + k).ravel())
+            _, j, _, m, sign = _TURNED.T
             values.append((sign * self.rotations(q)[:, m, j]).ravel())
-        row = np.concatenate(rows)
-        if self.order is not None:
-            row = np.argsort(self.order)[row]
-        return Derivative(self.size, self.n, row, np.concatenate(places), np.concatenate(values))
+        return Derivative(self.size, self.n, *self.entries, np.concatenate(values))
 
     def in_order(self, beta: Array) -> Array:
         """An array over β (R,) in the order above."""

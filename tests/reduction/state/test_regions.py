@@ -31,6 +31,7 @@ from tauten.model.materials import NO_TANGENT
 from tauten.model.numerics import Array
 from tauten.reduction.state import reduced_robot, reducible
 from tauten.reduction.state.modes import pod, with_own, without_own
+from tauten.reduction.state.tetra.own_motion import OwnMotion
 
 BOX = ((0.02, 0.02, 0.02), (2, 2, 2))
 SOFT = ((0.06, 0.02, 0.02), (6, 2, 2))
@@ -280,3 +281,14 @@ def test_the_tangent_is_the_derivative_of_the_forces(
     _, K = reduced.forces(state, exact=True)
     difference = -(ahead - behind) / (2.0 * step)
     np.testing.assert_allclose(K @ direction, difference, atol=1e-5 * np.abs(difference).max())
+
+
+def test_rotations_are_those_of_their_vectors() -> None:
+    """Against SciPy, from no angle to more than a turn."""
+    none = np.zeros(0, dtype=np.int64)
+    motion = OwnMotion(1, 0, none, 0, 5, np.zeros(5), 1, 1)
+    vectors = np.random.default_rng(0).normal(size=(5, 3))
+    for angle in (0.0, 1e-12, 1e-7, 0.3, np.pi, 7.0):
+        phi = angle * vectors / np.linalg.norm(vectors, axis=1)[:, None]
+        found = motion.rotations(np.concatenate([[0.0], phi.ravel()]))
+        np.testing.assert_allclose(found, Rotation.from_rotvec(phi).as_matrix(), atol=1e-15)
