@@ -13,9 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from tauten.model.numerics import Array, Ints, kernel, moments_at_end
+from tauten.model.numerics import Array, Ints, kernel, moments_at_end, rotations_between, turned
 
 # Entries (i, j, k, m, sign) of ∂R_ij/∂ω_k = sign R_mj.
 _TURNED = np.array(
@@ -69,6 +68,13 @@ class Derivative:
         """Jᵀ K J (n, n) of a symmetric K (R, R)."""
         half = self.rows(K)  # (R, n)
         return self.rows(half.T)
+
+
+def still(count: int) -> Array:
+    """Unit quaternions (count, 4) of no rotation."""
+    found = np.zeros((count, 4))
+    found[:, 0] = 1.0
+    return found
 
 
 @kernel
@@ -165,8 +171,8 @@ class OwnMotion:
         parts = [q[: self.straight], 1.0 - np.cos(theta)]
         if self.frames > 0:
             states = q.reshape(self.n, -1).T  # (s, n)
-            turned = [self.rotations(one) - np.eye(3) for one in states]
-            parts.append(np.stack(turned, axis=-1).reshape(-1, *q.shape[1:]))
+            changes = [self.rotations(one) - np.eye(3) for one in states]
+            parts.append(np.stack(changes, axis=-1).reshape(-1, *q.shape[1:]))
         beta = np.concatenate(parts)
         beta[self.modes + self.turning] = np.sin(theta)
         return beta if self.order is None else beta[self.order]
@@ -228,20 +234,19 @@ class OwnMotion:
         """Coordinates (n,) after a step (n,): velocities times its length."""
         after: Array = q + step
         if self.frames > 0:
-            first = self.straight
-            turned = Rotation.from_rotvec(step[first:].reshape(-1, 3))
-            before = Rotation.from_rotvec(q[first:].reshape(-1, 3))
-            after[first:] = (turned * before).as_rotvec().ravel()
+            first, none = self.straight, still(self.frames)
+            before = turned(none, q[first:].reshape(-1, 3))
+            end = turned(before, step[first:].reshape(-1, 3))
+            after[first:] = rotations_between(none, end).ravel()
         return after
 
     def between(self, before: Array, after: Array) -> Array:
         """The step (n,) that moves coordinates (n,) to others (n,), inverse of `moved`; turns of up to π."""
         step: Array = after - before
         if self.frames > 0:
-            first = self.straight
-            start = Rotation.from_rotvec(before[first:].reshape(-1, 3))
-            end = Rotation.from_rotvec(after[first:].reshape(-1, 3))
-            step[first:] = (end * start.inv()).as_rotvec().ravel()
+            first, none = self.straight, still(self.frames)
+            start, end = (turned(none, one[first:].reshape(-1, 3)) for one in (before, after))
+            step[first:] = rotations_between(start, end).ravel()
         return step
 
     def at_end(self, step: Array, force: Array) -> Array:
