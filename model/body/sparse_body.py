@@ -251,9 +251,8 @@ class SparseBody(Body[P]):
             state: where a step is linearised.
             scheme: its length and damping.
         """
-        damping = np.zeros(len(self.pattern.indices))
-        if D is not None:
-            damping = scheme.rayleigh_stiffness * D
+        size = len(self.pattern.indices)
+        damping: Array = np.zeros(size) if D is None else scheme.rayleigh_stiffness * D
         remembered, viscous = self.viscosity_at(state, scheme.h)
         if viscous is not None:
             damping += viscous
