@@ -108,13 +108,14 @@ def travel(
     Raises:
         FactorisationError: the state has diverged.
     """
-    static, farthest = robot.integration.static, FARTHEST_CORRECTION * robot.body.part_size
+    static, size = robot.integration.static, robot.body.part_size
+    farthest = FARTHEST_CORRECTION * size
     most, last = (steps, steps) if static else (steps << DOUBLINGS, steps << RESCUES)
     count, commands = steps, (before, command)
     while True:
         limit = farthest if count < most else VIOLENT * farthest
         limit = np.inf if count == last else limit
-        stages = _Stages(robot, space, enrichment, _scheme(robot.integration, count))
+        stages = _Stages(robot, space, enrichment, _scheme(robot.integration, count), size)
         try:
             found = _in_steps(stages, state, forces, commands, count, limit)
         except FactorisationError:
@@ -147,7 +148,7 @@ def _in_steps(
     (before, command), robot = commands, stages.robot
     position = np.where(np.isnan(before.position), command.position, before.position)
     effort = np.where(np.isnan(before.effort), command.effort, before.effort)
-    static, pushes = stages.scheme.static, PUSHES * robot.body.part_size
+    static, pushes = stages.scheme.static, PUSHES * stages.size
     correction, converged = 0.0, True
     for number in range(steps):
         rest, origin = stages, None
@@ -227,12 +228,18 @@ def _pushes_otherwise(
 
 @dataclass(frozen=True, slots=True)
 class _Stages:
-    """Steps of implicit Euler of one length; attributes as the arguments of `travel`."""
+    """Steps of implicit Euler of one length.
+
+    Attributes, beside the arguments of `travel`:
+        scheme: of these steps.
+        size: of the robot's largest part [m].
+    """
 
     robot: Robot
     space: ContactSpace
     enrichment: Enrichment
     scheme: Integration
+    size: float
 
     def solve(
         self,

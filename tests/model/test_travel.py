@@ -110,5 +110,5 @@ def test_a_damped_oscillation_has_the_frequency_and_decay_of_its_mode(
 
 
 def test_no_steps_are_refused(beam: Robot[NodalBody]) -> None:
-    with pytest.raises(ValueError, match="steps: found 0, expected at least 1"):
+    with pytest.raises(ValueError, match="steps: found 0, expected a whole number of at least 1"):
         Simulator(beam, contact="none").move(effort=[0.0], steps=0)
