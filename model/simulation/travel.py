@@ -15,6 +15,12 @@ reversed, and the cable, which can only pull, would let it go. There the second 
 step of implicit Euler over the rest of h, as steps for unilateral constraints treat impulses (Acary and
 Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems*, 2008, chapter 10).
 
+The first stage does not show every impact. A body that rests on an obstacle which starts to move is pushed
+before and after, and would be thrown up with 1/γ − 1 = 2.4 times the velocity of the obstacle; one that meets
+an obstacle between y₁ and s would be pushed out of it. In both, other contacts push at the end of the second
+stage than at that of the first one. There robots among obstacles repeat the second stage from y₁: after an
+impact they have the velocity of the obstacle, and no more.
+
 Where a stage moves a node far from where the velocity alone leads, one linearisation is not enough: the
 period is travelled again in twice as many steps, up to four times as many. Where a stage moves a node several
 times as far, as where a robot buckles and its tangent is nearly singular, the number is doubled further.
@@ -145,35 +151,52 @@ def _in_steps(
         steps: their number.
         farthest: correction of a stage at which the period ends [m].
     """
-    (before, command), robot = commands, stages.robot
+    before, command = commands
     position = np.where(np.isnan(before.position), command.position, before.position)
     effort = np.where(np.isnan(before.effort), command.effort, before.effort)
-    static, pushes = stages.scheme.static, PUSHES * stages.size
     correction, converged = 0.0, True
     for number in range(steps):
-        rest, origin = stages, None
-        if not static:
-            share = (number + STAGE) / steps
-            part = command.between(position, effort, share)
-            end = stages.solve(state, forces, part, share)
+        share = (number + 1) / steps
+        now = command if number + 1 == steps else command.between(position, effort, share)
+        if stages.scheme.static:
+            end = stages.solve(state, forces, now, share)
+        else:
+            part = (number + STAGE) / steps
+            end = stages.solve(state, forces, command.between(position, effort, part), part)
             correction, converged = max(correction, end.correction), converged and end.converged
             if end.correction > farthest:
                 break
-            if _struck(forces, end, pushes):
-                state, rest = end.state, stages.over_the_rest()
-            else:
-                origin = state
-                state = _beyond(robot, state, end.state, stages.scheme.h)
-            forces = end.forces
-        last = number + 1 == steps
-        share = (number + 1) / steps
-        now = command if last else command.between(position, effort, share)
-        end = rest.solve(state, forces, now, share, origin)
+            end = _second(stages, (state, forces), end, now, share)
         correction, converged = max(correction, end.correction), converged and end.converged
         if end.correction > farthest:
             break
         state, forces = end.state, end.forces
     return replace(end, correction=correction, converged=converged)
+
+
+def _second(
+    stages: _Stages, start: tuple[State, Forces], first: Travel, command: Command, share: float
+) -> Travel:
+    """The second stage of a step: from s of (S1), or where something is struck over the rest, from y₁.
+
+    Whether an obstacle is struck is seen at the end of the second stage only: where s lies beyond the
+    obstacle, or moves away from it.
+
+    Args:
+        stages: of this step.
+        start: where the step starts, and the constraint forces there.
+        first: the first stage.
+        command: at the end of the step.
+        share: of the period that has passed then.
+    """
+    robot, (before, forces) = stages.robot, start
+    least = PUSHES * stages.size
+    if not _struck(forces, first, least):
+        beyond = _beyond(robot, before, first.state, stages.scheme.h)
+        end = stages.solve(beyond, first.forces, command, share, before)
+        if not robot.obstacles.poses or not _struck(first.forces, end, least):
+            return end
+    return stages.over_the_rest().solve(first.state, first.forces, command, share)
 
 
 def _struck(before: Forces, stage: Travel, least: float) -> bool:
