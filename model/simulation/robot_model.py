@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tauten.model.arguments import of_kind
 from tauten.model.contact import ObstaclePose, ObstaclePoses, pose_at
 from tauten.model.contacts import ContactForces
 from tauten.model.friction import FrictionCertificate
@@ -91,7 +92,15 @@ class RobotModel(ABC):
         return self._robot.obstacles
 
     def set_obstacles(self, poses: ObstaclePoses) -> None:
-        """Have the obstacles in other poses from the next step on."""
+        """Have the obstacles in other poses from the next step on.
+
+        Raises:
+            TypeError, ValueError: these are no poses, or those of other obstacles, by their names.
+        """
+        found, own = of_kind("poses", poses, ObstaclePoses).names, self.obstacles.names
+        if found != own:
+            of_those, of_these = (", ".join(names) or "none" for names in (found, own))
+            raise ValueError(f"poses: found those of {of_those}, expected those of {of_these}")
         self._robot = self._robot.with_obstacles(poses)
 
     def depth_of(self, obstacle: str, pose: ObstaclePose) -> float:

@@ -13,7 +13,7 @@ from support.robots.small_bodies import small_body
 
 from tauten.controller import Controller
 from tauten.model import Robot, RobotFileError, Simulator, contact_wrenches
-from tauten.model.contact import ObstaclePath, pose_at, velocity_between
+from tauten.model.contact import ObstaclePath, ObstaclePoses, pose_at, velocity_between
 from tauten.model.contact.shapes import BoxShape
 
 HALF_TURN = {"axis": [0.0, 0.0, 1.0], "angle_deg": 90.0}
@@ -179,6 +179,25 @@ def test_what_no_obstacle_is_called_cannot_be_placed() -> None:
     for wrong in ({"position": [np.nan, 0.0, 0.0]}, {"quaternion": [0.0] * 4}, {"spin": [1.0]}):
         with pytest.raises(ValueError, match="a pose"):
             simulator.place("floor", **{"position": [0.0] * 3, **wrong})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", [Simulator, Controller])
+def test_poses_of_another_kind_or_of_other_obstacles_are_refused(
+    kind: type[Simulator] | type[Controller],
+) -> None:
+    model = kind(block(), "full")
+    for none in (None, "floor", [pose_at()], pose_at()):
+        sentence = f"^poses: expected ObstaclePoses, found {type(none).__name__}$"
+        with pytest.raises(TypeError, match=sentence):
+            model.set_obstacles(none)  # type: ignore[arg-type]
+    wall = [{**floor()[0], "name": "wall"}]
+    contacts = [{"candidates": "below", "against": "wall", "points": "vertices"}]
+    other = block(obstacles=wall, contacts=contacts)
+    with pytest.raises(ValueError, match=r"^poses: found those of wall, expected those of floor$"):
+        model.set_obstacles(other.obstacles)
+    with pytest.raises(ValueError, match=r"^poses: found those of none, expected those of floor$"):
+        model.set_obstacles(ObstaclePoses((), ()))
+    model.set_obstacles(block().obstacles)  # of the same file, loaded again
 
 
 REFUSED: dict[str, dict[str, Any]] = {
