@@ -161,17 +161,8 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
         elif actual > GOOD * predicted:
             share, grown = min(GROWTH * share, most), True
     mean = damping.gain + RECENT * (gain - damping.gain)
-    return replace(
-        damping,
-        gamma=gamma,
-        change=change,
-        objective=objective,
-        share=share,
-        most=most,
-        grown=grown,
-        actual=actual,
-        predicted=predicted,
-        gain=mean,
+    return Damping(
+        gamma, change, share, most, grown, objective, actual, predicted, mean, damping.goal
     )
 
 

@@ -171,7 +171,7 @@ def _in_steps(
         if end.correction > farthest:
             break
         state, forces = end.state, end.forces
-    return replace(end, correction=correction, converged=converged)
+    return Travel(end.state, end.forces, end.last, end.start, end.way, correction, converged)
 
 
 def _second(
