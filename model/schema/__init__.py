@@ -52,6 +52,7 @@ from tauten.model.schema.region import (
     Union,
 )
 from tauten.model.schema.robot_file import (
+    ACTUATOR_TABLES,
     ControlPeriod,
     Extrapolation,
     PartRobotConfig,
@@ -78,6 +79,7 @@ from tauten.model.schema.section import (
 )
 
 __all__ = [
+    "ACTUATOR_TABLES",
     "ALARM_DISTANCE",
     "ITSELF",
     "LARGEST_FRICTION",

@@ -61,6 +61,8 @@ AS_BODY = (
     "vertebrae to discs in that file, and select its surfaces by [[regions]] of the kind group"
 )
 
+ACTUATOR_TABLES = ("cables", "chambers", "drives", "forces", "transmissions")
+
 
 class IntegrationSettings(Section):
     """Time integration; the time step is `ControlPeriod`."""
@@ -228,8 +230,8 @@ class RobotConfig(NamedRobot):
         single = self.single_actuators
         if self.is_driven and not single:
             raise ValueError(
-                "a robot needs an actuator: a table cables, chambers, drives, forces or "
-                "transmissions"
+                f"a robot needs an actuator: a table {', '.join(ACTUATOR_TABLES[:-1])} or "
+                f"{ACTUATOR_TABLES[-1]}"
             )
         check_unique("actuators", [item.name for item in (*single, *self.couplings)])
         sprung = {

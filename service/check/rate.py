@@ -12,7 +12,7 @@ import numpy as np
 
 from tauten.controller import Controller, part_files, target_beside
 from tauten.model.load import command_name
-from tauten.model.schema import read_toml
+from tauten.model.schema import ACTUATOR_TABLES, read_toml
 
 log = logging.getLogger(__name__)
 
@@ -60,7 +60,7 @@ def fits(rate: float, seconds: float) -> bool:
 
 
 def reducing(path: Path) -> str:
-    """The commands that make a reduced model of a robot: of one of parts they are those of its parts.
+    """The commands that make a reduced model of a robot; one of parts has one for each part with actuators.
 
     Args:
         path: the robot file.
@@ -68,8 +68,11 @@ def reducing(path: Path) -> str:
     Raises:
         RobotFileError: it cannot be read.
     """
-    files = dict.fromkeys(part_files(read_toml(path), path) or [path])
-    return " and ".join(f"tauten reduce {command_name(file)} --states --write" for file in files)
+    parts = dict.fromkeys(part_files(read_toml(path), path))
+    files = [file for file in parts if not read_toml(file).keys().isdisjoint(ACTUATOR_TABLES)]
+    return " and ".join(
+        f"tauten reduce {command_name(file)} --states --write" for file in files or [path]
+    )
 
 
 def faster(commands: str, seconds: float, reduced: bool) -> str:

@@ -40,9 +40,12 @@ def test_a_period_that_is_too_short_is_doubtful_and_says_what_to_do(tmp_path: Pa
 
 
 def test_of_a_robot_of_parts_the_parts_are_reduced(tmp_path: Path) -> None:
-    """`tauten reduce` refuses the file of all parts."""
+    """`tauten reduce` refuses the file of all parts, and that of an object, which has no actuator."""
     pair = tmp_path / "pair.toml"
-    parts = [f'[[parts]]\nname = "{name}"\nrobot = "one.toml"\n' for name in ("left", "right")]
+    (tmp_path / "one.toml").write_text('[[cables]]\nname = "pull"\n')
+    (tmp_path / "cube.toml").write_text("[[bodies]]\nfree = true\n")
+    files = {"left": "one", "right": "one", "held": "cube"}
+    parts = [f'[[parts]]\nname = "{name}"\nrobot = "{file}.toml"\n' for name, file in files.items()]
     pair.write_text("\n".join(('name = "pair"', *parts)))
     assert reducing(pair) == f"tauten reduce {tmp_path / 'one.toml'} --states --write"
 
