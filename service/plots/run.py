@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tauten.model import Actuators, Quantity
-from tauten.model.numerics import Array, Bools
+from tauten.model.numerics import Array, Bools, Ints
 from tauten.service.replay import Distances, RecordedRun, Replay, Series, apart, errors_to_goal
 
 _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
@@ -23,38 +23,35 @@ _LEAD = 0.5  # s shown before the first tick that follows
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """How positions or efforts of actuators are shown on one axis.
+    """Actuators whose positions or efforts are one quantity: they share an axis.
 
     Attributes:
-        names: of the actuators, with units where these differ.
-        label: of the axis.
-        unit: in brackets; "" where units differ.
-        scale: (n_a,) from SI units to those shown.
+        quantity: what is shown.
+        names: of the actuators.
+        columns: (k,) their places among all actuators.
     """
 
+    quantity: Quantity
     names: tuple[str, ...]
-    label: str
-    unit: str
-    scale: Array
+    columns: Ints
 
 
-def shown_positions(actuators: Actuators) -> Shown:
-    """How the positions of actuators are shown."""
-    return _shown(actuators.names, [kind.position for kind in actuators.kinds], "position")
+def shown_positions(actuators: Actuators) -> tuple[Shown, ...]:
+    """How the positions of actuators are shown: one item for each quantity."""
+    return _shown(actuators.names, [kind.position for kind in actuators.kinds])
 
 
-def shown_efforts(actuators: Actuators) -> Shown:
-    """How the efforts of actuators are shown."""
-    return _shown(actuators.names, [kind.effort for kind in actuators.kinds], "effort")
+def shown_efforts(actuators: Actuators) -> tuple[Shown, ...]:
+    """How the efforts of actuators are shown: one item for each quantity."""
+    return _shown(actuators.names, [kind.effort for kind in actuators.kinds])
 
 
-def _shown(names: tuple[str, ...], quantities: list[Quantity], common: str) -> Shown:
-    scale = np.array([quantity.scale for quantity in quantities])
-    first = quantities[0]
-    if all(quantity == first for quantity in quantities):
-        return Shown(names, first.label, f"[{first.shown_unit}]", scale)
-    pairs = zip(names, quantities, strict=True)
-    return Shown(tuple(f"{name} [{item.shown_unit}]" for name, item in pairs), common, "", scale)
+def _shown(names: tuple[str, ...], quantities: list[Quantity]) -> tuple[Shown, ...]:
+    found = []
+    for quantity in dict.fromkeys(quantities):
+        columns = [place for place, other in enumerate(quantities) if other == quantity]
+        found.append(Shown(quantity, tuple(names[c] for c in columns), np.array(columns)))
+    return tuple(found)
 
 
 def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
@@ -65,7 +62,9 @@ def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
         actuators: of the robot.
         path: of the figure; its suffix decides the format.
     """
-    figure = Figure(figsize=(13.0, 8.0), layout="constrained")
+    positions, efforts = shown_positions(actuators), shown_efforts(actuators)
+    commanded = len(positions) + len(efforts)
+    figure = Figure(figsize=(13.0, max(8.0, 1.6 * (commanded + 2))), layout="constrained")
     paths_box, time_box = figure.subfigures(1, 2, width_ratios=(1.0, 1.25), squeeze=False)[0]
     lengths, turns = run.weighted[:3], run.weighted[3:]
     if lengths.sum() >= 2:
@@ -74,12 +73,17 @@ def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
         draw_values(run, paths_box.subplots())
     else:
         draw_turns(run, paths_box.subplots())
-    axes = time_box.subplots(3 + lengths.any() + turns.any(), 1, sharex=True)
-    draw_actuators(run.position, shown_positions(actuators), axes[0])
-    draw_actuators(run.effort, shown_efforts(actuators), axes[1])
-    axes[0].legend(loc="upper right", ncols=4, fontsize="small")
+    axes = time_box.subplots(commanded + 1 + lengths.any() + turns.any(), 1, sharex=True)
+    for course, groups, panels in (
+        (run.position, positions, axes[: len(positions)]),
+        (run.effort, efforts, axes[len(positions) : commanded]),
+    ):
+        for shown, panel in zip(groups, panels, strict=True):
+            draw_actuators(course, shown, panel)
+    for panel in axes[: len(positions)]:
+        draw_legend(panel)
     if lengths.any():
-        draw_error(run, axes[2])
+        draw_error(run, axes[commanded])
     if turns.any():
         draw_rotation_error(run, axes[-2])
     draw_step_time(run, axes[-1])
@@ -170,17 +174,29 @@ def widest_plane(points: Array, weighted: Bools | None = None) -> tuple[int, int
 
 
 def draw_actuators(course: Series, shown: Shown, axes: Axes) -> None:
-    """Draw commanded positions or efforts of all actuators.
+    """Draw commanded positions or efforts of actuators that share a quantity.
 
     Args:
-        course: their values over time.
-        shown: names, units and label.
+        course: values of all actuators over time.
+        shown: the actuators drawn.
         axes: to draw into.
     """
-    for index, name in enumerate(shown.names):
-        color = CABLE_COLOURS[index % len(CABLE_COLOURS)]
-        axes.plot(course.time, shown.scale[index] * course.value[:, index], color=color, label=name)
-    axes.set_ylabel(shown.label)
+    for column, name in zip(shown.columns, shown.names, strict=True):
+        values = shown.quantity.scale * course.value[:, column]
+        axes.plot(course.time, values, color=_colour(column), label=name)
+    axes.set_ylabel(shown.quantity.label)
+
+
+def draw_legend(axes: Axes) -> None:
+    """Draw the names of the lines above the axes, where they cover none."""
+    axes.legend(
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, fontsize="small",
+        frameon=False, borderpad=0.1, markerscale=4,
+    )  # fmt: skip
+
+
+def _colour(actuator: int) -> str:
+    return CABLE_COLOURS[actuator % len(CABLE_COLOURS)]
 
 
 def draw_error(run: RecordedRun, axes: Axes) -> None:
@@ -192,7 +208,7 @@ def draw_error(run: RecordedRun, axes: Axes) -> None:
             axes.plot(series.time, factor * distance, color=color, label=name)
     axes.set_ylabel(f"error [{unit}]")
     axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper right", ncols=2, fontsize="small")
+    draw_legend(axes)
 
 
 def draw_rotation_error(run: RecordedRun, axes: Axes) -> None:
@@ -217,7 +233,7 @@ def draw_step_time(run: RecordedRun, axes: Axes) -> None:
     axes.axhline(_MM / run.description.rate, color=_LIMIT, ls="--", label="period")
     axes.set_ylabel("step time [ms]")
     axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper right", ncols=3, fontsize="small", markerscale=4)
+    draw_legend(axes)
 
 
 def draw_replay(replay: Replay, log: str, path: Path) -> None:
@@ -229,14 +245,19 @@ def draw_replay(replay: Replay, log: str, path: Path) -> None:
         path: of the figure; its suffix decides the format.
     """
     courses = replay.courses
-    figure = Figure(figsize=(12.0, 8.0), layout="constrained")
-    axes = figure.subplots(4, 1, sharex=True)
     positions, efforts = shown_positions(replay.actuators), shown_efforts(replay.actuators)
-    _draw_course(axes[0], axes[1], courses.time, courses.position, positions)
-    _draw_course(axes[2], axes[3], courses.time, courses.effort, efforts)
+    drawn = [
+        *((courses.position, shown) for shown in positions),
+        *((courses.effort, shown) for shown in efforts),
+    ]
+    figure = Figure(figsize=(12.0, max(8.0, 3.2 * len(drawn))), layout="constrained")
+    axes = figure.subplots(2 * len(drawn), 1, sharex=True)
+    for place, (values, shown) in enumerate(drawn):
+        _draw_course(axes[2 * place], axes[2 * place + 1], courses.time, values, shown)
     for axis in axes:
         axis.grid(alpha=0.3)
-    axes[0].legend(loc="upper right", ncols=4, fontsize="small")
+    for place in range(len(positions)):
+        draw_legend(axes[2 * place])
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
     verdict = "the same" if replay.same else "different"
@@ -248,12 +269,12 @@ def draw_replay(replay: Replay, log: str, path: Path) -> None:
 
 
 def _draw_course(above: Axes, below: Axes, time: Array, values: Array, shown: Shown) -> None:
-    """Values (2, m, n_a) of all actuators, and the difference of the two."""
-    values = shown.scale * values
-    above.set_ylabel(shown.label)
-    below.set_ylabel(f"difference {shown.unit}".rstrip())
-    for place, name in enumerate(shown.names):
-        color = CABLE_COLOURS[place % len(CABLE_COLOURS)]
+    """Values (2, m, n_a) of the actuators shown, and the difference of the two."""
+    values = shown.quantity.scale * values[:, :, shown.columns]
+    above.set_ylabel(shown.quantity.label)
+    below.set_ylabel(f"difference [{shown.quantity.shown_unit}]")
+    for place, (column, name) in enumerate(zip(shown.columns, shown.names, strict=True)):
+        color = _colour(column)
         above.plot(time, values[0, :, place], color=color, lw=4.0, alpha=0.3)
         above.plot(time, values[1, :, place], color=color, lw=1.2, label=name)
         below.plot(time, values[1, :, place] - values[0, :, place], color=color, lw=1.2)

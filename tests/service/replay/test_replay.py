@@ -17,7 +17,7 @@ from support.recorded_run import HEAVY, LAG, TICKS, doctored, earlier_metadata, 
 
 from tauten.controller import Status
 from tauten.controller.qpcc import read_qpcc, solve_qpcc
-from tauten.model import Robot, load_robot
+from tauten.model import ActuatorKind, Robot, load_robot
 from tauten.service.cli import main
 from tauten.service.codec.messages import POINT
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder, logged_description
@@ -152,6 +152,23 @@ def test_the_figure_is_drawn(log: Path, beam: Robot, tmp_path: Path) -> None:
     draw_run(read_run(log), beam.actuators, tmp_path / "figure.svg")
     text = (tmp_path / "figure.svg").read_text()
     assert "<svg" in text
+
+
+def test_actuators_of_other_units_have_other_axes(log: Path, beam: Robot, tmp_path: Path) -> None:
+    """One axis for millimetres and degrees hid the smaller numbers, and its label named no unit."""
+    kinds = (ActuatorKind.CABLE, ActuatorKind.DRIVE)
+    draw_run(
+        read_run(log), dataclasses.replace(beam.actuators, kinds=kinds), tmp_path / "mixed.svg"
+    )
+    draw_run(read_run(log), beam.actuators, tmp_path / "cables.svg")
+    labels = [
+        [part.split(" -->")[0] for part in (tmp_path / name).read_text().split("<!-- ")[1:]]
+        for name in ("mixed.svg", "cables.svg")
+    ]
+    for label in ("pull [mm]", "angle [deg]", "tension [N]", "torque [N mm]"):
+        assert labels[0].count(label) == 1
+    for label in ("pull [mm]", "tension [N]", "upper", "lower"):
+        assert labels[1].count(label) == 1
 
 
 def test_a_run_without_plant_is_reported_too(log: Path, beam: Robot, tmp_path: Path) -> None:
