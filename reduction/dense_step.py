@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,6 +15,7 @@ from tauten.model.numerics import (
     Array,
     DenseFactors,
     FactorisationError,
+    Ints,
     cholesky,
     kernel,
     solve_in_place,
@@ -95,11 +96,14 @@ def implicit_system(
     stiffness: Callable[[bool], Array],
     material: Callable[[], Array],
     L: Array,
+    driven: Ints | None = None,
 ) -> System:
     """The system of one step, with the exact tangent where A is positive definite.
 
-    Where the tangent is augmented, see `Assembled.augmented`, as much of the material's stiffness takes its
-    place as keeps A from becoming singular.
+    Where it is not, stiffness on the diagonal of drives is tried before the semidefinite tangent: at given
+    torques a body may be unstable that a drive holds, and a drive that is held changes no step towards
+    equilibrium. Where the tangent is augmented, see `Assembled.augmented`, as much of the material's
+    stiffness takes its place as keeps A from becoming singular.
 
     Args:
         integration: scheme and length of the step.
@@ -107,6 +111,7 @@ def implicit_system(
         stiffness: S of `implicit_step` (r, r), with the exact tangent or the semidefinite one.
         material: the same with the stiffness of the material D for K.
         L: (r, r) memory of the factor.
+        driven: (d,) unknowns that drives move; None: there are none.
 
     Raises:
         FactorisationError: neither matrix is positive definite (a state that has blown up).
@@ -121,6 +126,8 @@ def implicit_system(
     added = None if at.added is None else integration.shares[1] * at.added
     if added is None:
         tried = tried_tangents(integration, derivative, lambda: stiffness(False))
+        if driven is not None and len(driven) > 0:
+            tried = with_drives_stiffer(tried, integration, at.mass, material, driven)
     else:
         others = added if scheme.static else (1.0 + scheme.h * scheme.a) * at.mass + added
         tried = iter([bounded_tangent(derivative, material(), others)])
@@ -137,6 +144,34 @@ def implicit_system(
             scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent, semidefinite=share
         )
     raise FactorisationError("the reduced model's matrix is not positive definite")
+
+
+def with_drives_stiffer(
+    tried: Iterator[Tangent],
+    integration: Integration,
+    mass: Array,
+    material: Callable[[], Array],
+    driven: Ints,
+) -> Iterator[Tangent]:
+    """What a step tries, and after the exact tangent the same with more on the diagonal of drives.
+
+    As much more as a full body of tetrahedra adds (`tauten.model.constraints.ConstrainedBody.tangents`).
+
+    Args:
+        tried: without stiffer drives.
+        integration: of the step.
+        mass: (r, r).
+        material: S of `implicit_step` (r, r) with the stiffness of the material.
+        driven: (d,) unknowns that drives move.
+    """
+    for one in tried:
+        yield one
+        if one.exact:
+            damping, stiffness = integration.shares
+            S, D = one.values.copy(), material()[driven, driven] / (damping + stiffness)
+            more = stiffness * D + 2.0 * np.abs(S[driven, driven] - damping * D)
+            S[driven, driven] += more + mass[driven, driven]
+            yield Tangent(S, False, 0.0)
 
 
 def bounded_tangent(exact: Array, material: Array, others: Array) -> Tangent:

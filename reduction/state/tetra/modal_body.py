@@ -100,6 +100,7 @@ class ModalBody(ReducedBody[ModePoints]):
         load: (R,) Eᵀ of gravity and outer forces [N].
         springs: that keep hinges aligned; None: there are none.
         drums: motors that wind several cables; None: there are none.
+        driven: (d,) unknowns that actuated drives move.
         beams: beside the elements; None: there are none.
         contact_points: the points of surfaces that touch.
         effector_places: (3 p, R) displacement of the effectors, where outer forces act on them.
@@ -117,6 +118,7 @@ class ModalBody(ReducedBody[ModePoints]):
     load: Array
     springs: ReducedSprings | None
     drums: Drums | None
+    driven: Ints
     beams: ReducedBeams | None
     contact_points: ModePoints
     effector_places: Array
@@ -386,7 +388,7 @@ class ModalBody(ReducedBody[ModePoints]):
         at, tangent = assembled, partial(self.tangent, assembled, integration.shares)
         material = partial(self.tangent, assembled, (sum(integration.shares), 0.0), True)
         L = self.work.L if at.motion.J is None else np.zeros((self.n, self.n))
-        return implicit_system(integration, at, tangent, material, L)
+        return implicit_system(integration, at, tangent, material, L, self.driven)
 
 
 def chart_weight(chart: NodeChart) -> Array:

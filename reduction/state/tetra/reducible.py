@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,7 +22,7 @@ from tauten.reduction.state.tetra.body import contact_surface, mode_points, samp
 from tauten.reduction.state.tetra.ecsw import sample_elements
 from tauten.reduction.state.tetra.lifting import Lifting, make_lifting
 from tauten.reduction.state.tetra.modal_body import ModalBody, ReducedSprings, chart_weight
-from tauten.reduction.state.tetra.node_chart import NodeChart
+from tauten.reduction.state.tetra.node_chart import NONE, NodeChart
 from tauten.reduction.state.tetra.points import integration_points
 
 _VOLUME = (
@@ -44,12 +44,14 @@ class ReducibleTetBody:
         chart: the deviations that modes combine.
         joints: beams and springs; None: there are none.
         drums: motors that wind several cables; None: there are none.
+        driven: (d,) numbers of the actuated drives among the regions of drives.
     """
 
     robot: Robot[TetBody]
     chart: NodeChart
     joints: FrameJoints | None = None
     drums: Drums | None = None
+    driven: Ints = field(default_factory=lambda: NONE)
 
     @property
     def own_coordinates(self) -> int:
@@ -152,6 +154,7 @@ class ReducibleTetBody:
             load=E.T @ tetrahedra.load,
             springs=self.reduced_springs(E),
             drums=self.drums,
+            driven=motion.modes + self.driven,
             beams=None
             if self.joints is None
             else reduced_beams(chart, self.joints, E, motion, loose),
@@ -214,7 +217,7 @@ def reducible_constrained(robot: Robot[ConstrainedBody]) -> ReducibleTetBody:
             f"robot {robot.name}: nothing of it can be reduced, as beams, drives and rigid regions keep "
             "their coordinates; use the full model"
         )
-    return ReducibleTetBody(robot, chart, joints, body.drums)
+    return ReducibleTetBody(robot, chart, joints, body.drums, body.driven)
 
 
 def lifting_of(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.robots.bodies import CABLE
@@ -12,6 +14,7 @@ from support.robots.small_bodies import (
     LAST,
     MESH,
     MIDDLE,
+    ROOT,
     RUBBER,
     SECOND,
     SLIDE,
@@ -106,6 +109,32 @@ def test_a_step_is_that_of_the_full_robot_in_the_basis(
     b = A @ (full.v_free - Phi @ calm.v)
     change = np.linalg.solve(Phi.T @ A @ Phi, Phi.T @ b)
     np.testing.assert_allclose(system.v_free - calm.v, change, atol=1e-6 * np.abs(change).max())
+
+
+def test_a_step_that_a_drive_holds_up_is_that_of_the_full_robot() -> None:
+    """Compressed towards its drive, at a given torque of which it would fall over; with every mode."""
+    robot = constrained(
+        fixed=[],
+        drives=[{**TURN, "region": ROOT, "through": [0.0, 0.0, 0.01]}],
+        integration={"rayleigh_stiffness": 0.01},
+    )
+    body = reducible(robot)
+    every = np.arange(body.n_elements)
+    Phi = np.diag(1.0 / np.sqrt(body.weight))
+    reduced = reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
+    ahead = replace(robot.integration, rate=5.0)
+    q = robot.rest().q.copy()
+    q[: robot.n - 1 : 3] *= 0.998
+    state = State(q, np.zeros(robot.n))
+    full, system = (
+        one.linearise(at, None, ahead)
+        for one, at in ((robot, state), (reduced, reduced.body.projected(state)))
+    )
+    assert not full.exact
+    assert not system.exact
+    assert system.semidefinite == 0.0
+    found = Phi @ system.v_free
+    np.testing.assert_allclose(found, full.v_free, atol=1e-8 * np.abs(full.v_free).max())
 
 
 def test_the_tangent_is_the_derivative_of_the_forces(
