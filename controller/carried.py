@@ -34,6 +34,7 @@ from tauten.model.numerics import Array
 
 REVERSED = 0.1  # d_k·d_(k-1) / |d_(k-1)|² below which a change counts as an overshoot,
 REPEATED = 0.6  # and above which as one of a series
+GRID = 1024  # that ratio is a multiple of 1 / GRID: a small change has few digits that are not rounding
 LARGEST_GROWTH = 2.0  # of 1 + γ in a step
 DECREASE = 0.8
 LARGEST = 100.0  # γ
@@ -139,7 +140,7 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
     """
     before, gamma = damping.change, damping.gamma
     if len(before) == len(change) and float(before @ before) > (STILL * size) ** 2:
-        repeated = float(change @ before) / float(before @ before)
+        repeated = round(GRID * float(change @ before) / float(before @ before)) / GRID
         if repeated < REVERSED:
             growth = min(1.0 + REVERSED - repeated, LARGEST_GROWTH)
             gamma = min((1.0 + gamma) * growth - 1.0, LARGEST)

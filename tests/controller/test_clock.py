@@ -79,6 +79,25 @@ def test_rounding_of_the_targets_does_not_choose_the_scheme_of_a_step(tmp_path: 
     np.testing.assert_allclose(efforts(1e-13), efforts(0.0), atol=1e-8)
 
 
+def test_rounding_of_small_changes_does_not_choose_the_damping(tmp_path: Path) -> None:
+    """Targets 0.3 nm apart set a damping that rounding changed by 1e-6, and all later plans with it."""
+    robot, noise = str(write_robot(tmp_path)), np.random.default_rng(1)
+
+    def efforts(size: float) -> tuple[Array, float]:
+        controller, found = Controller.of(robot), list[Array]()
+        place = controller.effector_values
+        for up in (0.0, 3e-10, 0.0, 3e-10, 1e-3, 1.2e-3, 1.3e-3):  # m
+            goal = place.copy()
+            goal[2] += up
+            controller.step(goal + size * noise.standard_normal(len(goal)))
+            found.append(controller.effort.copy())
+        return np.array(found), controller._carried.damping.gamma
+
+    (exact, gamma), (rounded, _) = efforts(0.0), efforts(1e-15)
+    assert gamma > 0.1, "what went to and fro is damped"
+    np.testing.assert_allclose(rounded, exact, atol=1e-8)
+
+
 def test_a_swing_beyond_the_winchs_rate_gains_no_energy() -> None:
     """A cable that becomes taut in the middle of a step stops the finger; it must not throw it back.
 
