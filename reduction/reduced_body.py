@@ -154,6 +154,10 @@ class Reducible(Protocol):
         """How many of the last deviations no mode combines: the reduced robot has them as coordinates."""
 
     @property
+    def kept_unknowns(self) -> Ints:
+        """Unknowns (d,) of State.v of drives and of frames of regions, which no mode moves."""
+
+    @property
     def weight(self) -> Array:
         """Diagonal W (m,) of the norm in which modes are orthonormal: ΦᵀWΦ = I."""
 

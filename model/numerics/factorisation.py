@@ -1,7 +1,7 @@
 """Sparse factorisation of symmetric matrices that share one pattern: analyse once, refactor often.
 
-Back ends, fastest first: MKL PARDISO (`pip install -e '.[pardiso]'` in a clone), CHOLMOD from cvxopt
-(`tauten[cholmod]`), SuperLU from scipy (always installed).
+Few unknowns, as of a rigid object, have dense factors. Back ends for more, fastest first: MKL PARDISO (`pip
+install -e '.[pardiso]'` in a clone), CHOLMOD from cvxopt (`tauten[cholmod]`), SuperLU from scipy.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ BACKENDS = {"pardiso": "pypardiso", "cholmod": "cvxopt", "superlu": "scipy"}
 
 
 ZERO_PIVOT = -4  # PARDISO's number of this error
+FEW = 24  # unknowns; of no more, dense factors are found before a back end has read its arguments
 LONG = 20_000  # unknowns; with fewer, a call of a library ends within about half a second
 
 
@@ -83,25 +84,25 @@ def make_factorisation(
     Args:
         indptr: (n + 1,) CSC column pointers.
         indices: (nnz,) row indices, sorted in each column; the pattern holds both triangles.
-        backend: "auto" for the fastest one installed, or a name of `BACKENDS`.
+        backend: "auto" for the fastest one, or a name of `BACKENDS`, or that of `FewUnknowns`.
         threads: on which PARDISO computes, whatever the rest of the process does; the other back ends use
             those of the library of dense algebra that they call.
 
     Raises:
         ValueError: the back end is unknown or not installed.
     """
-    available = installed_backends()
-    name = available[0] if backend == "auto" else backend
-    if name not in available:
+    available, few = installed_backends(), len(indptr) - 1 <= FEW
+    name = backend if backend != "auto" else FewUnknowns.name if few else available[0]
+    if name not in (*available, FewUnknowns.name):
         raise ValueError(
             f"factorisation {name!r} is not installed, available are {', '.join(available)}; "
             f"try pip install -e '.[{name}]' in the clone of tauten"
         )
     makers: dict[str, Callable[[Ints, Ints, int], Factorisation]] = {
+        "dense": FewUnknowns,
         "pardiso": Pardiso,
-        "cholmod": Cholmod,
-        "superlu": SuperLU,
-    }
+        "cholmod": Cholmod, "superlu": SuperLU,
+    }  # fmt: skip
     log.debug("factorisation: %s, %d unknowns, %d entries", name, len(indptr) - 1, len(indices))
     return makers[name](indptr, indices, threads)
 
@@ -129,6 +130,36 @@ class Analysed:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return make_factorisation, (*self._pattern, self.name, self.threads)
+
+
+class FewUnknowns(Analysed, HalfSolving):
+    """Dense factors of small matrices, kept by their inverse."""
+
+    name = "dense"
+
+    def refactor(self, values: Array) -> None:
+        """See `Factorisation`."""
+        indptr, indices = self._pattern
+        A = np.zeros((len(indptr) - 1, len(indptr) - 1))
+        A[np.repeat(np.arange(len(A)), np.diff(indptr)), indices] = values
+        if not np.isfinite(values).all():
+            raise FactorisationError("not finite")
+        try:
+            self._inverse = np.linalg.inv(np.linalg.cholesky(A))
+        except np.linalg.LinAlgError as error:
+            raise FactorisationError("not positive definite") from error
+
+    def solve(self, B: Array) -> Array:
+        """See `Factorisation`."""
+        return self.second_half(self.first_half(B))
+
+    def first_half(self, B: Array) -> Array:
+        """See `HalfSolving`."""
+        return np.asarray(self._inverse @ B)
+
+    def second_half(self, Y: Array) -> Array:
+        """See `HalfSolving`."""
+        return np.asarray(self._inverse.T @ Y)
 
 
 class SuperLU(Analysed):

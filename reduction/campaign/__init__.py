@@ -20,6 +20,7 @@ from tauten.reduction.campaign.payload import payload
 from tauten.reduction.campaign.run import run_campaign
 from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots, join_snapshots
 from tauten.reduction.campaign.touched import (
+    PLACES,
     TouchedRobot,
     of_plain_robot,
     pressed_by,
@@ -29,6 +30,7 @@ from tauten.reduction.campaign.touched import (
 from tauten.reduction.campaign.within_limits import narrowed
 
 __all__ = [
+    "PLACES",
     "ClusterError",
     "CommandRange",
     "command_range",

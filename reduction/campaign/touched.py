@@ -26,7 +26,7 @@ from tauten.reduction.campaign.command_range import CommandRange
 from tauten.reduction.campaign.snapshots import Snapshots
 
 WHOLE = "skin"  # instead of the name of a surface: all of it
-PLACES = 30  # at most, on all surfaces
+PLACES = 30  # at most, on all surfaces, unless another number is asked for
 RADII = (0.5, 0.25, 0.125, 0.0625)  # of the spheres, of the size of the robot
 FRICTION = 0.5  # between sphere and robot
 FARTHEST = 0.25  # how far an actuator alone moves a place, of the size of the robot, to first order
@@ -69,12 +69,15 @@ class TouchedRobot:
         return np.tile([0.0, 0.0, -AWAY * self.robot.size], len(self.radii))
 
 
-def touched_robot(path: Path, surfaces: Sequence[str] | None = None) -> TouchedRobot | None:
+def touched_robot(
+    path: Path, surfaces: Sequence[str] | None = None, most: int = PLACES
+) -> TouchedRobot | None:
     """The robot of a file with spheres, and places on its surfaces that touch.
 
     Args:
         path: the robot file.
         surfaces: names of surfaces or regions, `WHOLE` for all of it; None: `touching_surfaces`.
+        most: places at most.
 
     Returns:
         None where none does, and for a robot of parts.
@@ -91,10 +94,13 @@ def touched_robot(path: Path, surfaces: Sequence[str] | None = None) -> TouchedR
         return None
     robot = part.robot
     named = [None if name == WHOLE else name for name in names]
-    triangles = np.unique(np.concatenate([part.surface(name) for name in named]), axis=0)
+    triangles = part.surface(named[0])  # in their order places are where candidates are
+    if len(named) > 1:
+        triangles = np.unique(np.concatenate([part.surface(name) for name in named]), axis=0)
     ids, corners = np.unique(triangles, return_inverse=True)
     x = robot.motion(robot.rest()).placed(robot.body.surface_points(ids)).y  # (v, 3)
-    places, normals = _places(x, corners.reshape(-1, 3), f"{path}: surfaces {', '.join(names)}")
+    where = f"{path}: surfaces {', '.join(names)}"
+    places, normals = _places(x, corners.reshape(-1, 3), min(most, len(x)), where)
     radii = robot.size * np.array(RADII)
     points = [  # those of beams lie beside their nodes
         {"name": f"place{i}", "point": place.tolist(), "max_outside": robot.size}
@@ -133,16 +139,17 @@ def touching_surfaces(file: RobotConfig) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*outside, *(name for name in named if name not in used)]))
 
 
-def _places(vertices: Array, triangles: Ints, where: str) -> tuple[Array, Array]:
+def _places(vertices: Array, triangles: Ints, count: int, where: str) -> tuple[Array, Array]:
     """Places (m, 3) spread over a surface [m], and its normals there (m, 3).
 
     Args:
         vertices: (v, 3) of the surface [m].
         triangles: (t, 3) of it.
+        count: number m of places.
         where: for errors.
     """
     try:
-        nodes, weights = spread_points(vertices, triangles, min(PLACES, len(vertices)))
+        nodes, weights = spread_points(vertices, triangles, count)
     except ValueError as error:
         raise RobotFileError(f"{where}: {error}") from error
     a, b, c = (vertices[nodes[:, i]] for i in range(3))

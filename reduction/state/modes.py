@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import svd
 
-from tauten.model import ContactSpace, Robot, State
+from tauten.model import ContactSpace, Robot, State, System
 from tauten.model.numerics import Array, Ints
 from tauten.reduction.campaign import Snapshots
 from tauten.reduction.reduced_body import Reducible
@@ -113,7 +113,22 @@ def with_own(body: Reducible, Phi: Array) -> Array:
     return np.ascontiguousarray(np.hstack([Phi, units]))
 
 
-def responses(robot: Robot, space: ContactSpace, state: State, effort: Array) -> Array:
+def kept_responses(system: System, H: Array, kept: Ints) -> Array:
+    """Static responses (n, m) to unit forces of some rows, with some unknowns held where they are.
+
+    Args:
+        system: static, factorised.
+        H: (m, n) rows.
+        kept: (d,) unknowns that forces of their own hold.
+    """
+    E = np.zeros((H.shape[1], len(kept)))
+    E[kept, np.arange(len(kept))] = 1.0
+    motion, pulled = np.hsplit(system.solve(np.asfortranarray(np.hstack([H.T, E]))), [len(H)])
+    found: Array = motion - pulled @ np.linalg.solve(pulled[kept], motion[kept])
+    return found
+
+
+def responses(robot: Robot, space: ContactSpace, state: State, effort: Array, kept: Ints) -> Array:
     """Static responses A⁻¹ Hᵀ to unit forces of each effector direction, cable, contact mode: (n, m).
 
     Args:
@@ -121,12 +136,33 @@ def responses(robot: Robot, space: ContactSpace, state: State, effort: Array) ->
         space: contact modes; those without a candidate in range have no response.
         state: where the system is linearised.
         effort: (n_a,) cable tensions there [N].
+        kept: (d,) unknowns that stay where they are.
     """
     system = robot.linearise(state, effort, replace(robot.integration, static=True))
     rows = robot.rows(state)
     reduced = space.reduce(rows.contacts)
     H = np.vstack([rows.effectors.dense(), rows.actuators.dense(), reduced.H])
-    return system.solve(H.T)
+    return kept_responses(system, H, kept)
+
+
+def touched_responses(robot: Robot, body: Reducible, touched: int) -> Array:
+    """Static responses at rest to forces in three directions on places that something touches: (m, 3 k).
+
+    With all of these in its span a reduced robot yields at the places as the full one does, near rest: the
+    attachment modes of component mode synthesis (Craig, Modal Analysis 2, 1987).
+
+    Args:
+        robot: the full model, the last effectors of which are the places; its workspace is used.
+        body: the same robot as state reduction sees it.
+        touched: number k of places.
+    """
+    if touched == 0:
+        return np.zeros((len(body.weight), 0))
+    rest = robot.rest()
+    system = robot.linearise(rest, None, replace(robot.integration, static=True))
+    H = robot.rows(rest, contacts=False).effectors.dense()
+    motion = kept_responses(system, H[-3 * touched :], body.kept_unknowns)
+    return without_own(body, body.rates(rest.q, motion))
 
 
 def campaign_responses(
@@ -147,7 +183,8 @@ def campaign_responses(
     parts = []
     for i in chosen:
         state = State(snapshots.q[:, i], np.zeros(robot.n))
-        motion = responses(robot, space, state, snapshots.effort[:, i])  # (n, k)
+        effort = snapshots.effort[:, i]
+        motion = responses(robot, space, state, effort, body.kept_unknowns)  # (n, k)
         found = without_own(body, body.rates(state.q, motion))  # (m, k)
         size = np.sqrt(body.weight @ found**2)  # (k,) per newton
         felt = size > NEGLIGIBLE * size.max()  # a mode may have nothing but tiny weights in range

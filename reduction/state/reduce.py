@@ -32,6 +32,7 @@ from tauten.reduction.state.modes import (
     enriched,
     even_weights,
     pod,
+    touched_responses,
     with_own,
     without_own,
 )
@@ -62,6 +63,7 @@ class StateSettings:
         motion: relative root mean square projection error that "auto" allows; None: as much as suits the
             norm of the robot.
         responses: static responses added to them, strongest direction first.
+        touched: effectors, the last ones, whose static responses at rest are all added.
         sample: relative residual of the sampled elements, see `tauten.reduction.state.tetra.ecsw`.
         seed: of the random directions.
         goal: largest error of the tip on held-out equilibria [m]. Above it more elements, and with "auto"
@@ -72,6 +74,7 @@ class StateSettings:
     r: int | Literal["auto"] = "auto"
     motion: float | None = None
     responses: int = 10
+    touched: int = 0
     sample: float = 1e-2
     seed: int = 0
     goal: float | None = None
@@ -181,7 +184,7 @@ def _attempts(
         report: called with the share that is done, and what is being done.
     """
     report(0.0, "modes of motion and responses")
-    training = _training(robot, snapshots, basis)
+    training = _training(robot, snapshots, basis, settings.touched)
     held_out = snapshots.select(held_out_snapshots(snapshots))
     motion = training.body.default_motion if settings.motion is None else settings.motion
     sample, goal = settings.sample, settings.goal
@@ -265,6 +268,7 @@ class _Training:
         snapshots: those that are not held out.
         deviations: (m, s) from rest.
         modes: all that may be used, strongest first.
+        touched: (m, 3 t) static responses of places that something touches.
         responses: (m, k) directions of static responses, strongest first.
     """
 
@@ -272,25 +276,27 @@ class _Training:
     snapshots: Snapshots
     deviations: Array
     modes: Pod
+    touched: Array
     responses: Array
 
 
-def _training(robot: Robot, snapshots: Snapshots, basis: ContactSpace) -> _Training:
+def _training(robot: Robot, snapshots: Snapshots, basis: ContactSpace, touched: int) -> _Training:
     """Modes and responses of the snapshots that are not held out; each run counts the same.
 
     Args:
         robot: the full model.
         snapshots: of a campaign.
         basis: contact modes.
+        touched: number of effectors whose static responses are all added.
     """
     body = reducible(robot)
     training = snapshots.select(~held_out_snapshots(snapshots))
     deviations = body.deviations(training.q)  # (m, s)
     modal = without_own(body, deviations) * even_weights(training.run)
     modes = pod(modal, body.weight, MOST_MODES)
-    return _Training(
-        body, training, deviations, modes, campaign_responses(robot, body, basis, training)
-    )
+    local = touched_responses(robot, body, touched)
+    others = campaign_responses(robot, body, basis, training)
+    return _Training(body, training, deviations, modes, local, others)
 
 
 def _chosen(
@@ -314,10 +320,9 @@ def _chosen(
     body, weight = training.body, training.body.weight
     assert settings.motion is not None
     found = chosen_modes(training.modes, settings.r, settings.motion, limit)
-    Phi = found.Phi
-    if settings.responses:
-        Phi = enriched(Phi, training.responses[:, : settings.responses], weight)
-    Phi = with_own(body, Phi)
+    added = np.hstack([training.touched, training.responses[:, : settings.responses]])
+    Phi = enriched(found.Phi, added, weight) if added.size > 0 else found.Phi
+    Phi = with_own(body, Phi).astype(np.float32).astype(float)  # in half as large a file
     report(0.0, f"{Phi.shape[1]} modes, sample of the {body.n_elements} elements")
     alphas = Phi.T @ (weight[:, None] * training.deviations)  # (r, s)
     sample = body.sample(Phi, alphas, settings.sample, settings.seed)

@@ -21,6 +21,7 @@ from tauten.service.cli.states import (
     StateModes,
     States,
     Touched,
+    TouchedPoints,
     save_states,
     show_states,
     state_settings,
@@ -96,6 +97,7 @@ def reduce(
     responses: Responses = None,
     sample: SampleResidual = 1e-2,
     touched: Touched = None,
+    touched_points: TouchedPoints = None,
     accept_error: KeepInaccurate = False,
     write: Annotated[
         bool,
@@ -115,7 +117,7 @@ def reduce(
     from tauten.controller import load_model_settings
     from tauten.model import EmptySpace, load_robot
     from tauten.model.load import robot_path
-    from tauten.reduction.campaign import DesignError, Ranges, touched_robot
+    from tauten.reduction.campaign import PLACES, DesignError, Ranges, touched_robot
     from tauten.reduction.contact import ReduceSettings, reduce_snapshots
     from tauten.reduction.state import reducible
     from tauten.service.plots import draw_curve
@@ -128,16 +130,21 @@ def reduce(
         seed=seed,
         curve=curve is not None,
     )
-    if touched and not (states and design == "exploring"):
-        raise DesignError("--touched needs --states and the design exploring")
-    spheres = (
-        touched_robot(robot_path(robot), touched) if states and design == "exploring" else None
-    )
+    if (touched or touched_points) and not (states and design == "exploring"):
+        raise DesignError("--touched and --touched-points need --states and the design exploring")
+    spheres = None
+    if states and design == "exploring":
+        spheres = touched_robot(robot_path(robot), touched, touched_points or PLACES)
+    if touched_points and spheres is None:
+        raise DesignError(
+            "--touched-points: nothing touches the robot, name a surface with --touched"
+        )
     loaded = load_robot(robot) if spheres is None else spheres.plain
     moved = loaded if spheres is None else spheres.robot
     if states or loaded.n_c == 0:
         reducible(loaded)  # before hours of a campaign
-    chosen = state_settings(loaded, state_modes, responses, sample, seed)
+    places = len(spheres.places) if touched_points and spheres is not None else 0
+    chosen = state_settings(loaded, state_modes, responses, places, sample, seed)
     allowed = None if accept_error else load_model_settings(robot).max_tip_error
     beside = Path(robot).parent if robot.endswith(".toml") else Path()
     if write and not robot.endswith(".toml"):

@@ -54,10 +54,19 @@ Touched = Annotated[
         "that no contact of the file names. With --states and the design exploring."
     ),
 ]
+TouchedPoints = Annotated[
+    int | None,
+    typer.Option(
+        min=1,
+        help="Number of points on these surfaces at which the reduced model yields to small forces as the "
+        "full one does at rest: three more modes a point. Best as many as the contact of the surface "
+        "has (`points`). Default: none.",
+    ),
+]
 
 
 def state_settings(
-    robot: Robot, modes: str, responses: int | None, sample: float, seed: int
+    robot: Robot, modes: str, responses: int | None, touched: int, sample: float, seed: int
 ) -> StateSettings:
     """Settings from the command line.
 
@@ -65,6 +74,7 @@ def state_settings(
         robot: the robot.
         modes: number of state modes, or "auto".
         responses: number of static responses; None for as many as the robot needs.
+        touched: number of places at which it yields as the full one.
         sample: relative residual of the sampled forces.
         seed: of random numbers.
 
@@ -78,7 +88,7 @@ def state_settings(
     r: int | Literal["auto"] = "auto" if modes == "auto" else int(modes)
     if responses is None:
         responses = max(LEAST_RESPONSES, robot.layout.n_e + robot.layout.n_a)
-    return StateSettings(r=r, responses=responses, sample=sample, seed=seed)
+    return StateSettings(r=r, responses=responses, touched=touched, sample=sample, seed=seed)
 
 
 def save_states(

@@ -40,6 +40,11 @@ class ReducibleBeams:
         return 0
 
     @property
+    def kept_unknowns(self) -> Ints:
+        """None, see `own_coordinates`."""
+        return np.zeros(0, np.int64)
+
+    @property
     def weight(self) -> Array:
         """Stiffnesses (6 e,) of the natural strains [N/m], [N m]."""
         return self.tree.D

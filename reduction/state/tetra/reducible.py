@@ -59,6 +59,11 @@ class ReducibleTetBody:
         return self.chart.own
 
     @property
+    def kept_unknowns(self) -> Ints:
+        """Unknowns (d,) of drives and frames, after those of the nodes that modes move."""
+        return np.arange(3 * len(self.chart.moved), self.robot.n)
+
+    @property
     def weight(self) -> Array:
         """Diagonal (m,) of M / m for the nodes, one for each own coordinate."""
         return chart_weight(self.chart)

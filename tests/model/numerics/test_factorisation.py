@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 
@@ -16,7 +17,7 @@ from tauten.model.numerics import (
     installed_backends,
     make_factorisation,
 )
-from tauten.model.numerics.factorisation import mkl
+from tauten.model.numerics.factorisation import FEW, FewUnknowns, mkl
 
 
 def random_spd(seed: int, n: int = 60) -> sp.csc_array:
@@ -44,6 +45,24 @@ def test_back_ends_refactor_and_solve(backend: str) -> None:
         for b in (rng.standard_normal(60), np.asfortranarray(rng.standard_normal((60, 7)))):
             assert np.allclose(A @ factorisation.solve(b), b, atol=1e-9)
         assert factorisation.solve(np.zeros((60, 0))).shape == (60, 0)
+
+
+def test_few_unknowns_have_dense_factors() -> None:
+    A = random_spd(1, FEW)
+    A.sort_indices()
+    factorisation = make_factorisation(A.indptr, A.indices)
+    assert isinstance(factorisation, FewUnknowns)
+    B, dense = np.random.default_rng(2).standard_normal((FEW, 5)), A.toarray()
+    with pytest.raises(FactorisationError, match="not positive definite"):
+        factorisation.refactor(-A.data)
+    with pytest.raises(FactorisationError, match="not finite"):
+        factorisation.refactor(np.full(A.nnz, np.nan))
+    for one in (factorisation, factorisation.fork(), pickle.loads(pickle.dumps(factorisation))):
+        one.refactor(A.data)
+        np.testing.assert_allclose(dense @ one.solve(B), B, atol=1e-9)
+        Y = one.first_half(B)
+        np.testing.assert_allclose(Y.T @ Y, B.T @ one.solve(B), atol=1e-9)
+        np.testing.assert_allclose(one.second_half(Y), one.solve(B), atol=1e-12)
 
 
 def test_the_fastest_installed_one_is_picked() -> None:

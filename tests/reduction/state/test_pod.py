@@ -74,7 +74,7 @@ def test_enriched_basis_is_orthonormal_and_spans_both(deviations: Array, mass: A
 def test_responses_are_where_small_forces_push(thumb: Robot[NodalBody]) -> None:
     """A small tension moves the body along the response to its cable."""
     rest = State(thumb.rest().q, np.zeros(thumb.n))
-    found = responses(thumb, EmptySpace(thumb.n_c), rest, np.zeros(1))
+    found = responses(thumb, EmptySpace(thumb.n_c), rest, np.zeros(1), np.zeros(0, np.int64))
     assert found.shape == (thumb.n, 4)
     light = thumb.loaded(np.zeros(3), np.zeros(3))
     simulator = Simulator(light, contact="none")
