@@ -25,6 +25,11 @@ Where a stage moves a node far from where the velocity alone leads, one linearis
 period is travelled again in twice as many steps, up to four times as many. Where a stage moves a node several
 times as far, as where a robot buckles and its tangent is nearly singular, the number is doubled further.
 
+The step in which something is struck is of first order. Where folds of a body meet or come apart, it leaves
+a velocity that rings on for several periods, and the efforts that hold the robot alternate. There the period
+is travelled again in four times as many steps, so that the one of first order is a quarter as long. Robots
+among obstacles, whose contacts begin and cease to push in most periods, are left out.
+
 The controller's model and the simulated robots both move so, each with its own number of steps in a period.
 """
 
@@ -109,7 +114,7 @@ def travel(
             the whole period.
         command: position or effort of each actuator at the end.
         steps: into how many the period is divided, at least 1; up to four times as many where its stages
-            lead farther than one linearisation reaches.
+            lead farther than one linearisation reaches, or where a robot without obstacles strikes itself.
 
     Raises:
         FactorisationError: the state has diverged.
@@ -118,16 +123,22 @@ def travel(
     farthest = FARTHEST_CORRECTION * size
     most, last = (steps, steps) if static else (steps << DOUBLINGS, steps << RESCUES)
     count, commands = steps, (before, command)
+    resolves = not static and not robot.obstacles.poses
     while True:
         limit = farthest if count < most else VIOLENT * farthest
         limit = np.inf if count == last else limit
         stages = _Stages(robot, space, enrichment, _scheme(robot.integration, count), size)
         try:
-            found = _in_steps(stages, state, forces, commands, count, limit)
+            found = _in_steps(
+                stages, state, forces, commands, count, limit, resolves and count == steps
+            )
         except FactorisationError:
             if count == last:
                 raise
         else:
+            if found is None:
+                count = most
+                continue
             if found.correction <= limit:
                 return found
         count *= 2
@@ -140,7 +151,8 @@ def _in_steps(
     commands: tuple[Command, Command],
     steps: int,
     farthest: float,
-) -> Travel:
+    resolves: bool,
+) -> Travel | None:
     """The period in a number of steps; only up to the first stage whose correction is too large.
 
     Args:
@@ -150,6 +162,7 @@ def _in_steps(
         commands: at the start and at the end.
         steps: their number.
         farthest: correction of a stage at which the period ends [m].
+        resolves: whether the result is None where a contact has begun or ceased to push.
     """
     before, command = commands
     position = np.where(np.isnan(before.position), command.position, before.position)
@@ -166,7 +179,10 @@ def _in_steps(
             correction, converged = max(correction, end.correction), converged and end.converged
             if end.correction > farthest:
                 break
-            end = _second(stages, (state, forces), end, now, share)
+            struck = _struck(forces, end, PUSHES * stages.size)
+            if struck and resolves and _struck(forces, end, PUSHES * stages.size, actuators=False):
+                return None
+            end = _second(stages, state, end, struck, now, share)
         correction, converged = max(correction, end.correction), converged and end.converged
         if end.correction > farthest:
             break
@@ -175,7 +191,7 @@ def _in_steps(
 
 
 def _second(
-    stages: _Stages, start: tuple[State, Forces], first: Travel, command: Command, share: float
+    stages: _Stages, start: State, first: Travel, struck: bool, command: Command, share: float
 ) -> Travel:
     """The second stage of a step: from s of (S1), or where something is struck over the rest, from y₁.
 
@@ -184,22 +200,22 @@ def _second(
 
     Args:
         stages: of this step.
-        start: where the step starts, and the constraint forces there.
+        start: where the step starts.
         first: the first stage.
+        struck: whether something is struck in it.
         command: at the end of the step.
         share: of the period that has passed then.
     """
-    robot, (before, forces) = stages.robot, start
-    least = PUSHES * stages.size
-    if not _struck(forces, first, least):
-        beyond = _beyond(robot, before, first.state, stages.scheme.h)
-        end = stages.solve(beyond, first.forces, command, share, before)
-        if not robot.obstacles.poses or not _struck(first.forces, end, least):
+    robot = stages.robot
+    if not struck:
+        beyond = _beyond(robot, start, first.state, stages.scheme.h)
+        end = stages.solve(beyond, first.forces, command, share, start)
+        if not robot.obstacles.poses or not _struck(first.forces, end, PUSHES * stages.size):
             return end
     return stages.over_the_rest().solve(first.state, first.forces, command, share)
 
 
-def _struck(before: Forces, stage: Travel, least: float) -> bool:
+def _struck(before: Forces, stage: Travel, least: float, actuators: bool = True) -> bool:
     """Whether an actuator or a contact has begun or ceased to push, or a contact to slide or to stick.
 
     The forces of a robot at rest may be rounding, whose sign must not choose the scheme: the same targets
@@ -209,15 +225,16 @@ def _struck(before: Forces, stage: Travel, least: float) -> bool:
         before: forces before the stage.
         stage: the stage.
         least: displacement in the row of an actuator or contact from which on a force pushes [m].
+        actuators: whether actuators count, and how contacts slide; else only whether contacts push.
     """
-    step, after = stage.last.prediction.step, stage.forces
+    step, after, kept = stage.last.prediction.step, stage.forces, slice(None if actuators else 0)
     places = step.layout.actuators.start, step.layout.contacts.start
     forces = (
-        (before.effort, before.beta, before.extra, before.extra_beta),
-        (after.effort, after.beta, after.extra, after.extra_beta),
+        (before.effort[kept], before.beta, before.extra, before.extra_beta),
+        (after.effort[kept], after.beta, after.extra, after.extra_beta),
     )
     changed = _pushes_otherwise(forces, step.compliance.W, places, least)
-    return changed or before.slides_otherwise(after)
+    return changed or (actuators and before.slides_otherwise(after))
 
 
 @kernel
