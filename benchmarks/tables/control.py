@@ -109,7 +109,8 @@ def still_page(result: StillBench) -> Page:
         f"{asked} targets of each group, fewer where {minutes:g} minutes for a robot and its model were not "
         f"enough. Measured on {measured_on(result.machine)}"
     )
-    return Page("python -m benchmarks still", about, tuple(tables))
+    full = " --model full" if result.settings.models == ("full",) else ""
+    return Page(f"python -m benchmarks still{full}", about, tuple(tables))
 
 
 def _farther(runs: list[StillRun]) -> str:
