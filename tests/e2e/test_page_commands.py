@@ -57,6 +57,7 @@ NOT_RUN = {
     "tauten demo manipulator": "three minutes of real time; tests/e2e/gallery follows targets with it",
     "python -m benchmarks.robots.make_finger coarse": "minutes to an hour; its results are in docs/results",
     "python -m benchmarks still --robot manipulator_1290": "minutes; its results are in docs/results",
+    "python -m benchmarks still --model full": "an hour; its results are in docs/results",
     "python -m benchmarks load-errors": "half an hour and more; its results are in the page",
     "sudo useradd": "changes the system; tests/docker checks the unit that it installs",
     "docker compose": "needs a container engine; tests/docker checks the file and runs its steps",
