@@ -80,6 +80,14 @@ def test_reaching_a_target_reproduces_the_equilibrium_with_contact(
     assert np.any(controller.forces.extra_beta > 0.0)
 
 
+def test_every_decision_is_stationary_where_notches_close(finger: Robot, bent: Array) -> None:
+    """daqp took pieces whose contacts are redundant for empty: the cable stayed where it was in that tick."""
+    controller = Controller(finger, "full")
+    tip = controller.effector[0]
+    for share in np.minimum(np.arange(1, 90) / (0.7 * 89), 1.0):
+        assert controller.step(tip + share * (bent - tip)).status is Status.OK
+
+
 def test_holding_with_contact_keeps_gaps(finger: Robot, bent: Array) -> None:
     controller = Controller(finger, "none", CHECKED)
     bend(controller, bent, 40)
