@@ -38,8 +38,9 @@ from tauten.model.kernels.files import (
     write_checked,
     written_by_others,
 )
+from tauten.model.kernels.linking import rebuilt
 from tauten.model.kernels.seed import Seed, open_seed
-from tauten.model.kernels.sources import layouts, sources_digest
+from tauten.model.kernels.sources import callees, full_name, layouts, sources_digest
 from tauten.model.kernels.target import compiled_machine, portable_machine
 
 if sys.platform != "win32":
@@ -90,6 +91,10 @@ class KernelCode(CompileResultCacheImpl):
     """Numba's conversion of machine code into bytes, with one place for all functions."""
 
     _locator_classes = [KernelLocator]  # type: ignore[list-item]  # noqa: RUF012
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """The compiled kernel of bytes, also of those without what callers need (`without_ir`)."""
+        return rebuilt(super().rebuild, target_context, payload)
 
 
 class KernelCacheFile(IndexDataCacheFile):
@@ -168,6 +173,16 @@ class KernelCache(FunctionCache):
     def digest(self) -> str:
         """SHA-256 over the sources that the function is compiled from."""
         return sources_digest(self._py_func, self._options)
+
+    @property
+    def name(self) -> str:
+        """Of the function, with its module."""
+        return full_name(self._py_func)
+
+    @property
+    def callees(self) -> frozenset[str]:
+        """Names of the functions that are compiled into it."""
+        return callees(self._py_func)
 
     @cached_property
     def file_name(self) -> str:

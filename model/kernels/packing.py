@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tauten.model.kernels.cache import KernelCache, KernelCacheFile, SeedFile
+from tauten.model.kernels.linking import without_ir
 from tauten.model.kernels.seed import Seed, pack
 from tauten.model.kernels.target import portable_machine
 
@@ -33,24 +34,30 @@ def gather(caches: Iterable[KernelCache], folder: Path, seed: Seed | None, targe
         os.utime(path, (0.0, 0.0))
 
 
-def used_archive(caches: Iterable[KernelCache], folder: Path, target: Path) -> tuple[bytes, int]:
+def used_archive(
+    caches: Iterable[KernelCache], folder: Path, target: Path, everything: bool = False
+) -> tuple[bytes, int]:
     """Pack the entries that programs used or made in a folder of `gather`.
+
+    Those of kernels that no other one calls are packed `without_ir`, which makes the archive half as large.
 
     Args:
         caches: of the functions.
         folder: with the entries.
         target: a new folder for what is packed.
+        everything: whether entries that no program used are packed too.
 
     Returns:
         The archive, and how many entries it has.
     """
     target.mkdir()
-    count = 0
+    caches, count = list(caches), 0
+    called = frozenset[str]().union(*(cache.callees for cache in caches))
     for cache in caches:
         source = cache.file_in(folder)
-        used = [key for key, name in source.entries().items() if _used(folder / name)]
+        used = [key for key, name in source.entries().items() if everything or _used(folder / name)]
         for key in sorted(used, key=str):
-            count += _copy(key, source, cache.file_in(target))
+            count += _copy(key, source, cache.file_in(target), cache.name in called)
     return pack((path.name, path.read_bytes()) for path in target.iterdir()), count
 
 
@@ -58,10 +65,19 @@ def _used(file: Path) -> bool:
     return file.is_file() and file.stat().st_mtime > 1.0
 
 
-def _copy(key: tuple[Any, ...], source: KernelCacheFile, target: KernelCacheFile) -> bool:
-    """Copy an entry for portable machines; whether there is one that can be read."""
+def _copy(
+    key: tuple[Any, ...], source: KernelCacheFile, target: KernelCacheFile, linked: bool = True
+) -> bool:
+    """Copy an entry for portable machines; whether there is one that can be read.
+
+    Args:
+        key: of the entry.
+        source: that has it.
+        target: to copy it to.
+        linked: whether other kernels call the kernel.
+    """
     data = source.load(key) if key[1] == portable_machine() else None  # type: ignore[no-untyped-call]
     if data is None:
         return False
-    target.save(key, data)  # type: ignore[no-untyped-call]
+    target.save(key, data if linked else without_ir(data))  # type: ignore[no-untyped-call]
     return True

@@ -40,15 +40,26 @@ def sources_digest(function: Callable[..., Any], options: str) -> str:
         function: the function to compile.
         options: of the compiler.
     """
-    found: dict[int, tuple[str, str]] = {}
+    found = ((full_name(one), _own(one)) for one in _reached(function))
+    parts = [numba.__version__, options, full_name(function), *sorted(found)]
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
+
+
+def callees(function: Callable[..., Any]) -> frozenset[str]:
+    """Full names of all functions that a kernel calls, directly or not."""
+    return frozenset(full_name(one) for one in _reached(function) if one is not function)
+
+
+def _reached(function: Callable[..., Any]) -> list[Callable[..., Any]]:
+    """A function and all that are compiled into it."""
+    found: dict[int, Callable[..., Any]] = {}
     waiting = [function]
     while waiting:
         one = waiting.pop()
         if id(one) not in found:
-            found[id(one)] = _full_name(one), _own(one)
+            found[id(one)] = one
             waiting += [_function(value) for value in _used(one).values() if _is_function(value)]
-    parts = [numba.__version__, options, _full_name(function), *sorted(found.values())]
-    return hashlib.sha256(repr(parts).encode()).hexdigest()
+    return list(found.values())
 
 
 def layouts(signature: Iterable[Any]) -> tuple[str, ...]:
@@ -129,7 +140,7 @@ def _globals(code: CodeType) -> frozenset[str]:
 def _described(value: object) -> str:
     """What compiled code takes over from a value."""
     if _is_function(value):
-        return _full_name(_function(value))  # its content is in the digest on its own
+        return full_name(_function(value))  # its content is in the digest on its own
     if isinstance(value, np.ndarray | np.generic):
         return f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
     if isinstance(value, tuple):
@@ -178,6 +189,6 @@ def _function(value: Any) -> Callable[..., Any]:
     return function
 
 
-def _full_name(function: Callable[..., Any]) -> str:
-    """Cached code refers to the kernels that it calls by the names of their modules."""
+def full_name(function: Callable[..., Any]) -> str:
+    """Name with the module; cached code refers so to the kernels that it calls."""
     return f"{function.__module__}.{function.__qualname__}"

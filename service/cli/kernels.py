@@ -44,13 +44,16 @@ def pack(
         Path | None,
         typer.Option(callback=writable, help="File; default: where tauten looks for it."),
     ] = None,
+    everything: Annotated[
+        bool, typer.Option("--everything", help="Also all that was compiled here before.")
+    ] = False,
 ) -> None:
     """Run README's first command and the shipped robots, and pack the kernels that they need."""
     from tauten.model.kernels import SHIPPED, seed_name
     from tauten.service.kernels import LARGEST, pack_kernels
 
     with progress_bar("packing kernels") as report:
-        packed = pack_kernels(out or SHIPPED / seed_name(), report)
+        packed = pack_kernels(out or SHIPPED / seed_name(), report, everything)
     print(f"{packed.file}: {packed.entries} entries, {1e-6 * packed.size:.2f} MB")
     if packed.size > LARGEST:
         print(f"larger than {1e-6 * LARGEST:g} MB: too large for the repository")

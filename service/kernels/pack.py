@@ -72,7 +72,7 @@ class Packed:
     entries: int
 
 
-def pack_kernels(file: Path, report: Progress) -> Packed:
+def pack_kernels(file: Path, report: Progress, everything: bool = False) -> Packed:
     """Run the programs whose kernels are shipped, and pack those.
 
     What is compiled already, here or in the file that is shipped now, is not compiled again.
@@ -80,6 +80,7 @@ def pack_kernels(file: Path, report: Progress) -> Packed:
     Args:
         file: to write.
         report: called with the share that is done.
+        everything: whether all of that is packed too.
 
     Raises:
         PackError: a program failed, or this processor compiles for itself alone.
@@ -100,7 +101,7 @@ def pack_kernels(file: Path, report: Progress) -> Packed:
             report(0.0, what)
             run(command, variables)
             report(1.0 / len(commands), what)
-        archive, entries = used_archive(caches, folder, work / "packed")
+        archive, entries = used_archive(caches, folder, work / "packed", everything)
     with atomic_write(file) as opened:
         opened.write(archive)
     return Packed(file, len(archive), entries)
