@@ -8,21 +8,20 @@ import signal
 from collections import Counter
 from collections.abc import Generator
 from pathlib import Path
-
-# The processes of the suite share the processor's cores; read by BLAS when numpy is imported.
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-
-import matplotlib
-
-matplotlib.use("Agg")
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
-from support.processes import write_robot
-from support.robots.thumb import coarse_finger
 
-from tauten.model import Robot, load_robot
-from tauten.model.tetra import NodalBody
+if (
+    TYPE_CHECKING
+):  # the process that starts the others need not wait until it has imported tauten itself
+    from tauten.model import Robot
+    from tauten.model.tetra import NodalBody
+
+# The processes of the suite share the processor's cores; read by BLAS when numpy is imported.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ["MPLBACKEND"] = "Agg"
 
 EARLY = 0.8  # share of the suite in which files that wait for processes are begun
 MOST_CORES = 8  # that the suite uses; each process of it needs about half a gigabyte
@@ -100,12 +99,17 @@ def reference() -> Path:
 @pytest.fixture(scope="session")
 def finger() -> Robot[NodalBody]:
     """A finger that is quick to compute: the shipped one on a coarse mesh."""
+    from support.robots.thumb import coarse_finger
+
     return coarse_finger()
 
 
 @pytest.fixture(scope="session")
 def shipped_finger() -> Robot[NodalBody]:
     """The shipped finger, with thousands of nodes."""
+    from tauten.model import load_robot
+    from tauten.model.tetra import NodalBody
+
     robot = load_robot("finger")
     assert isinstance(robot.body, NodalBody)
     return robot
@@ -114,10 +118,14 @@ def shipped_finger() -> Robot[NodalBody]:
 @pytest.fixture(scope="session")
 def beam_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The small robot's file."""
+    from support.processes import write_robot
+
     return write_robot(tmp_path_factory.mktemp("beam"))
 
 
 @pytest.fixture(scope="session")
 def beam(beam_file: Path) -> Robot:
     """The small robot."""
+    from tauten.model import load_robot
+
     return load_robot(beam_file)
