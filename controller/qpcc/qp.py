@@ -30,8 +30,8 @@ ENDLESS = (
     1e12  # a QP whose variables are of order one has no minimum where its answer is this large
 )
 ACCURACY = 1e-10  # residual that daqp may leave, on QPs whose variables are of order one
-# of daqp; the curvature that a singular Hessian borrows, and where its proximal iteration stops; components of
-# a step that count as zero, of which larger ones make it call a QP with nearly redundant contacts infeasible
+# Of daqp: the curvature that a singular Hessian borrows, where its proximal iteration stops, and components
+# of a step that count as zero. Where larger ones do, it calls a QP with nearly redundant contacts infeasible.
 DAQP = {"primal_tol": ACCURACY, "eps_prox": -1e-4, "eta_prox": ACCURACY, "zero_tol": 1e-14}
 DAQP_INFEASIBLE = -1  # exit flag
 # Libraries whose own tolerances are far above what a piece needs.
