@@ -134,7 +134,8 @@ def test_bellows_follow_a_path_smoothly(
     controller = Controller(robot, setup.contact, settings=setup.controller)
     controller.settle_start()
     distances, efforts = list[float](), list[float]()
-    for target in reach_targets(robot, period):
+    targets = reach_targets(robot, period)
+    for target in targets[: len(targets) // 2]:  # half of the period
         efforts.append(controller.step(target).effort[0])
         distances.append(robot.effector_layout.error(controller.effector_values, target))
     assert rms(np.array(distances)) < error
