@@ -7,8 +7,9 @@ than controllers believe.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
-from benchmarks.control.lift import CUBES, LiftBench, LiftRun
+from benchmarks.control.lift import CUBES, MODELS, LiftBench, LiftRun
 from benchmarks.control.wall import CONTROLLERS, WallBench, WallRun
 from tauten.model import one_blas_thread
 from tauten.service.process import HostInfo, Progress, StopFlag, host_info
@@ -24,7 +25,7 @@ class ContactBench:
         wall_plant_steps: steps of the plant in a period.
         lift_plant_steps: the same.
         wall: one a controller, in open and closed loop.
-        lift: one a cube, in open and closed loop.
+        lift: one a model and a cube, in open and closed loop.
         complete: whether all runs were done.
     """
 
@@ -45,7 +46,7 @@ def bench_contact(stop: StopFlag, progress: Progress) -> ContactBench:
         progress: called with the share of the work that has just been done, and what comes next.
     """
     walls, lifts = list[WallRun](), list[LiftRun]()
-    share = 1.0 / (2 * len(CONTROLLERS) + 2 * len(CUBES) + 2)
+    share = 1.0 / (2 * len(CONTROLLERS) + 2 * len(MODELS) * len(CUBES) + 2)
     with one_blas_thread():
         progress(0.0, "how far behind the wall")
         wall, lift = WallBench(), LiftBench()
@@ -56,12 +57,11 @@ def bench_contact(stop: StopFlag, progress: Progress) -> ContactBench:
                     progress(0.0, f"wall, controller knows {controller}")
                     walls.append(wall.run(controller, closed))
                     progress(share, "wall")
-        for mass, friction in CUBES:
-            for closed in (False, True):
-                if not stop.requested:
-                    progress(0.0, f"cube, mass x {mass:g}, friction x {friction:g}")
-                    lifts.append(lift.run(mass, friction, closed))
-                    progress(share, "cube")
+        for model, (mass, friction), closed in product(MODELS, CUBES, (False, True)):
+            if not stop.requested:
+                progress(0.0, f"{model}, cube, mass x {mass:g}, friction x {friction:g}")
+                lifts.append(lift.run(model, mass, friction, closed))
+                progress(share, "cube")
     return ContactBench(
         machine=host_info(),
         wall_depth_mm=1e3 * wall.depth,

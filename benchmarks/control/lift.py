@@ -6,6 +6,7 @@ import runpy
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Literal
 
 import numpy as np
 
@@ -17,8 +18,10 @@ from tauten.service.bench import follow, rms
 from tauten.service.replay import Spread, spread
 
 EXAMPLE = EXAMPLES / "12_lift.py"
+QUICK = EXAMPLES / "quick_lift.toml"  # the file of a controller with a reduced claw
 # Mass and friction of the plant, relative to those of the controller's model.
 CUBES = ((1.0, 1.0), (1.2, 0.8), (0.8, 1.2))
+MODELS: tuple[Literal["full", "reduced"], ...] = ("full", "reduced")
 
 _GRAVITY = 9.81  # m/s²
 _HELD = 0.02  # of the weight, within which the fingers carry it
@@ -29,6 +32,7 @@ class LiftRun:
     """A run of the lift.
 
     Attributes:
+        model: of the claw in the controller.
         mass: of the cube, relative to the model's.
         friction: of all contacts, relative to the model's.
         closed: whether measurements correct the targets.
@@ -37,10 +41,12 @@ class LiftRun:
         end_mm: at the end.
         carried: force of the fingers on the cube, upwards, over its weight, at the end.
         held: whether the cube is off the floor at the end and the fingers carry it.
-        step_ms: of the whole control step.
+        thread_ms: time of the thread in a control step.
+        step_ms: of the whole control step, on the clock.
         unusable: decisions that could not be used.
     """
 
+    model: Literal["full", "reduced"]
     mass: float
     friction: float
     closed: bool
@@ -49,12 +55,13 @@ class LiftRun:
     end_mm: float
     carried: float
     held: bool
+    thread_ms: Spread
     step_ms: Spread
     unusable: int
 
 
 class LiftBench:
-    """The controller of the file, and plants that differ from it.
+    """The controllers of two files, and plants that differ from them.
 
     Attributes:
         plant_steps: of plants in a period; None: they are found for the first one.
@@ -68,20 +75,29 @@ class LiftBench:
         """
         self.plant_steps = steps
         self._names = runpy.run_path(str(EXAMPLE), run_name=EXAMPLE.stem)
-        self._controller = Controller.of(self._names["FILE"])
+        self._controllers = {
+            "full": Controller.of(self._names["FILE"], "full"),
+            "reduced": Controller.of(QUICK, "reduced"),
+        }
 
     def run(
-        self, mass: float, friction: float, closed: bool, seconds: float | None = None
+        self,
+        model: Literal["full", "reduced"],
+        mass: float,
+        friction: float,
+        closed: bool,
+        seconds: float | None = None,
     ) -> LiftRun:
         """One run, from the start.
 
         Args:
+            model: of the claw in the controller.
             mass: of the cube, relative to the model's.
             friction: of all contacts, relative to the model's.
             closed: whether measurements correct the targets.
             seconds: of the run; None: until the target has rested.
         """
-        controller = self._controller
+        controller = self._controllers[model]
         with TemporaryDirectory() as folder:
             changes = {
                 "density = 1000.0": f"density = {1000.0 * mass}",
@@ -101,6 +117,7 @@ class LiftBench:
         weight = robot.body.part_robots[1].body.moving_mass * _GRAVITY
         carried = float(seen[-1, 3]) / weight
         return LiftRun(
+            model=model,
             mass=mass,
             friction=friction,
             closed=closed,
@@ -109,6 +126,7 @@ class LiftBench:
             end_mm=1e3 * float(error[-1]),
             carried=carried,
             held=bool(abs(carried - 1.0) < _HELD and seen[-1, 2] > start[2] + 1e-3),
+            thread_ms=spread((1e3 * trace.thread).tolist()),
             step_ms=spread((1e3 * trace.step).tolist()),
             unusable=int(trace.unusable.sum()),
         )

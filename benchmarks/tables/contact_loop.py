@@ -39,20 +39,22 @@ def _wall(result: ContactBench) -> Numbers:
 def _lift(result: ContactBench) -> Numbers:
     rows = tuple(
         (
+            one.model,
             f"{one.mass:g}",
             f"{one.friction:g}",
             _loop(one.closed),
             f"{one.rms_mm:.2f} / {one.max_mm:.2f}",
             f"{one.end_mm:.2f}",
             f"{one.carried:.3f}" if one.held else f"{one.carried:.3f}, not held",
+            f"{one.thread_ms.p50:.1f} / {one.thread_ms.p99:.0f}",
             f"{one.step_ms.p50:.0f} / {one.step_ms.p99:.0f}",
             f"{one.unusable}",
         )
         for one in result.lift
     )
     columns = (
-        "mass", "friction", "loop", "error of the cube, RMS / max [mm]", "at the end [mm]",
-        "carried of its weight", "step, median / p99 [ms]", "unusable",
+        "claw", "mass", "friction", "loop", "error of the cube, RMS / max [mm]", "at the end [mm]",
+        "carried of its weight", "step, thread, median / p99 [ms]", "clock [ms]", "unusable",
     )  # fmt: skip
     return Numbers(
         "a cube that is to be lifted, of other mass and friction than believed", columns, rows

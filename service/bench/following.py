@@ -8,7 +8,7 @@ the next.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from time import perf_counter
+from time import perf_counter, thread_time
 
 import numpy as np
 
@@ -34,6 +34,7 @@ class Trace:
         effort: (s, n_a) commanded [N].
         decide: (s,) time from target to actuation [s].
         step: (s,) time of the whole control step [s].
+        thread: (s,) time of the thread in it [s].
         touching: (s,) bool, the plant pushes against itself.
         unusable: (s,) bool, the decision could not be used.
         model: (s, 3) the controller's own first effector [m].
@@ -46,6 +47,7 @@ class Trace:
     effort: Array
     decide: Array
     step: Array
+    thread: Array
     touching: Bools
     unusable: Bools
     model: Array
@@ -81,20 +83,20 @@ def follow(
     feedback = Feedback(layout, settings.feedback_gain, LARGEST * robot.size)
     rows = []
     for target in targets:
-        begin = perf_counter()
+        begin, busy = perf_counter(), thread_time()
         action = loop.tick(layout.moved(target, feedback.correction), Signals(target=True))
-        decide = perf_counter() - begin
+        decide, thread = perf_counter() - begin, thread_time() - busy
         sent = action.actuation
         moved(plant, sent.position, sent.effort, drive)
-        begin = perf_counter()
+        begin, busy = perf_counter(), thread_time()
         loop.prepare()
-        step = decide + perf_counter() - begin
+        step, thread = decide + perf_counter() - begin, thread + thread_time() - busy
         where = body.effector_values  # (n_v,)
         usable = action.decided and sent.status.usable
         touching = bool((body.lam_c > 0.0).any())
         own = controller.effector[0], layout.error(controller.effector_values, target)
         measured = body.effector[0], layout.error(where, target), sent.position, sent.effort
-        rows.append((*measured, decide, step, touching, not usable, *own))
+        rows.append((*measured, decide, step, thread, touching, not usable, *own))
         if closed:
             feedback.update(controller.effector_values, where, robot.h)
     return Trace(*(np.array(column) for column in zip(*rows, strict=True)))

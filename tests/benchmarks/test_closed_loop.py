@@ -67,7 +67,7 @@ def made_up(error: list[float]) -> Trace:
     times = np.zeros(len(error))
     touching = np.zeros(len(error), dtype=bool)
     tips, errors = np.zeros((len(error), 3)), np.array(error)
-    return Trace(tips, errors, zero, zero, times, times, touching, touching, tips, errors)
+    return Trace(tips, errors, zero, zero, times, times, times, touching, touching, tips, errors)
 
 
 def test_settling_counts_from_the_step_to_the_last_time_outside() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
@@ -29,11 +30,11 @@ def test_a_plant_has_another_cube_than_the_file(tmp_path: Path) -> None:
 def test_the_page_says_what_is_not_held() -> None:
     times = spread([1.0, 2.0])
     runs = (
-        LiftRun(1.2, 0.8, False, 2.0, 5.0, 1.3, 1.001, True, times, 0),
-        LiftRun(1.2, 0.2, True, 2.0, 5.0, 1.3, 0.2, False, times, 1),
+        LiftRun("full", 1.2, 0.8, False, 2.0, 5.0, 1.3, 1.001, True, times, times, 0),
+        LiftRun("reduced", 1.2, 0.2, True, 2.0, 5.0, 1.3, 0.2, False, times, times, 1),
     )
     page = contact_loop_page(ContactBench(host_info(), 20.0, 1, 1, (), runs, True))
-    assert [row[5] for row in page.tables[1].rows] == ["1.001", "0.200, not held"]
+    assert [row[6] for row in page.tables[1].rows] == ["1.001", "0.200, not held"]
 
 
 @pytest.mark.slow
@@ -49,7 +50,10 @@ def test_who_does_not_know_the_wall_misses_more() -> None:
 
 
 @pytest.mark.slow
-def test_a_cube_that_is_heavier_and_more_slippery_than_believed_is_lifted() -> None:
-    run = LiftBench(steps=1).run(1.2, 0.8, False)
+@pytest.mark.parametrize(("model", "closed"), [("full", False), ("reduced", True)])
+def test_a_cube_that_is_heavier_and_more_slippery_than_believed_is_lifted(
+    model: Literal["full", "reduced"], closed: bool
+) -> None:
+    run = LiftBench(steps=1).run(model, 1.2, 0.8, closed)
     assert run.held and run.unusable == 0
     assert run.end_mm < 3.0

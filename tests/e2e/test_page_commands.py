@@ -49,7 +49,7 @@ NOT_RUN = {
     ".ci/run": "runs these tests",
     "tauten reduce finger": "minutes; the tutorial's block, which runs, does the same with the thumb",
     "tauten reduce finger --states": "as above; tests/e2e/reduction reduces the thumb's states",
-    "tauten reduce examples/claw.toml": "minutes; tests/reduction/campaign/test_touched has its campaign",
+    "tauten reduce examples/quick_claw.toml": "minutes; tests/reduction/campaign has one like it",
     "tauten reduce manipulator --design plackett-burman": "hours",
     "tauten reduce manipulator --states": "hours",
     "tauten check manipulator --refinements 2": "an hour; its results are in docs/results",
