@@ -30,7 +30,6 @@ from tauten.model.numerics import Array, kernel
 
 COROTATIONAL, STABLE_NEO_HOOKEAN, RIVLIN = 0, 1, 2
 N_CONSTANTS = 5  # a law's row of constants: (λ, μ) or (c10, c20, c30, c01, κ), padded with zeros
-N_DERIVATIVES = 10
 CONTINUED = 0.2  # J below which powers of J go over into their Taylor polynomials
 
 

@@ -26,7 +26,7 @@ from tauten.controller.qpcc import (
 )
 from tauten.model.numerics import Bools
 
-SEARCH = 10.0  # s; ends long before when proved
+SEARCH = 300.0  # s; ends long before where it is proved, also where kernels are compiled beside other work
 ONE_START = QpccSettings(second_start="never")
 
 
