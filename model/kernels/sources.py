@@ -21,6 +21,8 @@ import numpy as np
 from numba.core import types
 from numba.core.dispatcher import Dispatcher
 
+from tauten.model.kernels.names import NUMBERING
+
 LIBRARIES = (
     "numpy",
     "math",
@@ -41,7 +43,7 @@ def sources_digest(function: Callable[..., Any], options: str) -> str:
         options: of the compiler.
     """
     found = ((full_name(one), _own(one)) for one in _reached(function))
-    parts = [numba.__version__, options, full_name(function), *sorted(found)]
+    parts = [numba.__version__, NUMBERING, options, full_name(function), *sorted(found)]
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 

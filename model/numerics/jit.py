@@ -8,7 +8,7 @@ from typing import Any, Final, ParamSpec, TypeVar, cast
 import numba
 from numba.core.dispatcher import Dispatcher
 
-from tauten.model.kernels import KernelCache, portable_code
+from tauten.model.kernels import KernelCache, names_of_this_process, portable_code
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -21,6 +21,7 @@ DIVISIONS: Final = "numpy"
 OPTIONS = f"{sorted(REORDER)} {DIVISIONS}"  # what of the options changes machine code
 
 portable_code()  # before the first decorator makes numba's compiler
+names_of_this_process()
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
