@@ -150,16 +150,18 @@ class ContactRows:
         rows: H (m, n) and signed gaps delta (m,) [m]; positive = apart.
         found: the contacts, in the order of the rows.
         tangents: rows across the normals; None where no contact in range has friction.
+        frictional: whether any contact pair of the robot has friction.
     """
 
     rows: Rows | ChainedRows
     found: Contacts
     tangents: TangentRows | None = None
+    frictional: bool = False
 
     @classmethod
-    def out_of_range(cls, H: Jacobian, n_slots: int) -> ContactRows:
+    def out_of_range(cls, H: Jacobian, n_slots: int, frictional: bool) -> ContactRows:
         """No candidate in range: no rows, H (0, n)."""
-        return cls(Rows(H, np.zeros(0)), no_contacts(n_slots))
+        return cls(Rows(H, np.zeros(0)), no_contacts(n_slots), frictional=frictional)
 
     def later(self, seconds: float) -> ContactRows:
         """The same rows with the gaps where obstacles are a time later, to first order."""

@@ -27,8 +27,8 @@ def contact_rows(detection: Detection, placed: Placed, frictional: bool = False)
     every, normal = np.arange(len(detection.gap)), detection.normal[:, None]  # (m, 1, 3)
     rows = placed.many_rows(relative_motion(detection, every, normal), detection.gap)
     if not (frictional and detection.friction.any()):
-        return ContactRows(rows, detection)
-    return ContactRows(rows, detection, PlacedTangents(detection, placed))
+        return ContactRows(rows, detection, frictional=frictional)
+    return ContactRows(rows, detection, PlacedTangents(detection, placed), frictional)
 
 
 @dataclass(frozen=True, slots=True)

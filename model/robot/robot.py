@@ -308,7 +308,8 @@ class Robot(Generic[B_co]):
 
     def no_contact_rows(self, motion: Motion[Any]) -> ContactRows:
         """Contact rows with no candidate in range."""
-        return ContactRows.out_of_range(motion.units(np.zeros(0, dtype=np.int64)), self.n_c)
+        none = np.zeros(0, dtype=np.int64)
+        return ContactRows.out_of_range(motion.units(none), self.n_c, self.contacts.frictional)
 
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False

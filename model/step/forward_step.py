@@ -141,7 +141,7 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
 @kernel
 def _unilateral_forces(
     W: Array, free: Array, given: tuple[Array, Array], bilateral: Bools, n_e: int, start: Array,
-    friction: Array, lam: Array,
+    friction: Array | None, lam: Array,
 ) -> tuple[bool, float, bool]:  # fmt: skip
     """`solve_forces` in one kernel where no row is to be zero; whether that is so comes first.
 
@@ -152,7 +152,8 @@ def _unilateral_forces(
         bilateral: (n_a,) actuators that pull and push.
         n_e: effector rows, which come first.
         start: (m,) forces to start from [N].
-        friction: (r,) coefficients of the contacts with friction, whose rows are the last ones.
+        friction: (r,) coefficients of the contacts with friction, whose rows are the last ones; None for a
+            robot without friction, whose kernel is compiled without that law.
         lam: (m,) zeros, overwritten with the forces.
     """
     forced, effort, equal, kept, _, delta = sort_rows(free, given[0], given[1], bilateral, n_e)
@@ -172,10 +173,10 @@ def _unilateral_forces(
 
 @kernel
 def _pushing_forces(
-    W: Array, delta: Array, friction: Array, start: Array
+    W: Array, delta: Array, friction: Array | None, start: Array
 ) -> tuple[Array, float, bool]:
     """Forces on cables at a position and on contacts, as `cone_forces`, also where none has friction."""
-    if len(friction) > 0:
+    if friction is not None and len(friction) > 0:  # left out of the kernel where it is None
         return cone_forces(W, delta, friction, start)
     lam, _, residual, _, converged, _ = lcp_forces(W, delta, start)
     return lam, residual, converged
