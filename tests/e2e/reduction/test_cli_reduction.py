@@ -147,7 +147,10 @@ def test_slots_are_named_as_ranges() -> None:
         (("--tolerance", "1e-9"), "has a held-out effector error within 1e-06 mm"),
         (("--design", "spiral"), "no design 'spiral': allowed are exploring, ramp,"),
         (("--step", "-1"), "ramp step is -1.0 m"),
-        (("--touched", "skin"), "--touched needs --states and the design exploring"),
+        (
+            ("--touched", "skin"),
+            "--touched and --touched-points need --states and the design exploring",
+        ),
         (
             ("--states", "--design", "exploring", "--touched", "nail"),
             "surface 'nail' is not defined",
