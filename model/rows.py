@@ -160,7 +160,13 @@ class ContactRows:
 
     @classmethod
     def out_of_range(cls, H: Jacobian, n_slots: int, frictional: bool) -> ContactRows:
-        """No candidate in range: no rows, H (0, n)."""
+        """No candidate in range.
+
+        Args:
+            H: (0, n) no rows.
+            n_slots: slots in λ_c.
+            frictional: whether any contact pair of the robot has friction.
+        """
         return cls(Rows(H, np.zeros(0)), no_contacts(n_slots), frictional=frictional)
 
     def later(self, seconds: float) -> ContactRows:

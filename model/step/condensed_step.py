@@ -81,13 +81,8 @@ class CondensedStep:
         return np.concatenate([np.arange(first, first + len(self.reduced)), units])
 
     @property
-    def friction(self) -> Array | None:
-        """Coefficients of friction of the unit columns (r,), none where no contact in range has friction.
-
-        None for a robot without friction.
-        """
-        if not self.rows.contacts.frictional:
-            return None
+    def friction(self) -> Array:
+        """Coefficients of friction of the unit columns (r,); none where no contact in range has friction."""
         return self.rows.contacts.found.friction[self.extra] if self.frictional else NO_FRICTION
 
     @property
@@ -124,9 +119,7 @@ class CondensedStep:
         first = self.layout.n_e + self.layout.n_a + len(modes)
         W, q = self.compliance.W, self.compliance.delta_free
         tangents = self.rows.contacts.found.tangents(self.extra)
-        mu = self.friction
-        assert mu is not None
-        normal, force, sliding, margin = _coulomb(W, q, lam, first, mu, tangents)
+        normal, force, sliding, margin = _coulomb(W, q, lam, first, self.friction, tangents)
         friction = TangentialForces(force, sliding, margin)
         return Forces(lam[self.layout.actuators], beta, slots, normal, friction)
 

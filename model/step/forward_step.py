@@ -116,7 +116,8 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
     """
     W, free = step.compliance.W, step.compliance.delta_free
     known, bilateral = (command.position, command.effort), step.laws.bilateral
-    friction, lam = step.friction, np.zeros(len(free))
+    friction = step.friction if step.rows.contacts.frictional else None
+    lam = np.zeros(len(free))
     done, residual, converged = _unilateral_forces(
         W, free, known, bilateral, step.layout.n_e, start, friction, lam
     )
