@@ -12,6 +12,8 @@ from typing import Any
 from llvmlite import binding
 from numba.core.errors import NumbaError
 
+from tauten.model.kernels.seed import OFF, SEED
+
 NONE = b""
 
 
@@ -40,8 +42,7 @@ def rebuilt(rebuild: Callable[..., Any], context: Any, reduced: tuple[Any, ...])
 
     def refuse() -> None:
         raise NumbaError(
-            f"{name} is shipped for calls from Python only: set TAUTEN_KERNEL_SEED=off to compile kernels "
-            "that call it"
+            f"{name} is shipped for calls from Python only: set {SEED}={OFF} to compile kernels that call it"
         )
 
     result.library._get_module_for_linking = refuse
