@@ -177,24 +177,30 @@ class ContactSet:
         other.poses, other._sides = poses, {}
         return other
 
-    def stepping(self, x: Array, ends: Sequence[Array], before: ObstaclePoses) -> ContactSet:
+    def stepping(
+        self, x: Array, ends: Sequence[Array], before: ObstaclePoses, far: bool = False
+    ) -> ContactSet:
         """The same contacts in a step, in which candidates stay on the side of obstacles where they were.
 
         Args:
             x: (n_vertices, 3) positions at its start [m].
             ends: likewise, at its end if nothing touches, and where else contacts are detected in it.
             before: poses of the obstacles at its start.
+            far: whether candidates beyond the alarm distance of any obstacle may meet it.
         """
         other = copy(self)
         other._sides = {}
-        for number in self.sided:
+        reach = self.alarm_distance if far else np.inf
+        for number in self._obstacle if far else self.sided:
             pair, obstacle = self.pairs[number], self._obstacle[number]
             poses = before.poses[obstacle], self.poses.poses[obstacle]
             assert pair.obstacle is not None
             start, *there = (
                 np.einsum("mj,mji->mi", pair.weights, at[pair.nodes]) for at in (x, *ends)
             )
-            found = [sides_of(pair.obstacle, (start, poses[0]), (end, poses[1])) for end in there]
+            found = [
+                sides_of(pair.obstacle, (start, poses[0]), (end, poses[1]), reach) for end in there
+            ]
             if any(len(one.place) for one in found):
                 other._sides[number] = joined(found)
         return other

@@ -6,7 +6,8 @@ meets an obstacle on its way through a step, the plane that touches the obstacle
 the step the candidate is to be before this plane. The way is that of the velocity at the start of the step,
 relative to the obstacle as it moves, and straight in its frame. The first place on it is found by steps as
 long as the distance that remains (conservative advancement; Mirtich, Impulse-based dynamic simulation of
-rigid body systems, 1996), which needs nothing of a shape but its distance.
+rigid body systems, 1996), which needs nothing of a shape but its distance. Steps that detect contacts at
+their start meet what is beyond the alarm distance there in the same way.
 """
 
 from __future__ import annotations
@@ -58,9 +59,12 @@ class Sides:
         own = (points[self.place] - pose.position) @ pose.Q
         side = self.normal @ pose.Q.T  # (k, 3)
         against = np.einsum("ki,ki->k", side, normal[self.place]) <= 0.0
-        wrong = against | np.isinf(gap[self.place])
+        before = np.einsum(
+            "ki,ki->k", self.normal, own - self.point
+        )  # (k,) the plane, or behind it
+        wrong = (against | np.isinf(gap[self.place])) & (before < gap[self.place])
         there = self.place[wrong]
-        gap[there] = np.einsum("ki,ki->k", self.normal, own - self.point)[wrong]
+        gap[there] = before[wrong]
         normal[there] = side[wrong]
         return gap, normal
 
@@ -76,6 +80,7 @@ def sides_of(
     obstacle: Obstacle,
     before: tuple[Array, ObstaclePose],
     after: tuple[Array, ObstaclePose],
+    reach: float = np.inf,
 ) -> Sides:
     """The candidates of a pair that meet its obstacle in a step, and would be on another side of it then.
 
@@ -83,6 +88,7 @@ def sides_of(
         obstacle: of the pair.
         before: candidates (m, 3) [m] and pose of the obstacle at the start of the step, and
         after: at its end, where nothing touches.
+        reach: distance at the start from which on those count too that would be in the obstacle [m].
     """
     start, end = ((points - pose.position) @ pose.Q for points, pose in (before, after))
     way = end - start  # (m, 3)
@@ -91,10 +97,11 @@ def sides_of(
     if len(place) > 0:  # what crosses a surface ends within its way of it
         gap, there = obstacle.closest_own(end[place], 2.0 * float(length[place].max()))
         near = np.abs(gap) <= 2.0 * length[place]
-        place, there = place[near], there[near]
+        place, there, inside = place[near], there[near], gap[near] < 0.0
     if len(place) > 0:
-        _, here = obstacle.closest_own(start[place], 2.0 * float(length[place].max()))
-        place = place[np.einsum("ki,ki->k", here, there) <= 0.0]
+        gap, here = obstacle.closest_own(start[place], 2.0 * float(length[place].max()))
+        across = np.einsum("ki,ki->k", here, there) <= 0.0
+        place = place[across | (inside & (gap >= reach))]
     point, way, length = start[place], way[place], length[place]
     share = np.zeros(len(place))
     met = np.zeros(len(place), np.bool_)

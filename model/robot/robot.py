@@ -209,7 +209,11 @@ class Robot(Generic[B_co]):
         return self.with_obstacles(poses.after(seconds)) if poses.poses else self
 
     def stepping(
-        self, state: State, seconds: float | None = None, end: State | None = None
+        self,
+        state: State,
+        seconds: float | None = None,
+        end: State | None = None,
+        far: bool = False,
     ) -> Robot[B_co]:
         """The same robot in a step: what touches obstacles stays on the side of them where it was.
 
@@ -218,9 +222,10 @@ class Robot(Generic[B_co]):
             seconds: its length, by default the time step; the obstacles are where they are at its end.
             end: where the step leads without contact and is linearised; None: where the velocity leads, and
                 contacts are detected where it starts.
+            far: whether what is beyond the alarm distance where it starts may touch at its end.
         """
         poses, h = self.contacts.poses, self.h if seconds is None else seconds
-        if not self.contacts.sided:
+        if not (poses.poses if far else self.contacts.sided):
             return self
         linearised_here = end is None
         if end is None:
@@ -230,7 +235,7 @@ class Robot(Generic[B_co]):
             return self.with_contacts(self.contacts.placed(poses))
         x, led = (self.motion(at).placed(self.vertices).y for at in (state, end))
         ends = (led, x) if linearised_here else (led,)
-        return self.with_contacts(self.contacts.stepping(x, ends, poses.after(-h)))
+        return self.with_contacts(self.contacts.stepping(x, ends, poses.after(-h), far))
 
     def with_integration(self, integration: Integration) -> Robot[B_co]:
         """The same robot with another time step or scheme."""

@@ -388,7 +388,7 @@ class Simulator(RobotModel):
     def _advance(self, command: Command) -> tuple[ForwardStep, float]:
         """One time step, and the largest displacement of a node in it [m]."""
         contacts = self._space.k > 0 or self._enrichment.rounds > 0
-        robot = self.robot.stepping(self._state)
+        robot = self.robot.stepping(self._state, far=True)
         step = condense_step(robot, self._space, self._state, self._forces, contacts, False)
         result = forward_step(step, self._enrichment, self._forces, command)
         system, solved = step.system, result.prediction

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import meshio
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.robots.blocks import block, force_on
+from support.robots.bodies import box_mesh, without
 
 from tauten.controller import Controller
 from tauten.model import Simulator, State
 from tauten.model.contact import Obstacle, ObstaclePose, Shape, pose_at
 from tauten.model.contact.shapes import BoxShape, SphereShape
 from tauten.model.contact.sides import sides_of
+from tauten.model.mesh import boundary_triangles
 from tauten.model.numerics import Array
 
 MASS = 1000.0 * 0.02**3  # kg, of the block
@@ -147,3 +151,56 @@ def test_nothing_is_looked_for_beside_a_plane() -> None:
     other = slow()
     other.place("floor", [0.0] * 3, **over)
     assert other.robot.stepping(other.state) is not other.robot
+
+
+@pytest.mark.parametrize("shape", ["plane", "box"])
+@pytest.mark.parametrize("speed", [0.25, 3.0])  # m/s; it comes from beyond the alarm distance
+def test_a_block_that_falls_fast_does_not_rebound_from_what_was_out_of_range(
+    shape: str, speed: float
+) -> None:
+    """Steps that detect contacts at their start: the floor was found too late and threw the block up."""
+    walls = {
+        "plane": {"point": [0.0] * 3, "normal": [0.0, 0.0, 1.0]},
+        "box": {"lower": [-0.1] * 3, "upper": [0.1, 0.1, 0.0]},
+    }
+    floor = {"name": "floor", "shape": shape, "parameters": walls[shape]}
+    robot = block(
+        bodies=[{"name": "cube", "mesh": {"file": "cube.vtu"}, "free": True, "rigid": True}],
+        obstacles=[{**floor, "position": [0.0, 0.0, -0.0097]}], gravity=[0.0] * 3,
+    )  # fmt: skip
+    simulator = Simulator(robot, "full")
+    state, fall = simulator.state, np.array([0.0, 0.0, -speed, 0.0, 0.0, 0.0])
+    simulator.start_from(State(state.q, fall, state.memory))
+    for _ in range(round(0.0097 * 100.0 / speed) + 5):
+        simulator.step(effort=[0.0])
+        assert lowest(simulator) > -0.0097 - 1e-5
+        assert simulator.state.v[2] < 1e-3 * speed
+    assert lowest(simulator) < -0.0097 + 1e-5
+
+
+@pytest.mark.parametrize(("gap", "speed"), [(0.0201, 3.0), (0.031, 0.3)])  # m, m/s
+def test_a_block_that_slides_into_a_corner_of_one_obstacle_stops_there(
+    gap: float, speed: float, tmp_path: Path
+) -> None:
+    """By hand: of rigid bodies without elasticity nothing remains; the wall holds what slid on the floor."""
+    mesh = box_mesh((0.15, 0.12, 0.15), (3, 1, 3))
+    corner = without(mesh, [(np.array([0.05, -1.0, 0.05]), np.ones(3))])
+    triangles = [("triangle", boundary_triangles(corner.tets))]
+    meshio.write(tmp_path / "corner.stl", meshio.Mesh(corner.nodes - 0.05, triangles))
+    shape = {"file": str(tmp_path / "corner.stl"), "length_unit": "m"}
+    robot = block(
+        cells=1,
+        bodies=[{"name": "cube", "mesh": {"file": "cube.vtu"}, "free": True, "rigid": True,
+                 "position": [gap, 0.0, 1e-5]}],
+        obstacles=[{"name": "corner", "shape": "mesh", "parameters": shape}],
+        contacts=[{"against": "corner", "points": "vertices"}],
+    )  # fmt: skip
+    simulator = Simulator(robot, "full")
+    state, way = simulator.state, np.array([-speed, 0.0, 0.0, 0.0, 0.0, 0.0])
+    simulator.start_from(State(state.q, way, state.memory))
+    for _ in range(round(100.0 * gap / speed) + 10):
+        simulator.move(effort=[0.0])
+        candidates = robot.candidates(simulator.state)
+        assert candidates[:, [0, 2]].min() > -2e-4
+    assert np.abs(simulator.state.v[:3]).max() < 0.02 * speed
+    np.testing.assert_allclose(simulator.effector[0, [0, 2]], 0.01, atol=1e-3)

@@ -14,7 +14,7 @@ EVERYWHERE = {"lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
 BELOW = {"name": "below", "box": EVERYWHERE, "normal": [0.0, 0.0, -1.0]}
 
 
-def block(**changes: Any) -> Robot:
+def block(cells: int = 2, **changes: Any) -> Robot:
     """A soft block that nothing holds, 2 cm a side, on a floor; a force that nobody uses."""
     push = {
         "name": "push", "region": {"kind": "all"}, "direction": [1.0, 0.0, 0.0],
@@ -30,7 +30,7 @@ def block(**changes: Any) -> Robot:
                        "parameters": {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}}],
         "integration": {"rayleigh_stiffness": 0.05}, "controller": {"rate": 100.0}, **changes,
     }  # fmt: skip
-    cube = box_mesh((0.02, 0.02, 0.02), (2, 2, 2))
+    cube = box_mesh((0.02, 0.02, 0.02), (cells, cells, cells))
     return build_robot(validated(RobotConfig, settings, "block.toml"), [cube], "block.toml")
 
 
