@@ -388,7 +388,8 @@ class ModalBody(ReducedBody[ModePoints]):
         at, tangent = assembled, partial(self.tangent, assembled, integration.shares)
         material = partial(self.tangent, assembled, (sum(integration.shares), 0.0), True)
         L = self.work.L if at.motion.J is None else np.zeros((self.n, self.n))
-        return implicit_system(integration, at, tangent, material, L, self.driven)
+        system = implicit_system(integration, at, tangent, material, L, self.driven)
+        return self.turning_as_at_end(system, at.state, at.inertia, integration)
 
 
 def chart_weight(chart: NodeChart) -> Array:
