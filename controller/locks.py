@@ -5,7 +5,7 @@ a hold a locked actuator stays where it is. In a decision the locked rows are
 eliminated, so that the inverse problem keeps its form:
 
 - an effort that is locked is a constant, which moves all rows;
-- a position of a bilateral actuator is an equation, (T4) of `tauten.model.step.forward_step`;
+- a position of a bilateral actuator is an equation, (T8) of `tauten.model.step.forward_step`;
 - a cable locked at a length obeys 0 ≤ δ_a − pull ⟂ λ_a ≥ 0 as a contact does, and joins the contacts.
 
 Limits of what is locked stay limits of the problem: the efforts of locked positions, the positions of locked

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib.metadata import entry_points
-from inspect import signature
+from inspect import Parameter, signature
 from typing import Any
 
 import numpy as np
@@ -73,14 +73,37 @@ def made(make: Callable[..., Any], field: str, parameters: Parameters, *given: A
         RobotFileError: it takes other parameters, or refuses their values by a ValueError.
     """
     keywords = {name: _as_array(field, name, value) for name, value in parameters.items()}
-    try:
-        signature(make).bind(*given, **keywords)
-    except TypeError as error:
-        raise RobotFileError(f"{field}.parameters: {error}") from error
+    _check_names(make, len(given), field, set(parameters))
     try:
         return make(*given, **keywords)
     except ValueError as error:
         raise RobotFileError(f"{field}.parameters: {error}") from error
+
+
+def _check_names(make: Callable[..., Any], given: int, field: str, names: set[str]) -> None:
+    """Refuse parameters that a function does not have, and missing ones.
+
+    Args:
+        make: the function, or a class.
+        given: how many of its first arguments the robot file does not name.
+        field: table of the robot file, for errors.
+        names: of the parameters in the file.
+
+    Raises:
+        RobotFileError: it takes others.
+    """
+    named = list(signature(make).parameters.values())[given:]
+    any_name = any(one.kind is Parameter.VAR_KEYWORD for one in named)
+    named = [one for one in named if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)]
+    allowed = [one.name for one in named]
+    unknown = [] if any_name else sorted(names - set(allowed))
+    missing = [one.name for one in named if one.default is one.empty and one.name not in names]
+    if unknown or missing:
+        wrong = [f"{name!r} is not one of them" for name in unknown]
+        wrong += [f"{name!r} is missing" for name in missing]
+        raise RobotFileError(
+            f"{field}.parameters: {', '.join(wrong)}; allowed are: {', '.join(allowed)}"
+        )
 
 
 def _as_array(field: str, name: str, value: Any) -> Any:

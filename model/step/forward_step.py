@@ -4,7 +4,7 @@ A cable wound to a length obeys the same law as a contact: its path may be short
 but never longer, and it only pulls, 0 ≤ δ_a − pull ⟂ λ_a ≥ 0. One LCP contains both. Actuators that pull and
 push, δ_a = pull, are eliminated from it: with their rows E and the others I,
 
-    λ_E = W_EE⁻¹ (pull_E − δ_E − W_EI λ_I),   W_II − W_IE W_EE⁻¹ W_EI   instead of W_II        (T4)
+    λ_E = W_EE⁻¹ (pull_E − δ_E − W_EI λ_I),   W_II − W_IE W_EE⁻¹ W_EI   instead of W_II        (T8)
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Elimination:
 
 
 def eliminate_rows(W: Array, delta: Array, kept: Ints, zero: Ints) -> Elimination:
-    """Eliminate rows that are to be zero whatever the sign of their force, (T4).
+    """Eliminate rows that are to be zero whatever the sign of their force, (T8).
 
     Args:
         W: (m, m) compliance [m/N].

@@ -235,10 +235,10 @@ def test_its_region_is_its_points(package: ModuleType, monkeypatch: pytest.Monke
 
 REFUSED = {
     r"function: no installed package has an entry point 'none' in tauten.actuators": {"function": "none"},
-    r"parameters: got an unexpected keyword argument 'braid'": {
+    r"parameters: 'braid' is not one of them": {
         "parameters": {**MUSCLE["parameters"], "braid": 1.0}
     },
-    r"parameters: missing a required argument: 'turns'": {"parameters": {"fibre": 0.12}},
+    r"parameters: 'turns' is missing; allowed are:": {"parameters": {"fibre": 0.12}},
     r"muscle.parameters: a muscle of length 0.1 m between two points": {
         "parameters": {"fibre": 0.09, "turns": 1.0}
     },

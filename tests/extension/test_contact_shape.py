@@ -143,7 +143,7 @@ def test_what_is_no_shape_is_refused(package: ModuleType, monkeypatch: pytest.Mo
         "hoop.shape: 'cone' is unknown, found are plane, sphere, capsule, cylinder, box, mesh, height-field, "
         "ring": {"shape": "cone"},
         "hoop.parameters: thickness 1 m must be positive": {"parameters": {**parameters, "thickness": 1.0}},
-        "hoop.parameters: missing a required argument: 'axis'": {"parameters": {"centre": [0.0, 0.0, 0.0]}},
+        "hoop.parameters: 'axis' is missing,": {"parameters": {"centre": [0.0, 0.0, 0.0]}},
     }  # fmt: skip
     for sentence, changes in refused.items():
         with pytest.raises(RobotFileError, match=re.escape(sentence)):

@@ -229,7 +229,7 @@ def test_a_function_that_nobody_has_or_of_a_wrong_shape_is_refused(
 ) -> None:
     with pytest.raises(RobotFileError, match="no installed package has an entry point 'none' in"):
         small_body("linear", effectors=[{**SPREAD, "measure": "none"}])
-    with pytest.raises(RobotFileError, match=r"effectors\.0\.parameters: got an unexpected"):
+    with pytest.raises(RobotFileError, match=r"effectors\.0\.parameters: 'power' is not one"):
         small_body("linear", effectors=[{**SPREAD, "parameters": {"power": 2.0}}])
     with pytest.raises(ValueError, match="not a field of an effector of kind 'point'"):
         small_body("linear", effectors=[POINT])

@@ -2,7 +2,7 @@
 
 The volume of a chamber is a cubic polynomial of the positions of its surface, hence of α: with β = (1, α)
 
-    V = 1/6 T βββ,   ∂²V/∂α² = T β                                                          (T5)
+    V = 1/6 T βββ,   ∂²V/∂α² = T β                                                          (T9)
 
 without the first components of the derivative. The symmetric tensor T is summed over the surface once.
 """
@@ -52,7 +52,7 @@ class ModalCurvature:
 
 
 def contracted(T: Array, alpha: Array) -> Array:
-    """T β (r + 1, r + 1) of (T5)."""
+    """T β (r + 1, r + 1) of (T9)."""
     size = len(T)
     product: Array = T.reshape(size * size, size) @ np.append(1.0, alpha)
     return product.reshape(size, size)
@@ -86,7 +86,7 @@ def modal_curvature(body: TetBody, Phi: Array) -> ModalCurvature:
 
 
 def volume_tensor(body: TetBody, Phi: Array, chamber: int) -> Array:
-    """T (r + 1, r + 1, r + 1) of (T5).
+    """T (r + 1, r + 1, r + 1) of (T9).
 
     Args:
         body: of the full model.

@@ -206,7 +206,9 @@ def test_a_contact_basis_is_made_with_an_obstacle(tmp_path: Path) -> None:
 
 
 REFUSED: dict[str, dict[str, Any]] = {
-    "floor.parameters: got an unexpected keyword argument 'height'": {"parameters": {**FLOOR, "height": 1.0}},
+    "floor.parameters: 'height' is not one of them; allowed are: point, normal": {
+        "parameters": {**FLOOR, "height": 1.0}
+    },
     "floor.parameters: normal: [0.0, 0.0, 0.0] has no direction": {
         "parameters": {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 0.0]}
     },
