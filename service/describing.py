@@ -48,6 +48,7 @@ def describe(setup: Setup, start: Array | None = None) -> RobotDescription:
             segments=robot.segment_owners,
             chambers=robot.chamber_owners,
             held=held_vertices(robot, skin),
+            objects=robot.of_objects,
             obstacles=tuple(map(_obstacle, obstacles_of(robot))),
             pairs=tuple(pair.name for pair in robot.pairs),
             friction=tuple(pair.friction for pair in robot.contacts.pairs),

@@ -46,7 +46,6 @@ class Scene:
         turn: from which side it is seen: azimuth and elevation [degrees].
         floor: x and y between which a floor at z = 0 is drawn [m]; None: none.
         force: length of an arrow [m/N].
-        objects: names of the parts that are objects.
         shape: of an obstacle, its points and triangles; None: none.
         pair: of surfaces whose forces are drawn; None: all.
     """
@@ -59,7 +58,6 @@ class Scene:
     turn: tuple[float, float]
     force: float
     floor: tuple[tuple[float, float], tuple[float, float]] | None = None
-    objects: tuple[str, ...] = ()
     shape: Callable[[], tuple[Array, Ints]] | None = None
     pair: int | None = None
 
@@ -185,7 +183,7 @@ def grasp_scene() -> Scene:
             ("tension [N]", lambda now: now.effort[0]),
         ),
         every=2, rate=15, turn=(-25.0, 20.0), force=0.06,
-        floor=((-0.11, 0.11), (-0.03, 0.03)), objects=("cube",),
+        floor=((-0.11, 0.11), (-0.03, 0.03)),
     )  # fmt: skip
 
 
@@ -219,7 +217,7 @@ def push_scene() -> Scene:
             ("force on the block [N]", lambda now: names["pushed"](now)),
         ),
         every=2, rate=15, turn=(-25.0, 15.0), force=0.4,
-        floor=((-0.03, 0.05), (-0.02, 0.02)), objects=("block",),
+        floor=((-0.03, 0.05), (-0.02, 0.02)),
     )  # fmt: skip
 
 
@@ -236,7 +234,7 @@ def roll_scene() -> Scene:
             ("force of the pad on the ball [N]", lambda now: names["pressed"](now)),
         ),
         every=2, rate=15, turn=(-20.0, 8.0), force=0.02,
-        floor=((-0.03, 0.03), (-0.03, 0.03)), objects=("ball",),
+        floor=((-0.03, 0.03), (-0.03, 0.03)),
     )  # fmt: skip
 
 
@@ -253,7 +251,7 @@ def lift_scene() -> Scene:
             ("tension [N]", lambda now: now.effort[0]),
         ),
         every=1, rate=15, turn=(-25.0, 20.0), force=0.02,
-        floor=((-0.11, 0.02), (-0.03, 0.03)), objects=("parcel",),
+        floor=((-0.11, 0.02), (-0.03, 0.03)),
     )  # fmt: skip
 
 
@@ -270,7 +268,11 @@ def filmed(scene: Scene) -> Film:
     for number, simulator in enumerate(scene.run(names)):
         robot = simulator.robot
         if film is None:
-            film = Film(robot.triangles, of_objects(robot, scene.objects), scene.every * robot.h)
+            film = Film(
+                robot.triangles,
+                np.isin(np.arange(len(robot.triangles)), robot.of_objects),
+                scene.every * robot.h,
+            )
         if number % scene.every == 0:
             film.points.append(robot.points(simulator.state))
             film.contacts.append(simulator.contacts)
@@ -283,17 +285,6 @@ def outline(file: Path) -> tuple[Array, Ints]:
     """Points (v, 3) [m] and triangles (t, 3) of the first obstacle of a robot."""
     found = obstacles_of(load_robot(file))[0]
     return found.vertices, found.triangles
-
-
-def of_objects(robot: Any, objects: tuple[str, ...]) -> Array:
-    """Which triangles belong to the objects among the parts: (t,)."""
-    if not objects:
-        return np.zeros(len(robot.triangles), dtype=bool)
-    owner = np.concatenate(
-        [np.full(part.robot.n_nodes, part.name in objects) for part in robot.body.parts]
-    )
-    found: Array = owner[robot.triangles[:, 0]]
-    return found
 
 
 def turned(turn: tuple[float, float]) -> Array:

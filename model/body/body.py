@@ -251,6 +251,11 @@ class Body(ABC, Generic[P]):
     def chamber_owners(self) -> Ints:
         """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
 
+    @property
+    def of_objects(self) -> Ints:
+        """Numbers (m,) of the `triangles` of parts without an actuator, beside others that have some."""
+        return np.zeros(0, np.intp)
+
     def turning_steps(self) -> Turning | None:
         """What replaces long straight steps by such that turn elements; None: nothing does. Expensive."""
         return None

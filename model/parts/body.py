@@ -142,6 +142,13 @@ class PartsBody(Body[PartsPoints]):
         owners = np.concatenate([np.where(own >= 0, own + first, -1) for own, first in found])
         return self.actuator_set.motors(owners)
 
+    @property
+    def of_objects(self) -> Ints:
+        """Numbers (m,) of the triangles of parts without an actuator; none where no part has one."""
+        moved = np.array([body.actuator_set.n_a > 0 for body in self.bodies])
+        counts = [len(body.triangles) for body in self.bodies]
+        return np.flatnonzero(np.repeat(~moved & moved.any(), counts))
+
     def surface_points(self, vertices: Ints) -> PartsPoints:
         """No points: surfaces belong to the parts."""
         raise NotImplementedError("surfaces belong to the parts of a robot")

@@ -179,6 +179,11 @@ class Robot(Generic[B_co]):
         """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
         return self.body.chamber_owners
 
+    @property
+    def of_objects(self) -> Ints:
+        """Numbers (m,) of the `triangles` of objects: of parts without an actuator."""
+        return self.body.of_objects
+
     def fork(self) -> Robot[B_co]:
         """The same robot with a separate workspace."""
         return dataclasses.replace(self, body=self.body.fork())

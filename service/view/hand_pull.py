@@ -29,20 +29,23 @@ class Pull:
 class HandPull:
     """What the mouse pulls, with the arrow of the force. Callbacks only note it; the loop reads it."""
 
-    def __init__(self, scene: viser.SceneApi, look: RobotLook, skin: viser.MeshHandle) -> None:
-        """Listen to drags of the skin with Ctrl.
+    def __init__(
+        self, scene: viser.SceneApi, look: RobotLook, skins: list[viser.MeshHandle]
+    ) -> None:
+        """Listen to drags of the skins with Ctrl.
 
         Args:
             scene: that shows the force.
             look: of the robot.
-            skin: that is dragged.
+            skins: that are dragged.
         """
         self._scene, self._look = scene, look
         self._pull: tuple[Array, Array] | None = None  # grip and mouse (3,) [m]
         self._effector: int | None = None
         self._arrow: viser.ArrowsHandle | None = None
         self._number: viser.LabelHandle | None = None
-        skin.on_drag("left", modifier="cmd/ctrl")(self._dragged)
+        for skin in skins:
+            skin.on_drag("left", modifier="cmd/ctrl")(self._dragged)
 
     def release(self) -> None:
         """Let go: the browser has left."""

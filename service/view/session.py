@@ -122,7 +122,7 @@ class ViewSession:
         guard.on_operator_left(self._disarm)
         guard.let_all(self._panel.for_all)
         self._simulated = source if isinstance(source, SimulatedRobot) else None
-        self._pushing = HandPull(server.scene, look, self._scene.skin) if self._simulated else None
+        self._pushing = HandPull(server.scene, look, self._scene.skins) if self._simulated else None
         SaveButtons(server.gui, look, guard, self._film, self._panel.viewing, operated=True)
         guard.let_upload(self.program.uploads)
 

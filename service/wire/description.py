@@ -231,6 +231,7 @@ class DescribedSurface(_Described):
         obstacles: that the robot may touch.
         pairs: names of the contact pairs, in the order of their numbers.
         friction: their coefficients; none where a node does not say them.
+        objects: (o,) the triangles of objects: of parts without an actuator.
     """
 
     vertices: Annotated[int, Field(ge=3)]
@@ -241,6 +242,7 @@ class DescribedSurface(_Described):
     obstacles: Annotated[tuple[DescribedObstacle, ...], Field(max_length=1000)]
     pairs: Annotated[tuple[_Text, ...], Field(max_length=10_000)] = ()
     friction: Annotated[tuple[_Number, ...], Field(max_length=10_000)] = ()
+    objects: Annotated[Ints, CodedNumbers()] = Field(default_factory=lambda: np.zeros(0, np.intp))
 
 
 class RobotDescription(RunDescription):
@@ -274,6 +276,7 @@ class RobotDescription(RunDescription):
             (surface.segments, count),
             (surface.chambers, count),
             (surface.held, surface.vertices),
+            (surface.objects, len(surface.triangles)),
         ):
             if numbers.max(initial=-1) >= below:
                 raise ValueError(f"names number {numbers.max()} of {below}")

@@ -18,7 +18,15 @@ from tauten.service.view.picture.actuators import (
     Colour,
 )
 from tauten.service.view.picture.reach import REACH
-from tauten.service.view.picture.scene import CONTACT, EFFECTOR, GHOST, SLIDES, TARGET, WAYPOINT
+from tauten.service.view.picture.scene import (
+    CONTACT,
+    EFFECTOR,
+    GHOST,
+    OBJECT,
+    SLIDES,
+    TARGET,
+    WAYPOINT,
+)
 from tauten.service.view.picture.surroundings import BASE, GRAVITY, OBSTACLE
 
 _ROW = (
@@ -68,6 +76,7 @@ def legend_rows(
             (WAYPOINT, "waypoint", operated),
             (BASE, "base, which is held", len(surface.held) > 0),
             (REACH, "reach of the effector", reaches),
+            (OBJECT, "object, which no actuator moves", len(surface.objects) > 0),
             (OBSTACLE, "obstacle", len(surface.obstacles) > 0),
             (GRAVITY, "gravity", any(look.robot.gravity)),
             (GHOST, "model that decides", look.ghost is not None),

@@ -18,6 +18,7 @@ from tauten.service.view.picture.surroundings import draw_surroundings
 from tauten.service.wire import places_of
 
 _SILICONE = (140, 160, 185)
+OBJECT = (170, 135, 200)
 TARGET = (215, 60, 40)
 EFFECTOR = (40, 90, 160)
 CONTACT = (0, 140, 70)
@@ -34,7 +35,7 @@ class RobotScene:
     """Draws frames of one robot into a server's scene.
 
     Attributes:
-        skin: of the robot.
+        skins: of the robot, and of its objects where it has some.
         gizmos: of the targets that can be dragged, by the number of the effector.
     """
 
@@ -54,11 +55,15 @@ class RobotScene:
         scene.set_up_direction(upwards(robot.gravity))
         self._obstacles = draw_surroundings(server, look)
         place_first(server, look)
-        self.skin = scene.add_mesh_simple(
-            "/skin", look.vertices, skin.triangles[skin.chambers < 0].astype(np.uint32),
-            color=_SILICONE, opacity=0.5, side="double", flat_shading=True, cast_shadow=False,
-            receive_shadow=False,
-        )  # fmt: skip
+        outer, passive = skin.chambers < 0, np.isin(np.arange(len(skin.triangles)), skin.objects)
+        self.skins = [
+            scene.add_mesh_simple(
+                name, look.vertices, skin.triangles[outer & own].astype(np.uint32), color=colour,
+                opacity=0.5, side="double", flat_shading=True, cast_shadow=False, receive_shadow=False,
+            )
+            for name, colour, own in (("/skin", _SILICONE, ~passive), ("/objects", OBJECT, passive))
+            if own.any()
+        ]  # fmt: skip
         self._ghost = None
         if look.ghost is not None:
             self._ghost = scene.add_mesh_simple(
@@ -99,7 +104,8 @@ class RobotScene:
             trail: frames before it, for the trails.
         """
         geometry = frame.geometry
-        self.skin.vertices = geometry.vertices
+        for skin in self.skins:
+            skin.vertices = geometry.vertices
         for i, drawing in self._drawings:
             own = geometry.segments[self._look.robot.surface.segments == i]
             drawing.draw(geometry.vertices, own, float(frame.position[i]), float(frame.effort[i]))
@@ -126,9 +132,10 @@ class RobotScene:
             self._trails[count + i].draw(effectors[:, i])
 
     def show_skin(self, shown: bool) -> None:
-        """Show or hide the skin in one colour."""
-        if self.skin.visible != shown:
-            self.skin.visible = shown
+        """Show or hide the skins in one colour each."""
+        for skin in self.skins:
+            if skin.visible != shown:
+                skin.visible = shown
 
     def show_ghost(self, shown: bool) -> None:
         """Show or hide the model beside the robot."""
