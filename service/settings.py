@@ -8,13 +8,16 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from tauten.model.schema import Name, Positive, Section, in_range
 
+LEAST_PERIODS = 3.0  # what arrives once a period is read at the next tick, and one may come late
+
 
 class ServiceSettings(Section):
     """The node."""
 
     target_timeout: Annotated[Positive, in_range(1e-3, 60.0, "s")] = Field(
         default=0.5,
-        description="Time without target after which the node holds [s], by default 0.5.",
+        description="Time without target after which the node holds [s], by default 0.5; three periods of "
+        "the controller at least.",
     )
     release_time: Annotated[Positive, in_range(1e-3, 60.0, "s")] = Field(
         default=1.0, description="Least duration of a release [s], by default 1."
@@ -30,7 +33,8 @@ class ServiceSettings(Section):
     )
     measurement_timeout: Annotated[Positive, in_range(1e-3, 10.0, "s")] = Field(
         default=0.25,
-        description="Time without measurement after which a closed loop holds [s], by default 0.25.",
+        description="Time without measurement after which a closed loop holds [s], by default 0.25; three "
+        "periods of the controller at least.",
     )
     feedback_gain: Annotated[Positive, in_range(0.0, 1e3, "1/s")] = Field(
         default=2.0,
@@ -59,3 +63,15 @@ class ServiceSettings(Section):
                 f"must be shorter than target_timeout, {timeout:g} s: targets are too old after it"
             )
         return delay
+
+    def lasting(self, period: float) -> ServiceSettings:
+        """The same with timeouts of three periods at least: what arrives once a period is not too old.
+
+        Args:
+            period: of the controller [s].
+        """
+        least = LEAST_PERIODS * period
+        target, measured = (
+            max(one, least) for one in (self.target_timeout, self.measurement_timeout)
+        )
+        return self.model_copy(update={"target_timeout": target, "measurement_timeout": measured})

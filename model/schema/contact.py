@@ -105,7 +105,7 @@ class PoseStreamSettings(Section):
     timeout: Annotated[float, in_range(1e-3, 60.0, "s")] = Field(
         default=0.3,
         description="Time without a pose after which the obstacle stands still where it is [s], by default "
-        "0.3; older poses are refused.",
+        "0.3, and three periods of the controller at least; older poses are refused.",
     )
 
 

@@ -21,7 +21,7 @@ from tauten.service.log import Entry, LogRecorder
 from tauten.service.node.estimator import Estimator, make_estimator
 from tauten.service.node.feedback import LARGEST, ModelHistory, capped, stable_gain
 from tauten.service.node.plausibility import MeasurementCheck
-from tauten.service.settings import ServiceSettings
+from tauten.service.settings import LEAST_PERIODS, ServiceSettings
 from tauten.service.wire import (
     CDR,
     COMMAND_RING,
@@ -97,7 +97,7 @@ class NodeInputs:
             closed_loop: whether measurements correct the targets.
             recorder: of the log; None: none is kept.
         """
-        keys, names = Keys(robot.name), robot.effector_names
+        keys, names, settings = Keys(robot.name), robot.effector_names, settings.lasting(robot.h)
         rest, reach = robot.effector_values(robot.rest()), reach_of(robot.size)
         self._layout = layout = robot.effector_layout
         self._kinds = [MESSAGE_TYPES[kind] for kind in layout.kinds]
@@ -126,7 +126,7 @@ class NodeInputs:
                 session.declare_subscriber(
                     keys.obstacle(one.name), zenoh.handlers.RingChannel(OBSTACLE_RING)
                 ),
-                one.stream,
+                replace(one.stream, timeout=max(one.stream.timeout, LEAST_PERIODS * robot.h)),
             )
             for one in robot.obstacles.obstacles
             if one.stream is not None

@@ -1,0 +1,71 @@
+"""What arrives for a node whose period is longer than the timeouts of its file; without a network."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from support.messages import Point, encode_point
+from support.robots.bodies import beam_robot, box_mesh
+
+from tauten.service.node.inputs import NodeInputs
+from tauten.service.settings import ServiceSettings
+from tauten.service.wire import CDR
+
+SIZE = (0.1, 0.02, 0.02)
+RATE = 1.2  # Hz
+
+
+@dataclass(frozen=True)
+class Sample:
+    payload: bytes
+    encoding: str = CDR
+    timestamp: None = None
+
+
+@dataclass
+class Session:
+    """Samples by their keys."""
+
+    samples: dict[str, deque[Sample]] = field(default_factory=dict)
+
+    def declare_subscriber(self, key: str, _: object) -> Ring:
+        return Ring(self.samples.setdefault(str(key), deque()))
+
+
+@dataclass
+class Ring:
+    samples: deque[Sample]
+
+    def try_recv(self) -> Sample | None:
+        return self.samples.popleft() if self.samples else None
+
+
+@pytest.mark.parametrize(
+    "age", [0.7, 1.6]
+)  # s, beyond the timeout: within one period and within two
+def test_a_target_that_arrived_since_the_last_ticks_is_followed(age: float) -> None:
+    robot = beam_robot(box_mesh(SIZE, (4, 1, 1)), SIZE, controller={"rate": RATE})
+    session, settings = Session(), ServiceSettings()
+    assert settings.target_timeout < age < 2.0 / RATE
+    inputs = NodeInputs(session, robot, settings, False, None)  # type: ignore[arg-type]
+    rest = robot.effector_values(robot.rest())
+    goal = rest + np.array([0.0, 0.0, 0.01])
+    x, y, z = goal.tolist()
+    point = Point(time.time_ns() - round(1e9 * age), robot.frame, (x, y, z))
+    next(iter(session.samples.values())).append(Sample(encode_point(point)))
+    assert inputs.read_targets(0)
+    found = inputs.goal(rest)
+    assert found is not None
+    np.testing.assert_allclose(found.values, goal)
+
+
+def test_fast_nodes_have_the_timeouts_of_their_file_and_slow_ones_three_periods() -> None:
+    settings = ServiceSettings(target_timeout=0.5, measurement_timeout=0.25)
+    assert settings.lasting(0.02) == settings
+    slow = settings.lasting(0.1)
+    assert (slow.target_timeout, slow.measurement_timeout) == pytest.approx((0.5, 0.3))
+    assert settings.lasting(2.0).target_timeout == pytest.approx(6.0)
