@@ -64,8 +64,8 @@ def warm_controller(setup: ControllerSetup) -> Controller:
 
 def _setup_of(robot: str | Path, model: Order | None, contact: str | None) -> ControllerSetup:
     """The setup of a robot file; the arguments are those of `started_controller`."""
-    path = robot_path(robot)
-    return controller_setup(read_toml(path), path, basis=contact, model=model)
+    path, basis = robot_path(robot), None if contact is None else str(contact)
+    return controller_setup(read_toml(path), path, basis=basis, model=model)
 
 
 def _settle_start(model: Controller | Simulator, setup: ControllerSetup) -> None:

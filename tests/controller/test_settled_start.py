@@ -134,3 +134,5 @@ def test_a_model_that_there_is_not_is_refused(heavy_file: Path) -> None:
     for made in (Controller, Simulator):
         with pytest.raises(ValueError, match="model: found 'nope', expected one of full, reduced"):
             made.of(heavy_file, "nope")  # type: ignore[arg-type]
+        with pytest.raises(BasisError, match="no contact basis '3': expected a path ending in"):
+            made.of(heavy_file, contact=3)  # type: ignore[arg-type]
