@@ -110,7 +110,7 @@ def reduce(
     """Apply loads to a robot and compute a contact basis from the contact forces.
 
     With --states also a state basis from the configurations, and a sample of elements. A robot without
-    contacts gets a state basis only.
+    contacts, or with friction in all of them, which no contact basis has, gets a state basis only.
 
     Finished parts are kept in the folder of snapshots: the same command continues after Ctrl-C.
     """
@@ -141,7 +141,8 @@ def reduce(
         )
     loaded = load_robot(robot) if spheres is None else spheres.plain
     moved = loaded if spheres is None else spheres.robot
-    if states or loaded.n_c == 0:
+    based = bool(loaded.contacts.without_friction.any())
+    if states or not based:
         reducible(loaded)  # before hours of a campaign
     places = len(spheres.places) if touched_points and spheres is not None else 0
     chosen = state_settings(loaded, state_modes, responses, places, sample, seed)
@@ -163,7 +164,7 @@ def reduce(
     with _resumable(folder):
         found = campaigns.whole()
         good = found.select(found.converged)
-        if loaded.n_c == 0:
+        if not based:
             path, nothing = target.with_suffix(".states"), EmptySpace(moved.n_c)
             save_states(moved, good, nothing, chosen, path, allowed, campaigns.narrower(found))
             _use(robot, None, path, write)

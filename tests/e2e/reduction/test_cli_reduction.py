@@ -188,6 +188,23 @@ def test_a_robot_file_that_was_edited_is_told_what_to_do_with_its_snapshots(
     assert made.basis.read_bytes() != before  # beside the robot file, where it is looked for
 
 
+@pytest.mark.slow
+def test_contacts_with_friction_in_all_of_them_get_no_contact_basis(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No step would use it, and its modes may fail for the state basis that is asked for."""
+    robot = write_thumb(tmp_path)
+    text = robot.read_text()
+    assert text.count("points = 24}") == 2
+    robot.write_text(text.replace("points = 24}", "points = 24, friction = 0.4}"))
+    arguments = ("reduce", robot, "--out", tmp_path / "thumb.basis", "--states", "--accept-error")
+    ramp = ("--design", "ramp", "--step", 1e-3, "--snapshots", tmp_path / "campaign")
+    assert run_main(*arguments, *ramp) == 0
+    assert (tmp_path / "thumb.states").exists()
+    assert not (tmp_path / "thumb.basis").exists()
+    assert "basis = " not in capsys.readouterr().out
+
+
 def test_snapshots_without_contact_make_no_basis(
     made: Made, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
