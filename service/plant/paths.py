@@ -24,7 +24,7 @@ SHAPES: tuple[Shape, ...] = ("circle", "line", "figure-eight", "step")
 _SAMPLES = 720  # of an analytic shape: a chord is then nowhere farther off than 1e-5 of its size
 _REACH_SAMPLES = 12  # equilibria of `reach` in half a turn, each takes some control steps to find
 _REACH_TURNS = 3
-_SETTLED = 1e-4  # m; targets need not be exact equilibria
+_SETTLED = 1e-6  # m; the path begins where the robot does, without a jump
 _NEARLY_SETTLED = 1e-3  # m
 _MAX_STEPS = 80
 

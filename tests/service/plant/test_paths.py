@@ -12,6 +12,7 @@ from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import command_range
 from tauten.service.plant import PathError, PathSettings, bending_command, make_path, save_path
 from tauten.service.plant.paths import SHAPES, Plane
+from tauten.service.setup import load_setup
 
 SETTINGS = PathSettings(size=0.01, period=4.0)
 
@@ -98,6 +99,15 @@ def test_other_names_are_refused(finger: Robot, tmp_path: Path) -> None:
         make_path("square", finger, SETTINGS)
     with pytest.raises(PathError, match="cannot be read"):
         make_path(str(tmp_path / "none.csv"), finger, SETTINGS)
+
+
+def test_reach_starts_where_a_controller_does() -> None:
+    """Equilibria to a tenth of a millimetre of the last step began 0.26 mm away: the first target jumped."""
+    robot = load_setup("pneumatic_finger").robot
+    simulator = Simulator(robot)
+    assert simulator.settle_start().converged
+    path = make_path("reach", robot, PathSettings())
+    np.testing.assert_allclose(path.at(0.0), simulator.effector[0], atol=1e-6)
 
 
 @pytest.mark.slow
