@@ -29,7 +29,7 @@ from tauten.model.materials import (
 from tauten.model.numerics import LANES, Array, Ints, kernel, polar_lanes
 from tauten.reduction.state.tetra.arrays import Response, SampledElements, Work
 from tauten.reduction.state.tetra.carried import add_material, carried_stress
-from tauten.reduction.state.tetra.product import add_symmetric_product
+from tauten.reduction.state.tetra.product import ROWS, add_symmetric_product
 
 
 @kernel
@@ -46,19 +46,18 @@ def assemble_response(
         body: the elements.
         response: overwritten, but for the curvature of chambers.
     """
-    F, rate = np.empty(9 * LANES), np.zeros(9 * LANES)
-    P, Q = np.empty(9 * LANES), np.zeros(9 * LANES)
+    steps = np.zeros((2 if damped else 1, body.gradient.shape[1]))
+    steps[0, : alpha.shape[0]] = alpha
+    if damped:
+        steps[1, : v.shape[0]] = v
+    moved = np.zeros((2, 9 * LANES))
+    F, rate, P, Q = moved[0], moved[1], np.empty(9 * LANES), np.zeros(9 * LANES)
     force, resisting = response.force, response.resisting
     force[:] = load
     resisting[:] = 0.0
     for block in range(body.gradient.shape[0]):
         G, R = body.gradient[block], response.carried[block]
-        for m in range(9 * LANES):
-            F[m] = 1.0 if (m // LANES) % 4 == 0 else 0.0
-        add_gradients(alpha, G, F)
-        if damped:
-            rate[:] = 0.0
-            add_gradients(v, G, rate)
+        deform(steps, G, moved)
         if body.turns:  # else no law reads R
             polar_lanes(F, R)
         if body.corotational:
@@ -121,18 +120,24 @@ def add_elements(
 
 
 @kernel
-def add_gradients(alpha: Array, G: Array, F: Array) -> None:
-    """Add G α of a block to F.
+def deform(steps: Array, G: Array, moved: Array) -> None:
+    """Deformation gradients I + G α of a block, and rates G α of other α.
 
     Args:
-        alpha: (r,) [m].
+        steps: (s, R) the α, zero from entry r on; of the first one the deformation gradient is meant.
         G: (R, 9 LANES) of the block.
-        F: (9 LANES,) added to.
+        moved: (s, 9 LANES) output.
     """
-    for j in range(alpha.shape[0]):
-        step = alpha[j]
-        for m in range(9 * LANES):
-            F[m] += step * G[j, m]
+    moved[:] = 0.0
+    for i in range(0, 9, 4):
+        moved[0, i * LANES : (i + 1) * LANES] = 1.0
+    for j in range(0, G.shape[0], ROWS):  # rows of G are read once for all α
+        g0, g1, g2, g3 = G[j], G[j + 1], G[j + 2], G[j + 3]
+        for i in range(steps.shape[0]):
+            a0, a1, a2, a3 = steps[i, j], steps[i, j + 1], steps[i, j + 2], steps[i, j + 3]
+            to = moved[i]
+            for m in range(9 * LANES):
+                to[m] += a0 * g0[m] + a1 * g1[m] + a2 * g2[m] + a3 * g3[m]
 
 
 @kernel
@@ -254,13 +259,13 @@ def assemble_semidefinite(alpha: Array, body: SampledElements, response: Respons
         body: the elements.
         response: `semidefinite` is overwritten.
     """
-    F, R = np.empty(9 * LANES), np.empty(9 * LANES)
+    step, moved = np.zeros((1, body.gradient.shape[1])), np.empty((1, 9 * LANES))
+    step[0, : alpha.shape[0]] = alpha
+    F, R = moved[0], np.empty(9 * LANES)
     F_k, R_k, P_k = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     C_k, scratch = np.empty((9, 9)), np.empty(WORK)
     for block in range(body.gradient.shape[0]):
-        for m in range(9 * LANES):
-            F[m] = 1.0 if (m // LANES) % 4 == 0 else 0.0
-        add_gradients(alpha, body.gradient[block], F)
+        deform(step, body.gradient[block], moved)
         polar_lanes(F, R)
         for k in range(LANES):
             law = block * LANES + k
@@ -332,13 +337,13 @@ def sampled_energy(beta: Array, body: SampledElements) -> float:
         beta: (R,) [m].
         body: the elements.
     """
-    F, R = np.empty(9 * LANES), np.empty(9 * LANES)
+    step, moved = np.zeros((1, body.gradient.shape[1])), np.empty((1, 9 * LANES))
+    step[0, : beta.shape[0]] = beta
+    F, R = moved[0], np.empty(9 * LANES)
     own, turn, P, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(WORK)
     energy = 0.0
     for block in range(body.gradient.shape[0]):
-        for m in range(9 * LANES):
-            F[m] = 1.0 if (m // LANES) % 4 == 0 else 0.0
-        add_gradients(beta, body.gradient[block], F)
+        deform(step, body.gradient[block], moved)
         polar_lanes(F, R)
         for k in range(LANES):
             for i in range(3):
