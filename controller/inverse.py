@@ -250,10 +250,19 @@ def energy_cap(W_aa: Array, limits: Limits, size: float) -> float:
         limits: of the efforts.
         size: of the robot [m].
     """
-    most = np.maximum(np.abs(limits.effort_min), np.abs(limits.effort_max))
-    energy = np.diag(W_aa) * most**2  # (n_a,)
-    largest = float(energy[np.isfinite(energy)].max(initial=0.0))
+    largest = _largest_energy(W_aa, limits.effort_min, limits.effort_max)
     return size**2 / largest if largest > 0.0 else np.inf
+
+
+@kernel
+def _largest_energy(W_aa: Array, effort_min: Array, effort_max: Array) -> float:
+    """Largest finite product of a compliance and the square of its largest effort [N m]."""
+    largest = 0.0
+    for a in range(len(W_aa)):
+        energy = W_aa[a, a] * max(abs(effort_min[a]), abs(effort_max[a])) ** 2
+        if energy < np.inf:
+            largest = max(largest, energy)
+    return largest
 
 
 @kernel

@@ -48,7 +48,6 @@ from tauten.model import (
     PredictedStep,
     Robot,
     forward_step,
-    friction_blocks,
     under_friction,
 )
 from tauten.model.numerics import Array, Bools
@@ -288,7 +287,7 @@ def _plan_from(
         problem = with_force_limits(problem, aim.grasp, loop.step, held)
         if loop.step.frictional and len(loop.step.extra) > 0:
             contacts = PlanContacts.of(
-                friction_blocks(loop.step, prepared.forces), len(problem.m), settings.friction_share,
+                loop.step, prepared.forces, len(problem.m), settings.friction_share,
                 robot.size, weight * np.diag(W)[places.actuators], settings.search,
             )  # fmt: skip
             before = None if cut is None else cut.on(loop.step, free, len(problem.m))

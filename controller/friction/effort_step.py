@@ -207,6 +207,34 @@ def effort_measures(
     return 0.5 * np.dot(at, at) + linear + constant, excess
 
 
+@kernel
+def effort_reach(
+    arrays: EffortArrays, slope: Array, W_ca: Array, span: Array, energy: Array
+) -> tuple[float, float]:
+    """How far one effort within the limits moves the effectors, and open contacts, at most.
+
+    Args:
+        arrays: objective and limits.
+        slope: (3 m, n_a) of the contact forces.
+        W_ca: (3 m, n_a) of contacts under efforts.
+        span: (n_a,) range of the efforts.
+        energy: (n_a,) curvatures of the objective that are not of effectors.
+    """
+    T, A = arrays.root_a + np.dot(arrays.root_c, slope), arrays.G_a + np.dot(arrays.G_c, slope)
+    reach, free = 0.0, 0.0
+    for j in range(len(span)):
+        held, single, pushed = span[j], span[j], np.abs(W_ca[:, j]).max()
+        for i in range(len(arrays.g_lo)):
+            width = arrays.g_hi[i] - arrays.g_lo[i]
+            if A[i, j] != 0.0:
+                held = min(held, width / abs(A[i, j]))
+            if arrays.G_a[i, j] != 0.0:
+                single = min(single, width / abs(arrays.G_a[i, j]))
+        moved = np.sqrt(max(np.square(T[:, j]).sum() - energy[j], 0.0))
+        reach, free = max(reach, moved * held), max(free, pushed * single)
+    return reach, free
+
+
 @dataclass(frozen=True, slots=True)
 class EffortStep:
     """A change of the efforts.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.friction.problem import FrictionInverse
+from tauten.controller.friction.problem import FrictionInverse, largest_limit
 from tauten.controller.friction.solve import (
     FrictionSettings,
     InverseSolution,
@@ -17,7 +17,7 @@ from tauten.controller.friction.solve import (
 )
 from tauten.controller.friction.trials import CutSearch
 from tauten.controller.qpcc import Certificate, Qpcc, Solution, Status
-from tauten.model import CondensedStep, Forces, FrictionBlocks, friction_blocks
+from tauten.model import CondensedStep, Forces, unit_start
 from tauten.model.numerics import Array, Ints
 
 EXACTLY = 1e-7  # of the robot's size, error of contact forces
@@ -47,7 +47,8 @@ class PlanContacts:
     @classmethod
     def of(
         cls,
-        blocks: FrictionBlocks,
+        step: CondensedStep,
+        previous: Forces,
         rows: int,
         share: float,
         size: float,
@@ -57,7 +58,8 @@ class PlanContacts:
         """Those of a plan, the last ones of which have friction.
 
         Args:
-            blocks: contacts with friction, with their forces in the last step.
+            step: with the contacts that have friction.
+            previous: forces of the last step.
             rows: of all contacts.
             share: of the coefficients, that the plan counts on.
             size: of the robot [m].
@@ -65,8 +67,9 @@ class PlanContacts:
             settings: of the search.
         """
         forces, enough = np.zeros(rows), 0.5 * (ARRIVED * size) ** 2
-        forces[rows - len(blocks.r) :] = blocks.r
-        return cls(share * blocks.mu, forces, EXACTLY * size, enough, energy, settings)
+        units = unit_start(step, previous)
+        forces[rows - len(units) :] = units
+        return cls(share * step.friction, forces, EXACTLY * size, enough, energy, settings)
 
     def solve(
         self,
@@ -139,7 +142,7 @@ class CutPlan:
         path = self.search.path
         if len(path.state.lam) != len(decided):
             return None
-        r, unit = np.zeros(rows), friction_blocks(step, self.forces).r
+        r, unit = np.zeros(rows), unit_start(step, self.forces)
         r[rows - len(unit) :] = unit
         state = path.state._replace(lam=self.forces.effort[decided], r=r)
         return replace(self.search, path=replace(path, state=state))
@@ -185,19 +188,17 @@ def as_solution(program: Qpcc, found: InverseSolution) -> Solution:
     """
     rows = program.G @ np.concatenate([found.lam_a, found.forces])
     excess = np.maximum(rows - program.g_hi, program.g_lo - rows)
-    limits = np.abs(np.concatenate([program.g_lo, program.g_hi]))
-    largest = float(limits[np.isfinite(limits)].max(initial=0.0))
-    gaps = float(np.abs(program.m).max(initial=0.0))
+    largest, gaps = largest_limit(program.g_lo, program.g_hi), float(np.abs(program.m).max())
     certificate = Certificate(
         primal=max(0.0, float(excess.max(initial=0.0))) / (largest or 1.0),
         complementarity=found.error / (gaps or 1.0),
         stationarity=float(np.sqrt(max(found.gain, 0.0))),
         deepest_gap=np.inf,
     )
-    infeasible = found.status is Status.INFEASIBLE
     conflict = tuple(
         program.name_of_row(i, bool(rows[i] > program.g_hi[i]))
-        for i in np.flatnonzero(infeasible & (excess > 1e-6 * largest)).tolist()
+        for i in np.flatnonzero(excess > 1e-6 * largest).tolist()
+        if found.status is Status.INFEASIBLE
     )
     return Solution(
         found.lam_a,

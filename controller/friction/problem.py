@@ -125,20 +125,18 @@ def inverse_contacts(problem: FrictionInverse) -> InverseContacts:
     Contacts that nothing moves, on what is fixed, are open: no force acts on what does not move.
     """
     program, n_a = problem.program, problem.n_a
-    M = program.M[:, n_a:]
+    M, place = np.ascontiguousarray(program.M[:, n_a:]), contact_rows(problem)
     root = symmetric_root(M, RANK * max(float(M.diagonal().max()), 1e-300))  # (s + 3 k, rank)
-    rows = padded_rows(M, program.m, problem.friction)
-    W, q, place = rows.W, rows.q, rows.place
+    W, q, mu, w = padded_rows(M, program.m, problem.friction)
     W_ca, G = np.zeros((len(q), n_a)), np.zeros((len(q), root.shape[1]))
     W_ca[place], G[place] = program.M[:, :n_a], root
-    w = W.diagonal().reshape(-1, 3).max(axis=1)
     fixed = np.flatnonzero(w <= 0.0)
     if len(fixed) > 0:
         still = (3 * fixed[:, None] + np.arange(3)).ravel()
         w[fixed] = w.max() if w.any() else 1.0
         W[still, still] = np.repeat(w[fixed], 3)
         q[still], q[3 * fixed] = 0.0, max(float(np.abs(q).max()), 1.0)
-    return InverseContacts(W, W_ca, q, rows.mu, w, G, problem.exact)
+    return InverseContacts(W, W_ca, q, mu, w, G, problem.exact)
 
 
 def symmetric_root(A: Array, least: float) -> Array:
@@ -150,6 +148,22 @@ def symmetric_root(A: Array, least: float) -> Array:
     """
     factor, pivots, rank, _ = dpstrf(A, lower=1, tol=least)
     return unpivoted(factor, pivots, rank)
+
+
+@kernel
+def largest_limit(g_lo: Array, g_hi: Array) -> float:
+    """The largest finite limit of rows, by its size.
+
+    Args:
+        g_lo: (p,) limits.
+        g_hi: (p,) limits.
+    """
+    largest = 0.0
+    for i in range(len(g_lo)):
+        for limit in (abs(g_lo[i]), abs(g_hi[i])):
+            if limit < np.inf:
+                largest = max(largest, limit)
+    return largest
 
 
 @kernel

@@ -6,7 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.controller.friction.effort_step import EffortProgram, EffortStep, effort_arrays
+from tauten.controller.friction.effort_step import (
+    EffortProgram,
+    EffortStep,
+    effort_arrays,
+    effort_reach,
+)
 from tauten.controller.friction.exact import WIDE, exact_forces, exact_slope
 from tauten.controller.friction.problem import (
     EffortPoint,
@@ -14,6 +19,7 @@ from tauten.controller.friction.problem import (
     InverseContacts,
     contact_rows,
     inverse_contacts,
+    largest_limit,
 )
 from tauten.controller.qpcc import Backend, Budget
 from tauten.model.friction import Width
@@ -70,22 +76,9 @@ class EffortSearch:
         Args:
             point: exact, of the piece.
         """
-        arrays, slope, energy = self.program.arrays, self.slope(point), self.problem.energy
-        curvature = ((arrays.root_a + arrays.root_c @ slope) ** 2).sum(axis=0)  # (n_a,)
-        if energy is not None:
-            curvature = np.maximum(curvature - energy, 0.0)
-        moved, pushed = np.sqrt(curvature), np.abs(self.contacts.W_ca).max(axis=0, initial=0.0)
-        span = self._allowed_span(arrays.G_a + arrays.G_c @ slope)
-        free = self._allowed_span(arrays.G_a)
-        return float((moved * span).max(initial=0.0)), float((pushed * free).max(initial=0.0))
-
-    def _allowed_span(self, rows: Array) -> Array:
-        """Range of each effort (n_a,) that the limits leave, where their rows follow efforts: (p, n_a)."""
-        arrays, size = self.program.arrays, np.abs(rows)
-        width = (arrays.g_hi - arrays.g_lo)[:, None]
-        free = np.divide(width, size, out=np.full_like(size, np.inf), where=size > 0.0)
-        span: Array = np.minimum(self.span, free.min(axis=0, initial=np.inf))
-        return span
+        slope, energy = self.slope(point), self.problem.energy
+        energy = np.zeros(len(self.span)) if energy is None else energy
+        return effort_reach(self.program.arrays, slope, self.contacts.W_ca, self.span, energy)
 
     def bounded(self, lam: Array) -> Array:
         """Efforts (n_a,) within their bounds."""
@@ -127,11 +120,10 @@ def effort_search(problem: FrictionInverse, solver: str | Backend, budget: Budge
     p = problem.program
     contacts = inverse_contacts(problem)
     # without limits: an effort that moves contacts ten times as far as they are apart
-    moved = np.abs(contacts.W_ca).max(axis=0, initial=0.0)
+    moved = np.abs(contacts.W_ca).max(axis=0)
     far = 10.0 * np.abs(contacts.q).max() / np.where(moved > 0.0, moved, np.inf)
     span = np.where(np.isfinite(p.ub - p.lb), p.ub - p.lb, np.maximum(far, 1.0))
-    limits = np.abs(np.concatenate([p.g_lo, p.g_hi]))
-    largest = float(limits[np.isfinite(limits)].max(initial=0.0))
+    largest = largest_limit(p.g_lo, p.g_hi)
     return EffortSearch(
         problem, contacts, contact_rows(problem),
         EffortProgram(problem, effort_arrays(problem), solver), span, WITHIN * largest, budget,

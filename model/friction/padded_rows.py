@@ -2,31 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.friction.problem import Cones
+from tauten.model.numerics import Array, Bools, Ints, kernel
 
 
-@dataclass(frozen=True, slots=True)
-class PaddedRows:
-    """Rows as contacts of three rows each.
-
-    Attributes:
-        W: (3 k, 3 k) compliance [m/N].
-        q: (3 k,) row values without forces [m].
-        mu: (k,) coefficients of friction.
-        place: (m,) where each row is among them.
-    """
-
-    W: Array
-    q: Array
-    mu: Array
-    place: Ints
-
-
-def padded_rows(W: Array, delta: Array, friction: Array) -> PaddedRows:
+@kernel
+def padded_rows(W: Array, delta: Array, friction: Array) -> Cones:
     """Rows of single contacts, then three of each contact with friction, as contacts of three rows each.
 
     A single row gets two more, with its own compliance and neither motion nor friction.
@@ -36,17 +19,24 @@ def padded_rows(W: Array, delta: Array, friction: Array) -> PaddedRows:
         delta: (s + 3 r,) row values without forces [m].
         friction: (r,) coefficients of friction.
     """
-    s, place = len(delta) - 3 * len(friction), padded_places(len(delta), len(friction))
-    if s == 0:
-        return PaddedRows(W.copy(), delta.copy(), friction, place)
-    padded, q = np.zeros((2 * s + len(delta),) * 2), np.zeros(2 * s + len(delta))
-    padded[place[:, None], place] = W
-    q[place] = delta
-    more = np.concatenate([place[:s] + 1, place[:s] + 2])
-    padded[more, more] = np.tile(np.diag(W)[:s], 2)
-    return PaddedRows(padded, q, np.concatenate([np.zeros(s), friction]), place)
+    rows, place = len(delta), padded_places(len(delta), len(friction))
+    s = rows - 3 * len(friction)
+    k = s + len(friction)
+    padded, q = np.zeros((3 * k, 3 * k)), np.zeros(3 * k)
+    mu, W_ii = np.zeros(k), np.zeros(k)
+    mu[s:] = friction
+    for i in range(rows):
+        at = place[i]
+        q[at] = delta[i]
+        for j in range(rows):
+            padded[at, place[j]] = W[i, j]
+        if i < s:
+            padded[at + 1, at + 1] = padded[at + 2, at + 2] = W[i, i]
+        W_ii[at // 3] = max(W_ii[at // 3], W[i, i])
+    return Cones(padded, q, mu, W_ii)
 
 
+@kernel
 def padded_places(rows: int, frictional: int) -> Ints:
     """Where rows (m,), the last of which are of contacts with friction, are among those of `padded_rows`.
 
@@ -54,8 +44,10 @@ def padded_places(rows: int, frictional: int) -> Ints:
         rows: their number m.
         frictional: number of contacts with friction.
     """
-    s = rows - 3 * frictional
-    return np.concatenate([3 * np.arange(s), np.arange(3 * s, 2 * s + rows)])
+    s, place = rows - 3 * frictional, np.empty(rows, np.int64)
+    for i in range(rows):
+        place[i] = 3 * i if i < s else 2 * s + i
+    return place
 
 
 def moving_contacts(W: Array) -> tuple[Bools, Ints]:

@@ -21,11 +21,10 @@ from tauten.model.step.force_limits import ForceLimits, Grasp, force_limits
 from tauten.model.step.forces import Forces, TangentialForces, no_forces
 from tauten.model.step.forward_step import ForwardStep, eliminate_rows, forward_step
 from tauten.model.step.friction_blocks import (
-    FrictionBlocks,
-    friction_blocks,
     step_certificate,
     under_friction,
 )
+from tauten.model.step.friction_law import unit_start
 from tauten.model.step.sorted_rows import sorted_rows
 
 __all__ = [
@@ -39,7 +38,6 @@ __all__ = [
     "Grasp",
     "Forces",
     "ForwardStep",
-    "FrictionBlocks",
     "NO_ENRICHMENT",
     "PredictedStep",
     "ReducedContacts",
@@ -51,12 +49,12 @@ __all__ = [
     "eliminate_rows",
     "force_limits",
     "forward_step",
-    "friction_blocks",
     "no_forces",
     "recondensed",
     "row_compliance",
     "sorted_rows",
     "step_certificate",
     "under_friction",
+    "unit_start",
     "worst_rows",
 ]

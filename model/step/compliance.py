@@ -115,10 +115,13 @@ def extended(system: System, known: Compliance, H: Array, delta: Array) -> Compl
     else:
         added, left = _by_halves(system, H, delta, known.halves), known.Y
     cross = system.h**2 * (left @ added.Y.T)  # (m, r)
+    m, size = len(known), len(known) + len(added)
+    W = np.empty((size, size))
+    W[:m, :m], W[:m, m:], W[m:, :m], W[m:, m:] = known.W, cross, cross.T, added.W
     return Compliance(
         np.concatenate([known.H, H]),
         np.concatenate([known.Y, added.Y]),
-        np.block([[known.W, cross], [cross.T, added.W]]),
+        W,
         np.concatenate([known.delta_free, added.delta_free]),
         known.halves,
     )

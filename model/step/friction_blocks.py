@@ -1,12 +1,11 @@
-"""A step with friction as blocks between its contacts, actuators and effectors, and under given friction.
+"""The certificate of a step with friction, and the step under given friction.
 
-What decides for a target with friction needs the blocks; what decides without friction takes that of the last
-step as a load.
+What decides without friction takes that of the last step as a load.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +16,6 @@ from tauten.model.friction import (
     certify_friction,
     moving_contacts,
 )
-from tauten.model.numerics import Array, Ints
 from tauten.model.step.compliance import Compliance
 from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.enrichment import PredictedStep
@@ -25,75 +23,6 @@ from tauten.model.step.forces import Forces
 from tauten.model.step.friction_law import unit_start
 
 QUICK = PROJECTIONS // 20  # of the certificate that a node computes between two ticks
-
-
-@dataclass(frozen=True, slots=True)
-class FrictionBlocks:
-    """The working set of a step with friction, its unit columns: k contacts of three rows each.
-
-    With forces r (3 k,) and λ_a (n_a,):
-
-        u   = q_c + W_cc r + W_ca λ_a         gap and slip of each contact at the end of the step
-        δ_a = q_a + W_caᵀ r + W_aa λ_a        positions of the actuators
-        δ_e = q_e + W_ec r + W_ea λ_a         effector rows
-
-    The rows of a contact follow one another: its normal, then its two tangents. Contacts without friction
-    have tangents too, and μ = 0. Columns of a contact basis are not among them.
-
-    Attributes:
-        W_cc: (3 k, 3 k) compliance between contacts [m/N].
-        W_ca: (3 k, n_a) of contacts under efforts.
-        W_aa: (n_a, n_a) of actuators, those with springs at the motor.
-        W_ec: (n_e, 3 k) of effectors under contact forces.
-        W_ea: (n_e, n_a) of effectors under efforts.
-        q_c: (3 k,) gaps, and slip since the start of the step, without forces [m].
-        q_a: (n_a,) positions of the actuators without forces [m, m³].
-        q_e: (n_e,) effector rows without forces.
-        mu: (k,) coefficients of friction.
-        slots: (k,) slots of the contacts.
-        normals: (k, 3) and
-        tangents: (k, 2, 3) unit directions of the rows.
-        r: (3 k,) forces of the last step on these rows [N], where a solver may start.
-    """
-
-    W_cc: Array
-    W_ca: Array
-    W_aa: Array
-    W_ec: Array
-    W_ea: Array
-    q_c: Array
-    q_a: Array
-    q_e: Array
-    mu: Array
-    slots: Ints
-    normals: Array
-    tangents: Array
-    r: Array
-
-
-def friction_blocks(step: CondensedStep, previous: Forces) -> FrictionBlocks:
-    """The blocks of a step with friction.
-
-    More contacts join with `CondensedStep.with_unit_columns`, those that `worst_rows` names.
-
-    Args:
-        step: `Prepared.step` over a tick, `Prepared.farther` over the horizon.
-        previous: forces of the last step.
-
-    Raises:
-        ValueError: no contact in range has friction.
-    """
-    if not step.frictional:
-        raise ValueError("friction_blocks: no contact in range has friction")
-    W, free = step.compliance.W, step.compliance.delta_free
-    e, a = step.layout.effectors, step.layout.actuators
-    c = slice(a.stop + len(step.reduced), None)
-    found = step.rows.contacts.found
-    return FrictionBlocks(
-        W[c, c], W[c, a], W[a, a], W[e, c], W[e, a], free[c], free[a], free[e],
-        found.friction[step.extra], found.slots[step.extra], found.normal[step.extra],
-        found.tangents(step.extra), unit_start(step, previous),
-    )  # fmt: skip
 
 
 def step_certificate(solved: PredictedStep, quickly: bool = False) -> FrictionCertificate | None:

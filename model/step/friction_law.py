@@ -13,7 +13,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.friction import Cones, NewtonForces, error_of, newton_forces
+from tauten.model.friction import (
+    Cones,
+    NewtonForces,
+    error_of,
+    newton_forces,
+    padded_places,
+    padded_rows,
+)
 from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.forces import Forces
@@ -41,36 +48,24 @@ def cone_forces(W: Array, delta: Array, friction: Array, start: Array) -> tuple[
         The forces [N]; the residual of the natural map [m], +inf where W or the row values are not finite;
         whether it is within the tolerance: not where there is no solution.
     """
-    rows, s = len(delta), len(delta) - 3 * len(friction)
+    rows = len(delta)
     if not (np.isfinite(W).all() and np.isfinite(delta).all()):
         return np.zeros(rows), np.inf, False
-    k = s + len(friction)
-    padded, q, first = np.zeros((3 * k, 3 * k)), np.zeros(3 * k), np.zeros(3 * k)
-    mu, W_ii = np.zeros(k), np.zeros(k)
-    mu[s:] = friction
-    for i in range(rows):  # single rows get two more, which neither move nor have a force
-        at = 3 * i if i < s else 2 * s + i
-        q[at], first[at] = delta[i], start[i] if np.isfinite(start[i]) else 0.0
-        for j in range(rows):
-            padded[at, 3 * j if j < s else 2 * s + j] = W[i, j]
-        if i < s:
-            padded[at + 1, at + 1] = padded[at + 2, at + 2] = W[i, i]
-        W_ii[at // 3] = max(W_ii[at // 3], W[i, i])
-    moves = W_ii > 0.0  # others are on what is fixed
+    every, place = padded_rows(W, delta, friction), padded_places(rows, len(friction))
+    first = np.zeros(len(every.q))
+    for i in range(rows):
+        first[place[i]] = start[i] if np.isfinite(start[i]) else 0.0
+    moves = every.W_ii > 0.0  # others are on what is fixed
     if not moves.any():
         residual = max(np.max(-delta), 0.0)
         return np.zeros(rows), residual, residual == 0.0
     at_moving = _rows_of(moves)
-    every = Cones(padded, q, mu, W_ii)
-    if len(at_moving) < 3 * k:
+    if len(at_moving) < len(first):
         every = _chosen(every, moves, at_moving)
     r, error, converged = _closed(every, first[at_moving])
     first[:] = 0.0
     first[at_moving] = r
-    lam = np.empty(rows)
-    for i in range(rows):
-        lam[i] = first[3 * i if i < s else 2 * s + i]
-    return lam, error, converged
+    return first[place], error, converged
 
 
 @kernel

@@ -10,7 +10,7 @@ from tauten.controller import Controller, Status
 from tauten.controller.qpcc import TimeLimit
 from tauten.controller.settings import FRICTION_SHARE
 from tauten.controller.step import hold, prepare
-from tauten.model import Command, Robot, Simulator, friction_blocks
+from tauten.model import Command, Robot, Simulator
 from tauten.model.friction import FrictionProblem, certify_friction
 from tauten.model.load import build_robot
 from tauten.model.schema import RobotConfig
@@ -68,27 +68,19 @@ def test_forces_of_the_model_are_in_their_cones(pressing: Controller) -> None:
     np.testing.assert_allclose((0.5 * normal - across)[held], contacts.margin[held], atol=1e-9)
 
 
-def test_blocks_give_the_motion_of_a_hold_and_certify_it(pressing: Controller) -> None:
-    """What an inverse with friction is made of: u, δ_a and δ_e from the forces that a forward step found."""
+def test_contacts_of_a_hold_are_certified(pressing: Controller) -> None:
+    """The forces that a forward step found, in the problem of its unit columns at these efforts."""
     settings = pressing.settings
     robot, now = pressing.robot.fork(), (pressing.state, pressing.forces, pressing.position)
     horizon = pressing.horizon
     prepared = prepare(horizon, pressing.space, *now, settings.enrichment)
     keep = Command.of(pressing.position, None)
     held = hold(robot, prepared, keep, pressing.position, settings.enrichment).predicted
-    blocks, lam = friction_blocks(held.step, prepared.forces), held.lam
-    a, e = held.step.layout.actuators, held.step.layout.effectors
-    r = lam[a.stop :]
-    delta = held.delta
-    u = blocks.q_c + blocks.W_cc @ r + blocks.W_ca @ lam[a]
-    np.testing.assert_allclose(u, delta[a.stop :], atol=1e-12)
-    np.testing.assert_allclose(
-        blocks.q_a + blocks.W_ca.T @ r + blocks.W_aa @ lam[a], delta[a], atol=1e-12
-    )
-    np.testing.assert_allclose(
-        blocks.q_e + blocks.W_ec @ r + blocks.W_ea @ lam[a], delta[e], atol=1e-12
-    )
-    problem = FrictionProblem(blocks.W_cc, blocks.q_c + blocks.W_ca @ lam[a], blocks.mu)
+    W, lam, a = held.step.compliance.W, held.lam, held.step.layout.actuators
+    c = held.step.layout.contacts
+    r, q = lam[c], held.step.compliance.delta_free[c] + W[c, a] @ lam[a]
+    problem = FrictionProblem(W[c, c], q, held.step.friction)
+    np.testing.assert_allclose(q + problem.W @ r, held.delta[c], atol=1e-12)
     found = certify_friction(problem, r)
     assert found.error < 1e-8 * max(np.abs(problem.q).max(), 1e-3)
     assert found.closed.any() and found.work <= 1e-10
