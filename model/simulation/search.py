@@ -36,6 +36,7 @@ from tauten.model.step import (
     Enrichment,
     Forces,
     ForwardStep,
+    PredictedStep,
     condense_step,
     forward_step,
 )
@@ -59,11 +60,13 @@ class Found:
         state: at standstill.
         forces: constraint forces there.
         report: how it went.
+        last: its last step, at whose start contacts were detected; None where there was none.
     """
 
     state: State
     forces: Forces
     report: Report
+    last: PredictedStep | None
 
 
 class EquilibriumSearch:
@@ -136,8 +139,9 @@ class EquilibriumSearch:
             ending = Ending.BUCKLED
         if result is None:
             nothing = Report(False, taken, np.inf, np.inf, np.inf, 0, Ending.NOT_FINITE, 0.0)
-            return Found(state, forces, nothing)
-        return Found(state, forces, make_report(robot, state, result, taken, movement, ending))
+            return Found(state, forces, nothing, None)
+        report = make_report(robot, state, result, taken, movement, ending)
+        return Found(state, forces, report, result.prediction)
 
     def _condensed(self, state: State, forces: Forces, semidefinite: float) -> CondensedStep:
         contacts = self._space.k > 0 or self._enrichment.rounds > 0

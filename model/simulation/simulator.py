@@ -375,6 +375,7 @@ class Simulator(RobotModel):
             self._state, self._forces, command, start, tolerance, max_iterations
         )
         self._state, self._forces = found.state, found.forces
+        self._stepped = None if found.last is None else (found.state, found.last)
         return found.report
 
     @one_blas_thread()

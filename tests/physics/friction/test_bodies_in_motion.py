@@ -229,3 +229,34 @@ def test_a_block_between_plates_resists_as_its_stiffness_says() -> None:
     np.testing.assert_allclose(forces[0], [expected, -expected], rtol=1e-5)
     assert forces[1][0] == pytest.approx(-forces[1][1], rel=1e-5)
     assert 1.05 * expected < forces[1][0] < 1.2 * expected  # a short block that may not widen
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+def test_a_groove_carries_a_block_on_its_edge_in_steps_and_at_equilibrium(friction: float) -> None:
+    """Weight against the sum of the forces where normals jump: an equilibrium has those of its last step."""
+    edge, heights = 0.01, np.abs(np.linspace(-0.05, 0.05, 41))
+    groove = {
+        "name": "groove", "shape": "height-field",
+        "parameters": {"corner": [-0.05, -0.05, 0.0], "spacing": [0.0025, 0.0025], "thickness": 0.02,
+                       "heights": [[float(z)] * 41 for z in heights]},
+    }  # fmt: skip
+    mesh, half = box((edge, edge, edge), (0.0, 0.0, 0.0), cells=2), 0.5**0.5
+    turn = np.array([[half, 0.0, half], [0.0, 1.0, 0.0], [-half, 0.0, half]])
+    nodes = mesh.nodes @ turn.T
+    lowest = nodes[nodes[:, 2].argmin()]
+    cube = TetMesh(nodes - [lowest[0], 0.0, lowest[2] - 1e-4], mesh.tets)
+    contact = touching("cube", "groove", friction)
+    simulator = Simulator(world({"cube": cube}, [contact], 200.0, obstacles=[groove]), "full")
+    for _ in range(20):
+        simulator.move(effort=[0.0])
+    weight = DENSITY * edge**3 * G
+    carried = [0.0, 0.0, weight]
+    np.testing.assert_allclose(simulator.contact_forces.sum(axis=0), carried, atol=1e-5 * weight)
+    simulator.start_from(simulator.state)
+    for _ in range(2):
+        assert simulator.settle(effort=[0.0]).converged
+        force = simulator.contact_forces.sum(axis=0)
+        np.testing.assert_allclose(force, carried, atol=1e-5 * weight)
+        certificate = simulator.certificate
+        assert (certificate is not None) == (friction > 0.0)
+        assert certificate is None or certificate.error < 1e-8
