@@ -76,7 +76,7 @@ def forces_at(contacts: InverseContacts, lam: Array, start: Array) -> tuple[bool
     """
     cones = cones_at(contacts, lam)
     error = min(PRECISELY * np.abs(cones.q).max(), 0.3 * contacts.exact)
-    found = newton_forces(cones, start, error, NEWTON, bool(np.any(start)))
+    found = newton_forces(cones, start, error, contacts.exact, NEWTON, bool(np.any(start)))
     return found.error <= contacts.exact, found.r, found.newton
 
 

@@ -56,7 +56,7 @@ class NewtonForces(NamedTuple):
 
 @kernel
 def newton_forces(
-    cones: Cones, start: Array, error: float, budget: int, warm: bool
+    cones: Cones, start: Array, error: float, accepted: float, budget: int, warm: bool
 ) -> NewtonForces:
     """Contact forces by rounds of Newton steps; the best ones found, whether they are exact or not.
 
@@ -64,6 +64,7 @@ def newton_forces(
         cones: the contacts.
         start: (m d,) forces to start from.
         error: of the natural map that is enough [unit of q].
+        accepted: the same where a round fails: contacts that are redundant may come near and no nearer.
         budget: Newton steps, at most.
         warm: whether the start is nearly a solution.
     """
@@ -84,6 +85,8 @@ def newton_forces(
         if solved or found < 0.5 * now:
             r, now, alpha = tried, found, max(EASIER * alpha, LEAST)
         else:
+            if least <= accepted:
+                break
             failures, alpha = failures + 1, HARDER * alpha
     return NewtonForces(best, least, newton, rounds)
 

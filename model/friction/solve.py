@@ -65,13 +65,13 @@ def solve_friction(
     given = (problem.W, problem.q, problem.mu, problem.diagonal)
     cones = Cones(*(np.ascontiguousarray(values, dtype=float) for values in given))
     error = tolerance * float(np.abs(cones.q).max())
-    found = newton_forces(cones, first, error, min(budget, FIRST), False)
+    found = newton_forces(cones, first, error, error, min(budget, FIRST), False)
     for length in LENGTHS:
         if found.error <= error or found.newton >= budget:
             break
         found = _lower(found, _along_path(cones, length, error, budget - found.newton))
     if found.error > error and found.newton < budget:
-        rest = newton_forces(cones, found.r, error, budget - found.newton, False)
+        rest = newton_forces(cones, found.r, error, error, budget - found.newton, False)
         found = _lower(found, rest)
     u = cones.W @ found.r + cones.q
     return FrictionSolution(
@@ -93,7 +93,7 @@ def _along_path(cones: Cones, length: float, error: float, budget: int) -> Newto
     wide, none = Width(1.0, length * float(np.abs(cones.q).max()), SHRINK), np.zeros(len(spatial.q))
     forces = np.empty((len(none), 0))  # the system is that of the forces
     r, steps = smoothed_forces(spatial, forces, none, wide, min(PATH, budget))
-    found = newton_forces(cones, r[rows], error, min(LAST, budget - steps), True)
+    found = newton_forces(cones, r[rows], error, error, min(LAST, budget - steps), True)
     return found._replace(newton=steps + found.newton)
 
 

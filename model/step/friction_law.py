@@ -133,7 +133,7 @@ def _climbed(cones: Cones, start: Array, enough: float) -> Array:
     largest = np.abs(cones.q).max()
     if not largest > 0.0:
         enough = 0.0
-    found = newton_forces(cones, start, enough, BUDGET, False)
+    found = newton_forces(cones, start, enough, enough, BUDGET, False)
     if found.error <= max(enough, ACCEPTED):
         return found.r
     climbed = NewtonForces(np.zeros_like(start), np.inf, 0, 0)
@@ -141,7 +141,7 @@ def _climbed(cones: Cones, start: Array, enough: float) -> Array:
         share = step / (CLIMB - 1)
         part = Cones(cones.W, cones.q, share * cones.mu, cones.W_ii)
         limit = enough if step == CLIMB - 1 else ROUGH * largest
-        climbed = newton_forces(part, climbed.r, limit, BUDGET, False)
+        climbed = newton_forces(part, climbed.r, limit, limit, BUDGET, False)
     return climbed.r if climbed.error < found.error else found.r
 
 
