@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -163,6 +164,32 @@ def test_hinges_in_modes_rest_where_the_full_robot_does(
         errors.append(np.linalg.norm(reduced.effector(small.state)[0] - there))
     assert max(ways) > 0.01
     assert max(errors) < 1e-4 * max(ways)
+
+
+@pytest.mark.slow
+def test_hinges_in_modes_swing_to_second_order(
+    equilibria: tuple[Robot[ConstrainedBody], Array],
+) -> None:
+    """Released, beside steps of an eighth: centrifugal forces are those at the end of a stage."""
+    robot, q = equilibria
+    body, every = reducible(robot), np.arange(reducible(robot).n_elements)
+    modes = pod(without_own(body, body.deviations(q)), body.weight, 4)
+    basis = basis_of(robot, with_own(body, modes.Phi), every, np.ones(len(every)))
+    resting = Simulator(reduced_robot(robot, basis), "none")
+    assert resting.settle(effort=[0.02, 0.05, 0.05]).converged
+    scheme = replace(robot.integration, static=False, rayleigh_stiffness=2e-3)
+    swinging, ways = resting.robot.with_integration(scheme), []
+    for steps in (32, 4, 8):
+        simulator = Simulator(swinging, "none")
+        simulator.start_from(resting.state)
+        way = []
+        for _ in range(12):
+            simulator.move(effort=np.zeros(3), steps=steps)
+            way.append(simulator.effector[0].copy())
+        ways.append(np.array(way))
+    coarse, fine = (np.abs(way - ways[0]).max() for way in ways[1:])
+    assert np.abs(ways[0] - ways[0][0]).max() > 100.0 * coarse
+    assert fine < 0.29 * coarse, "a quarter by second order"
 
 
 TENDON = {"max_tension": 50.0, "max_pull": 0.05, "max_rate": 1.0,
