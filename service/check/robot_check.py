@@ -11,7 +11,14 @@ from pathlib import Path
 from tauten.model import MeshError, Robot, RobotFileError, load_robot, one_blas_thread
 from tauten.model.load import build_bodies, part_path, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
-from tauten.model.schema import PartsConfig, RobotConfig, model_tables, read_toml, validated
+from tauten.model.schema import (
+    ACTUATOR_TABLES,
+    PartsConfig,
+    RobotConfig,
+    model_tables,
+    read_toml,
+    validated,
+)
 from tauten.service.check.body_findings import VIBRATION, body_findings, not_held, thin_walls
 from tauten.service.check.control_findings import control_findings
 from tauten.service.check.findings import Finding, Level, worst
@@ -166,9 +173,11 @@ def check_parts(
     findings: list[Finding] = []
     complete = True
     for written, file in files.items():
-        name = written.removesuffix(".toml")
-        if not read_toml(file).get("effectors"):
-            findings.append(Finding(f"{name}: no effector", "fine", "its mesh is not compared"))
+        name, given = written.removesuffix(".toml"), read_toml(file)
+        moved = not given.keys().isdisjoint(ACTUATOR_TABLES)  # others are objects
+        if not (moved and given.get("effectors")):
+            missing = "effector" if moved else "actuator"
+            findings.append(Finding(f"{name}: no {missing}", "fine", "its mesh is not compared"))
             continue
         found = check_model(
             replace(settings, robot=str(file)), stop, partial(of_part, progress, len(files), name)

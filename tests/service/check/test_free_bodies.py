@@ -10,6 +10,7 @@ from support.robots.bodies import box_mesh
 
 from tauten.model import Simulator, load_robot
 from tauten.service.check import CheckSettings, check_robot
+from tauten.service.check.robot_check import check_model
 from tauten.service.process import StopFlag
 
 SIZES = {"beam": (0.2, 0.02, 0.02), "cube": (0.02, 0.02, 0.02), "floor": (0.1, 0.1, 0.02)}
@@ -82,3 +83,15 @@ def test_a_free_body_on_a_floor_is_not_wrong(tmp_path: Path) -> None:
     for _ in range(100):
         simulator.step(position=[0.0])
     assert simulator.lam_c.sum() == pytest.approx(9.81 * 1000.0 * 0.02**3, rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["lift", "push"])
+def test_objects_with_an_effector_are_no_robots_to_check_by_themselves(name: str) -> None:
+    """What carries the effector has no actuator, what moves it no effector: both are said, and no more."""
+    file = Path(__file__).parents[3] / "examples" / f"{name}.toml"
+    result = check_model(CheckSettings(str(file)), StopFlag(), lambda _share, _what: None)
+    assert not result.refused
+    assert result.complete
+    subjects = {found.subject.split(": ")[1] for found in result.findings}
+    assert subjects == {"no effector", "no actuator"}
+    assert {found.level for found in result.findings} == {"fine"}
