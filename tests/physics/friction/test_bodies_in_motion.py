@@ -181,7 +181,7 @@ def test_what_slides_off_a_sphere_leaves_it_where_it_should() -> None:
     assert heights[-1] == pytest.approx(expected, abs=heights[-2] - heights[-1])  # within a period
 
 
-@pytest.mark.parametrize("scale", [1.0, 0.05, 50.0])
+@pytest.mark.parametrize("scale", [0.05, 50.0])
 def test_bodies_of_a_millimetre_and_of_a_metre_slide_as_those_of_centimetres(scale: float) -> None:
     """Lengths and moduli times s, times √s: the same motion, forces times s³; 2 cm beside 1 mm and 1 m."""
     angle, edge = np.deg2rad(25.0), 0.02 * scale
