@@ -97,9 +97,14 @@ def stop_on_signals() -> Iterator[StopFlag]:
     """A flag that the signals above raise; the old handlers are restored afterwards.
 
     An exception that a handler raises is lost where it interrupts a callback of the compiler, so that
-    `Interrupted` is raised again and again until the part that is interruptible has ended.
+    `Interrupted` is raised again and again until the part that is interruptible has ended, and what was lost
+    is not printed.
     """
-    flag = StopFlag()
+    flag, report = StopFlag(), sys.unraisablehook
+
+    def report_others(lost: sys.UnraisableHookArgs) -> None:
+        if lost.exc_type is not Interrupted:
+            report(lost)
 
     def handler(_signal: int, _frame: FrameType | None) -> None:
         _set_alarm(_AGAIN)
@@ -114,11 +119,13 @@ def stop_on_signals() -> Iterator[StopFlag]:
     old = {number: signal.signal(number, handler) for number in numbers}
     if sys.platform != "win32":
         old[signal.SIGALRM] = signal.signal(signal.SIGALRM, again)
+    sys.unraisablehook = report_others
     try:
         with suppress(Interrupted):
             yield flag
     finally:
         _set_alarm(0.0)
+        sys.unraisablehook = report
         for number, before in old.items():
             signal.signal(number, before)
 
