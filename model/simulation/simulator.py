@@ -371,12 +371,10 @@ class Simulator(RobotModel):
         """
         if self._search is None:
             self._search = EquilibriumSearch(self._at_rest(), self._space, self._enrichment)
-        found = self._search.run(
-            self._state, self._forces, command, start, tolerance, max_iterations
-        )
-        self._state, self._forces = found.state, found.forces
-        self._stepped = None if found.last is None else (found.state, found.last)
-        return found.report
+        end = self._search.run(self._state, self._forces, command, start, tolerance, max_iterations)
+        self._state, self._forces = end.state, end.forces
+        self._stepped = None if end.last is None else (end.state, end.last)
+        return end.report
 
     @one_blas_thread()
     def smooth_contact_forces(self) -> Array:
