@@ -104,7 +104,7 @@ def test_a_tick_of_the_reduced_finger_calls_few_python_functions() -> None:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "nearest"), [(12.0, 0.5e-3), pytest.param(16.0, 0.3e-3, marks=pytest.mark.slow)]
+    ("seconds", "nearest"), [pytest.param(10.0, 0.5e-3, marks=pytest.mark.slow), (8.0, 0.8e-3)]
 )
 def test_a_gripper_that_would_buckle_without_its_cables_is_pulled_smoothly(
     seconds: float, nearest: float
