@@ -21,7 +21,7 @@ from tauten.service.log.recorder import METADATA
 
 _MAGIC = b"\x89MCAP0\r\n"  # first and last bytes of a finished file
 _FRAME = struct.Struct("<BQ")  # kind and length of a record
-# The recorder writes chunks of 16 KiB; a record cannot decompress to more than 255 times its length.
+# The recorder writes chunks of 32 KiB; a record cannot decompress to more than 255 times its length.
 _LARGEST_RECORD = 2**20  # bytes
 # What the MCAP library raises on records that make no sense; RuntimeError comes from LZ4.
 _DAMAGE = (

@@ -21,7 +21,7 @@ from tauten.service.wire import definition
 log = logging.getLogger(__name__)
 
 METADATA = "tauten"
-_CHUNK = 16_384  # bytes, about half a second of a 50 Hz run
+_CHUNK = 32_768  # bytes, less than a second at 50 Hz; MCAP keeps 2 kB for each until the end
 _WAITING = 10_000  # messages in the queue at most
 _PAUSE = 0.05  # s between two reads of the queue
 
