@@ -11,6 +11,16 @@ from tauten.model.schema import Name, Positive, Section, in_range
 LEAST_PERIODS = 3.0  # what arrives once a period is read at the next tick, and one may come late
 
 
+def lasting_timeout(timeout: float, period: float) -> float:
+    """A timeout [s] of three periods at least.
+
+    Args:
+        timeout: as set [s].
+        period: of the controller [s].
+    """
+    return max(timeout, LEAST_PERIODS * period)
+
+
 class ServiceSettings(Section):
     """The node."""
 
@@ -70,8 +80,6 @@ class ServiceSettings(Section):
         Args:
             period: of the controller [s].
         """
-        least = LEAST_PERIODS * period
-        target, measured = (
-            max(one, least) for one in (self.target_timeout, self.measurement_timeout)
-        )
+        target = lasting_timeout(self.target_timeout, period)
+        measured = lasting_timeout(self.measurement_timeout, period)
         return self.model_copy(update={"target_timeout": target, "measurement_timeout": measured})

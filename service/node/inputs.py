@@ -21,7 +21,7 @@ from tauten.service.log import Entry, LogRecorder
 from tauten.service.node.estimator import Estimator, make_estimator
 from tauten.service.node.feedback import LARGEST, ModelHistory, capped, stable_gain
 from tauten.service.node.plausibility import MeasurementCheck
-from tauten.service.settings import LEAST_PERIODS, ServiceSettings
+from tauten.service.settings import ServiceSettings, lasting_timeout
 from tauten.service.wire import (
     CDR,
     COMMAND_RING,
@@ -126,7 +126,7 @@ class NodeInputs:
                 session.declare_subscriber(
                     keys.obstacle(one.name), zenoh.handlers.RingChannel(OBSTACLE_RING)
                 ),
-                replace(one.stream, timeout=max(one.stream.timeout, LEAST_PERIODS * robot.h)),
+                replace(one.stream, timeout=lasting_timeout(one.stream.timeout, robot.h)),
             )
             for one in robot.obstacles.obstacles
             if one.stream is not None

@@ -58,6 +58,12 @@ def test_a_doctored_description_is_read_or_refused(honest: dict[str, Any]) -> No
     assert 20 < read < 380
 
 
+def test_a_slow_robot_has_the_timeout_that_its_node_keeps(tmp_path: Path) -> None:
+    setup = load_setup(write_robot(tmp_path, ROBOT.replace("rate = 50.0", "rate = 1.0")))
+    assert setup.service.target_timeout == pytest.approx(0.3)
+    assert describe(setup).target_timeout == pytest.approx(3.0 * setup.robot.h)
+
+
 def test_many_round_obstacles_fit_in_an_answer(tmp_path: Path) -> None:
     """Balls and rods are sent as they are made; what is read has the surfaces that were described."""
     table = ""
