@@ -59,9 +59,7 @@ class Sides:
         own = (points[self.place] - pose.position) @ pose.Q
         side = self.normal @ pose.Q.T  # (k, 3)
         against = np.einsum("ki,ki->k", side, normal[self.place]) <= 0.0
-        before = np.einsum(
-            "ki,ki->k", self.normal, own - self.point
-        )  # (k,) the plane, or behind it
+        before = np.einsum("ki,ki->k", self.normal, own - self.point)  # (k,) negative behind planes
         wrong = (against | np.isinf(gap[self.place])) & (before < gap[self.place])
         there = self.place[wrong]
         gap[there] = before[wrong]

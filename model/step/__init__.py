@@ -20,11 +20,11 @@ from tauten.model.step.enrichment import (
 from tauten.model.step.force_limits import ForceLimits, Grasp, force_limits
 from tauten.model.step.forces import Forces, TangentialForces, no_forces
 from tauten.model.step.forward_step import ForwardStep, eliminate_rows, forward_step
-from tauten.model.step.friction_blocks import (
+from tauten.model.step.friction_law import unit_start
+from tauten.model.step.given_friction import (
     step_certificate,
     under_friction,
 )
-from tauten.model.step.friction_law import unit_start
 from tauten.model.step.sorted_rows import sorted_rows
 
 __all__ = [
