@@ -380,6 +380,8 @@ def position_names(actuators: Actuators, by_rate: Bools) -> tuple[tuple[str, str
     """
     pairs = zip(actuators.position_names, by_rate.tolist(), strict=True)
     return tuple(
-        (rate if low else least, rate if high else largest)
-        for (least, largest, rate), (low, high) in pairs
+        [
+            (rate if low else least, rate if high else largest)
+            for (least, largest, rate), (low, high) in pairs
+        ]
     )

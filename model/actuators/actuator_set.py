@@ -134,8 +134,9 @@ class ActuatorSet(Generic[P]):
 
     def rows(self, motion: Motion[P]) -> Rows:
         """Positions δ_a and H_a: Rows of (n_a, n)."""
-        members = self.member_rows(motion)
-        return members if self.coupling is None else self.coupling.rows(members)
+        if self.coupling is not None:
+            return self.coupling.rows(self.member_rows(motion))
+        return self.member_rows(motion) if len(self.drives.places) > 0 else self.other_rows(motion)
 
     def member_rows(self, motion: Motion[P]) -> Rows:
         """Rows of the single actuators."""

@@ -52,11 +52,11 @@ def target_values(target: Target, names: tuple[str, ...], kinds: tuple[EffectorK
         values = np.asarray(given, dtype=float)
     except (TypeError, ValueError, OverflowError):  # poses, or goals of several lengths
         values = _joined(given, sizes) if isinstance(given, Sequence) else np.zeros(0)
+    if values.shape == (sum(sizes),):
+        return values
     if values.shape == (len(names), 3) and _are_positions(kinds):
         return values.ravel()
-    if values.shape != (sum(sizes),):
-        raise ValueError(f"target: found {_shape_of(target)}, expected {_expected(names, kinds)}")
-    return values
+    raise ValueError(f"target: found {_shape_of(target)}, expected {_expected(names, kinds)}")
 
 
 def _are_positions(kinds: tuple[EffectorKind, ...]) -> bool:

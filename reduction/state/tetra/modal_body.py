@@ -389,6 +389,8 @@ class ModalBody(ReducedBody[ModePoints]):
         material = partial(self.tangent, assembled, (sum(integration.shares), 0.0), True)
         L = self.work.L if at.motion.J is None else np.zeros((self.n, self.n))
         system = implicit_system(integration, at, tangent, material, L, self.driven)
+        if at.inertia is None:
+            return system
         return self.turning_as_at_end(system, at.state, at.inertia, integration)
 
 
