@@ -69,14 +69,7 @@ class Actuation:
 def decided_actuation(
     robot: Robot, decision: Decision, status: Status, conflict: tuple[str, ...]
 ) -> Actuation:
-    """What a decision sends, with efforts within their limits.
-
-    Args:
-        robot: that is controlled.
-        decision: for a target, or of a hold.
-        status: how it ended.
-        conflict: names of the limits that conflict.
-    """
+    """What a decision sends, with efforts within their limits."""
     rows, layout, limits = robot.layout, robot.effector_layout, robot.limits
     predicted, effectors = decision.predicted, decision.predicted.step.rows.effectors
     values = layout.values_at(effectors.values, predicted.delta[rows.effectors])

@@ -63,13 +63,7 @@ def load_states(
 
 
 def beside(path: Path, name: str, suffix: str) -> Path | str:
-    """The file of this name in the folder of the robot file, where there is one; else the name.
-
-    Args:
-        path: the robot file.
-        name: of the file wanted, with or without its suffix.
-        suffix: of such files.
-    """
+    """The file of this name in the folder of the robot file, where there is one; else the name."""
     for file in (path.parent / name, path.parent / f"{name}{suffix}"):
         if file.is_file():
             return file
@@ -88,10 +82,6 @@ def part_files(contents: dict[str, Any], path: Path) -> list[Path]:
 
 def parts_contact(robot: Robot, path: Path) -> Literal["none", "full"] | ContactBasis:
     """Contact of a robot of parts: the bases that their files name, and unit columns for all else.
-
-    Args:
-        robot: of the parts.
-        path: its file.
 
     Raises:
         BasisError: a basis was made for another robot than that of its part.

@@ -97,11 +97,6 @@ def locked(
 def unlocked(robot: Robot, locks: Command, actuator: str) -> Command:
     """The locks without one.
 
-    Args:
-        robot: of which they are.
-        locks: before.
-        actuator: name.
-
     Raises:
         LockError: no such actuator, or one that is not locked.
     """
@@ -189,12 +184,7 @@ class LockedStep:
     """
 
     def __init__(self, step: CondensedStep, locks: Command) -> None:
-        """Eliminate the locked rows.
-
-        Args:
-            step: system, rows and compliance.
-            locks: what each locked actuator keeps in this step.
-        """
+        """Eliminate the locked rows."""
         W, n_e = step.compliance.W, step.layout.n_e
         rows = sorted_rows(step, locks)
         self.free = np.flatnonzero(~(locks.by_position | locks.by_force))

@@ -132,16 +132,7 @@ def prepared_plans(
     keep: Command,
     enrichment: Enrichment,
 ) -> Prepared:
-    """All of a step but the target, from its condensed rows.
-
-    Args:
-        robot: units of effectors and actuators.
-        step: of one tick.
-        farther: over the horizon.
-        forces: of the last step.
-        keep: position or effort of each actuator in a hold.
-        enrichment: when unit columns join.
-    """
+    """All of a step but the target, from its condensed rows."""
     held = held_ahead(farther, forces, keep, enrichment)
     found, layout = held.step.compliance, held.step.layout
     W, _ = weighted_rows(found.W, found.delta_free, robot.effector_layout.scale)
@@ -160,12 +151,6 @@ def held_ahead(
     """The step over the horizon in which the actuators keep what they have.
 
     With friction, unless no forces within the cones are found: then that of the last step is a load.
-
-    Args:
-        farther: the step.
-        forces: of the last step.
-        keep: position or effort of each actuator.
-        enrichment: when unit columns join.
     """
     if farther.frictional:
         solved = forward_step(farther, enrichment, forces, keep)

@@ -110,10 +110,6 @@ class ModelSettings(Section):
 def controller_settings(contents: dict[str, Any], path: Path) -> ControllerSettings:
     """The settings in a robot file that has been read.
 
-    Args:
-        contents: of the file, not validated.
-        path: the file, for errors.
-
     Raises:
         RobotFileError: a field that is not allowed.
     """

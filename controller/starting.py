@@ -22,25 +22,13 @@ _WARM_UP = 12  # control steps; enough for every kernel to be compiled or loaded
 
 
 def started_controller(robot: str | Path, model: Order | None, contact: str | None) -> Controller:
-    """The controller of a robot file, as a node starts it.
-
-    Args:
-        robot: name or path.
-        model: another than the file's.
-        contact: another than the file's.
-    """
+    """The controller of a robot file, as a node starts it."""
     with one_blas_thread():
         return warm_controller(_setup_of(robot, model, contact))
 
 
 def started_simulator(robot: str | Path, model: Order | None, contact: str | None) -> Simulator:
-    """The simulator of a robot file, settled under its loads where the file does not say otherwise.
-
-    Args:
-        robot: name or path.
-        model: another than the file's.
-        contact: another than the file's.
-    """
+    """The simulator of a robot file, settled under its loads where the file does not say otherwise."""
     setup = _setup_of(robot, model, contact)
     checked = None if isinstance(setup.contact, str) else default_enrichment(setup.robot.tolerance)
     simulator = Simulator(setup.robot, setup.contact, checked)

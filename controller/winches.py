@@ -211,13 +211,7 @@ def exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
 
 
 def stalled_locks(locks: Command, tick: FirstTick, robot: Robot) -> Bools:
-    """Which locks (n_a,) do not get where they are to be in a tick.
-
-    Args:
-        locks: positions and efforts of locked actuators.
-        tick: solved.
-        robot: rates.
-    """
+    """Which locks (n_a,) do not get where they are to be in a tick."""
     short = ROUNDING * robot.h * robot.limits.rate
     found: Bools = locks.by_position & (np.abs(tick.position - locks.position) > short)
     return found

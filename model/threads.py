@@ -83,9 +83,6 @@ def _openblas(library: Any) -> _Library:
 
     threadpoolctl looks its functions up in every call, and lets one thread of Python set numbers from 3.8 on;
     here they take turns.
-
-    Args:
-        library: as threadpoolctl found it.
     """
     for prefix in ("", "scipy_"):
         for name in NAMES:

@@ -76,14 +76,7 @@ class Provenance:
 
 
 def made_for_another(made_for: str, digest: str, name: str, now: str) -> str:
-    """What a basis was made for, as the end of a sentence, where that is not the robot it is used with.
-
-    Args:
-        made_for: name of the robot that it was made for.
-        digest: of that robot.
-        name: of the robot that it is used with.
-        now: its digest.
-    """
+    """What a basis was made for, as the end of a sentence, where that is not the robot it is used with."""
     what = differences(digest, now)
     return f"was made for robot {made_for!r}, which is not {name!r} as it is now: {what} differ"
 

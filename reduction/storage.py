@@ -43,11 +43,6 @@ class DamagedFile(ValueError):
 def located(name_or_path: str | Path, suffix: str, what: str) -> Iterator[Path]:
     """The file of a path, or the file shipped for a robot of that name.
 
-    Args:
-        name_or_path: path, or name of a shipped robot.
-        suffix: of the file's name.
-        what: kind of file, for the message.
-
     Raises:
         UnknownFile: it is neither.
     """

@@ -17,9 +17,6 @@ def end_with(parent: int) -> None:
     """Have this process asked to end (SIGTERM) when its parent has ended, however that has.
 
     Only Linux can do that; elsewhere the process outlives a parent that is killed.
-
-    Args:
-        parent: number of the process that has started this one.
     """
     if sys.platform != "linux":
         return

@@ -112,10 +112,6 @@ def unused_tables(contents: dict[str, Any], path: Path) -> Iterator[str]:
 
     Of `controller` a part has its own contact basis; its rate is compared where the robot is made.
 
-    Args:
-        contents: of the file of all parts, of a robot that has been made of it.
-        path: the file.
-
     Raises:
         RobotFileError: a table of a part's file cannot be used.
     """

@@ -60,13 +60,7 @@ def eliminate_pushing(problem: Scaled, modes: Ints) -> Pushing:
 
 @kernel
 def affine_map(pushing: Pushing, n_a: int, k: int) -> tuple[Array, Array, Ints]:
-    """T, t of z = T y + t, and which z are not fixed at zero.
-
-    Args:
-        pushing: the eliminated modes.
-        n_a: number of tensions.
-        k: number of contact modes.
-    """
+    """T, t of z = T y + t, and which z are not fixed at zero."""
     rank, cols = pushing.rank, pushing.cols
     free = len(cols) - rank
     T, t = np.zeros((n_a + k, n_a + free)), np.zeros(n_a + k)

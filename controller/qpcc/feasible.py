@@ -46,13 +46,7 @@ def least_violation(descent: Descent, piece: Bools) -> DescentPoint | None:
 
 
 def own_variables(n_a: int, p: int, k: int) -> Ints:
-    """Where a and β are among (a, s, β).
-
-    Args:
-        n_a: number of tensions.
-        p: number of limits, each with a slack s.
-        k: number of contact modes.
-    """
+    """Where a and β are among (a, s, β)."""
     return np.concatenate([np.arange(n_a), np.arange(n_a + p, n_a + p + k)])
 
 

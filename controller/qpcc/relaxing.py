@@ -48,11 +48,6 @@ def favouring_largest(problem: Qpcc, nearest: Solution, others: int) -> Qpcc:
 
     The largest forces stay limits, so that of two that contradict each other the smallest one gives way.
     It is the problem itself where no largest force is exceeded.
-
-    Args:
-        problem: whose last limits are those of contact forces.
-        nearest: the point that violates all limits least.
-        others: number of the limits before them.
     """
     reached = problem.G @ np.concatenate([nearest.lam_a, nearest.beta])  # (p,)
     short = reached < problem.g_lo - SLACK * np.abs(problem.g_lo)
@@ -72,12 +67,7 @@ def favouring_largest(problem: Qpcc, nearest: Solution, others: int) -> Qpcc:
 
 
 def relaxed(problem: Qpcc, nearest: Solution) -> Qpcc:
-    """A problem without solution with limits that are met by the point that violates them least.
-
-    Args:
-        problem: its bounds on λ_a remain.
-        nearest: that point.
-    """
+    """A problem without solution with limits that are met by the point that violates them least."""
     reached = problem.G @ np.concatenate([nearest.lam_a, nearest.beta])  # (p,)
     slack = SLACK * np.abs(reached)
     return replace(

@@ -166,14 +166,7 @@ def contact_forces(problem: Scaled, a: Array, guess: Bools) -> tuple[bool, Bools
 
 
 def finish(problem: Qpcc, best: DescentPoint, units: Units, budget: Budget) -> Solution:
-    """The best point of a descent, in the problem's units.
-
-    Args:
-        problem: the QPCC.
-        best: the best point found, scaled.
-        units: of the scaled problem.
-        budget: QPs and time of the solve.
-    """
+    """The best point of a descent, in the problem's units."""
     status = Status.OK
     if not best.stationary:
         status = Status.MAX_PIVOTS if budget.exhausted else Status.FEASIBLE_ONLY
@@ -186,13 +179,6 @@ def infeasible(
     """The least violating point, with the names of the limits in conflict.
 
     Those are the limits it violates, and the bounds that keep it from violating them less.
-
-    Args:
-        problem: the QPCC.
-        units: of the scaled problem.
-        violating: the point of least violation, scaled.
-        status: INFEASIBLE or NOT_FOUND.
-        pivots: number of QPs solved.
     """
     limits = violating.dual[2 * len(problem.m) :]  # (p,) minus the violations
     pressing = 1e-6 * np.abs(limits).max(initial=0.0)

@@ -82,13 +82,7 @@ class NodalCurvature:
 
 
 def coupled_nodes(paths: Paths, stations: NodePoints, chambers: ChamberSet) -> list[Ints]:
-    """Groups of nodes (g, s) that cables and chambers couple.
-
-    Args:
-        paths: of the cables.
-        stations: points that they pass.
-        chambers: cavities under pressure.
-    """
+    """Groups of nodes (g, s) that cables and chambers couple."""
     return [segment_nodes(paths, stations), chambers.nodes]
 
 

@@ -48,11 +48,7 @@ class ForceSet:
         return found
 
     def rows(self, placed: Placed) -> Rows:
-        """Mean displacements along the directions: Rows of (f, n) [m].
-
-        Args:
-            placed: the points.
-        """
+        """Mean displacements along the directions: Rows of (f, n) [m]."""
         along = self.vectors(np.ones(len(self)))
         H = placed.rows(Entries(self.starts, np.arange(len(along)), along))
         delta = np.einsum("fi,fi->f", self.directions, self.means(placed.y)) - self.rest

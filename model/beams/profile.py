@@ -56,12 +56,7 @@ def round_outline(diameter: float) -> Array:
 
 
 def section(settings: SectionSettings, material: Material) -> Profile:
-    """The cross-section that has given stiffnesses with a material.
-
-    Args:
-        settings: stiffnesses and mass.
-        material: of the robot, by which stiffnesses are divided.
-    """
+    """The cross-section that has given stiffnesses with a material."""
     E, G = material.young_modulus, material.lame[1]
     shear = (np.inf, np.inf) if settings.shear is None else settings.shear
     return Profile(

@@ -67,11 +67,6 @@ def chain_surface(body: Beams, profile: Profile) -> tuple[Array, Ints]:
 def outline(body: Beams, k: int, profile: Profile) -> tuple[AttachedPoints, Ints]:
     """The lateral surface of a beam.
 
-    Args:
-        body: the beams.
-        k: number of the element.
-        profile: its cross-section.
-
     Returns:
         Points attached between the two nodes, and triangles (t, 3) of them.
     """
@@ -85,13 +80,7 @@ def outline(body: Beams, k: int, profile: Profile) -> tuple[AttachedPoints, Ints
 
 
 def ring_of(body: Beams, k: int, profile: Profile) -> Array:
-    """The outline of an element at rest, about its axis, in the axes of the world: (c, 3) [m].
-
-    Args:
-        body: the beams.
-        k: number of the element.
-        profile: its cross-section.
-    """
+    """The outline of an element at rest, about its axis, in the axes of the world: (c, 3) [m]."""
     frame = Rotation.from_quat(np.roll(body.axes[k], -1)).as_matrix()  # columns are the axes
     ring: Array = profile.outline @ frame[:, 1:].T
     return ring

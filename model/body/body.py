@@ -170,10 +170,6 @@ class Body(ABC, Generic[P]):
     def system(self, assembled: Assembled, integration: Integration) -> System:
         """The system of one step, `Robot.linearise` where forces and tangents are known.
 
-        Args:
-            assembled: by this body or a fork.
-            integration: scheme and length of the step.
-
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """
@@ -192,12 +188,7 @@ class Body(ABC, Generic[P]):
 
     @abstractmethod
     def damping_at(self, state: State, scheme: Integration) -> tuple[Array | None, Array]:
-        """Forces (n,) of viscous materials' memory [N] or None, and C without a M as the body stores it.
-
-        Args:
-            state: where a step is linearised.
-            scheme: its length and damping.
-        """
+        """Forces (n,) of viscous materials' memory [N] or None, and C without a M as the body stores it."""
 
     @abstractmethod
     def factors(self) -> Factorisation:
@@ -288,12 +279,7 @@ class Body(ABC, Generic[P]):
         return force
 
     def damping_at_end(self, start: StepStart, K: Array) -> Array:
-        """Second derivative of ½ vᵀ C v by v h at the end of a step, where it may be approximated.
-
-        Args:
-            start: of the step, with C.
-            K: tangent at the end.
-        """
+        """Second derivative of ½ vᵀ C v by v h at the end of a step, where it may be approximated."""
         return start.damping
 
     def step_start(self, state: State) -> StepStart:

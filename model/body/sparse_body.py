@@ -206,20 +206,11 @@ class SparseBody(Body[P]):
 
         The exact tangent may be indefinite (buckling, compression); the last one, which is semidefinite, has
         a factor unless the state has blown up.
-
-        Args:
-            at: the state where the step starts.
-            scheme: of the step.
         """
         return tried_tangents(scheme, at.K, lambda: self.semidefinite(at, scheme))
 
     def semidefinite(self, at: SparseAssembled, scheme: Integration) -> Array:
-        """The positive semidefinite tangent (nnz,) of a step.
-
-        Args:
-            at: the state where the step starts.
-            scheme: of the step.
-        """
+        """The positive semidefinite tangent (nnz,) of a step."""
         return self.forces(at.state, at.effort, exact=False)[1]
 
     def matrix(self, values: Array) -> sp.csc_array:

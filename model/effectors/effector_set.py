@@ -59,11 +59,7 @@ class EffectorSet:
         return np.array([found.position for found in self.measured(y)])
 
     def rows(self, placed: Placed) -> EffectorRows:
-        """Rows over the unknowns.
-
-        Args:
-            placed: all points.
-        """
+        """Rows over the unknowns."""
         y = placed.y
         if self.one_point_each:
             return EffectorRows(placed.motion(), y.ravel(), y.ravel(), y)
@@ -77,11 +73,7 @@ class EffectorSet:
         )
 
     def places(self, placed: Placed) -> Rows:
-        """Positions (3 p,) of the places where outer forces act on the effectors.
-
-        Args:
-            placed: all points.
-        """
+        """Positions (3 p,) of the places where outer forces act on the effectors."""
         blocks = [measure.carrier[None, :, None] * np.eye(3)[:, None] for measure in self.measures]
         vectors = np.concatenate([np.zeros((0, 3)), *(block.reshape(-1, 3) for block in blocks)])
         counts = [3] * len(self)

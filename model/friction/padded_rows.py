@@ -38,12 +38,7 @@ def padded_rows(W: Array, delta: Array, friction: Array) -> Cones:
 
 @kernel
 def padded_places(rows: int, frictional: int) -> Ints:
-    """Where rows (m,), the last of which are of contacts with friction, are among those of `padded_rows`.
-
-    Args:
-        rows: their number m.
-        frictional: number of contacts with friction.
-    """
+    """Where rows (m,), the last of which are of contacts with friction, are among those of `padded_rows`."""
     s, place = rows - 3 * frictional, np.empty(rows, np.int64)
     for i in range(rows):
         place[i] = 3 * i if i < s else 2 * s + i

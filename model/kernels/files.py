@@ -42,10 +42,6 @@ def read_checked(path: Path) -> bytes:
 def checked(content: bytes, name: str) -> bytes:
     """What `with_digest` was given.
 
-    Args:
-        content: of a file.
-        name: of the file, for the error.
-
     Raises:
         OSError: it was damaged.
     """

@@ -24,13 +24,7 @@ def without_ir(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def rebuilt(rebuild: Callable[..., Any], context: Any, reduced: tuple[Any, ...]) -> Any:
-    """The compiled kernel; where it is `without_ir`, compiling a kernel that calls it raises a `NumbaError`.
-
-    Args:
-        rebuild: numba's own.
-        context: of the compiler.
-        reduced: the kernel as it was pickled.
-    """
+    """The compiled kernel; compiling a kernel that calls one `without_ir` raises a `NumbaError`."""
     (name, kind, data), described, *rest = reduced
     if kind != "object" or data[1] != NONE:
         return rebuild(context, reduced)

@@ -14,14 +14,7 @@ from tauten.model.kernels.target import portable_machine
 
 
 def gather(caches: Iterable[KernelCache], folder: Path, seed: Seed | None, target: Path) -> None:
-    """Copy the portable entries of these functions into a new folder, as entries that nothing has used yet.
-
-    Args:
-        caches: of the functions.
-        folder: that may have entries.
-        seed: that may have them too.
-        target: the new folder.
-    """
+    """Copy the portable entries of these functions into a new folder, as entries that nothing used yet."""
     target.mkdir(parents=True)
     for cache in caches:
         sources: list[KernelCacheFile] = [cache.file_in(folder)]

@@ -37,10 +37,6 @@ def sources_digest(function: Callable[..., Any], options: str) -> str:
 
     It has to be called where all that the function uses is defined, as when it is compiled: numba takes the
     values from that time.
-
-    Args:
-        function: the function to compile.
-        options: of the compiler.
     """
     found = ((full_name(one), _own(one)) for one in _reached(function))
     parts = [numba.__version__, NUMBERING, options, full_name(function), *sorted(found)]

@@ -110,12 +110,6 @@ def build_actuators(
 ) -> ActuatorParts:
     """All actuators of a robot file but drives.
 
-    Args:
-        config: the robot file.
-        body: with the mesh and the masses of its nodes.
-        selector: of regions of the mesh.
-        places: on the bodies.
-
     Raises:
         RobotFileError: a point outside the mesh, a chamber that is not closed, an empty region.
     """
@@ -137,11 +131,6 @@ def build_actuators(
 
 def build_chamber(item: ChamberSettings, selector: Selector, places: MeshPlaces) -> ChamberSurface:
     """The closed surface of a chamber.
-
-    Args:
-        item: the chamber.
-        selector: of regions of the mesh.
-        places: on the bodies.
 
     Raises:
         RobotFileError: a surface that is not there, not closed or outside the mesh.
@@ -200,14 +189,7 @@ def turned_surface(item: ChamberSettings, points: Array, triangles: Ints) -> str
 def pushed_nodes(
     item: ForceSettings, body: BodyParts, selector: Selector, places: MeshPlaces
 ) -> Array:
-    """Weights (n_nodes,) of the nodes in the point of a force; in a region they are by mass.
-
-    Args:
-        item: the force.
-        body: with the mesh and the masses of its nodes.
-        selector: of regions of the mesh.
-        places: on the bodies.
-    """
+    """Weights (n_nodes,) of the nodes in the point of a force; in a region they are by mass."""
     weights = np.zeros(len(body.mesh.nodes))
     if item.point is not None:
         where = f"{selector.source}: forces.{item.name}.point"
@@ -221,12 +203,7 @@ def pushed_nodes(
 
 
 def build_cables(config: RobotConfig, places: Places[P]) -> tuple[Paths, P]:
-    """Cables, and the points that they pass.
-
-    Args:
-        config: the robot file.
-        places: on its bodies.
-    """
+    """Cables, and the points that they pass."""
     stations: list[P] = []
     counts = []
     for index, cable in enumerate(config.cables):

@@ -161,12 +161,7 @@ def groups(ends: Ints) -> Ints:
 
 
 def build_beam_forces(config: RobotConfig, places: BeamPlaces) -> tuple[ForceSet, AttachedPoints]:
-    """Forces at points or spread over nodes, and the points that they act on.
-
-    Args:
-        config: the robot file.
-        places: on the bodies.
-    """
+    """Forces at points or spread over nodes, and the points that they act on."""
     points, shares, directions = [], [], [np.zeros((0, 3))]
     for item in config.forces:
         what = f"forces.{item.name}"
@@ -204,9 +199,6 @@ def joined_beams(parts: Sequence[BeamPart]) -> Beams:
 def drawn_beams(parts: Sequence[BeamPart]) -> tuple[AttachedPoints, Ints]:
     """Surfaces of files, then outlines of all beams.
 
-    Args:
-        parts: the bodies made of beams.
-
     Returns:
         Points that are attached to the nodes of `joined_beams`, and triangles (t, 3) of them.
     """
@@ -227,12 +219,7 @@ def drawn_beams(parts: Sequence[BeamPart]) -> tuple[AttachedPoints, Ints]:
 
 
 def beam_surfaces(bodies: Bodies, beams: Beams) -> BeamSurfaces:
-    """The surfaces of beams, to touch and to be drawn.
-
-    Args:
-        bodies: the bodies, all of them beams.
-        beams: the beams as one.
-    """
+    """The surfaces of beams, to touch and to be drawn."""
     owner = np.zeros(len(bodies.parts.mesh.nodes), dtype=np.int64)
     first = 0
     for part in bodies.beams:

@@ -263,12 +263,7 @@ def build_bodies(config: RobotConfig, shapes: Sequence[Shape], source: str) -> B
 
 
 def with_beams(whole: Selector, beams: Sequence[BeamPart]) -> Selector:
-    """A selector that knows the surfaces of beams besides.
-
-    Args:
-        whole: of all bodies.
-        beams: those that are beams.
-    """
+    """A selector that knows the surfaces of beams besides."""
     ranges, triangles, owners = {}, [], []
     of_beams = {part.name: part for part in beams}
     count = 0
@@ -308,14 +303,6 @@ def build_body(
     prefix: str,
 ) -> BodyParts:
     """The domains of one body, each with the law of its region, and its masses.
-
-    Args:
-        body: its table.
-        own: its mesh in its own coordinates, in which regions are given.
-        mesh: the same where it stands.
-        named: regions by name.
-        source: the robot file's path, for errors.
-        prefix: of the table's fields, for errors.
 
     Raises:
         RobotFileError: a region of `materials` without elements, or elements that do not fit the mesh.

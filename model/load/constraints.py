@@ -77,10 +77,6 @@ class Constraints:
 def build_constraints(config: RobotConfig, bodies: Bodies) -> Constraints:
     """The constraints of a robot file.
 
-    Args:
-        config: the robot file.
-        bodies: its bodies.
-
     Raises:
         RobotFileError: a region that is fixed or moves with two frames, nodes that are glued twice, or that
             lie away from what they are glued to.

@@ -58,10 +58,6 @@ NO_TRIANGLES = np.zeros((0, 3), dtype=np.int64)
 def build_contacts(config: RobotConfig, selector: Selector) -> ContactSet:
     """Candidates and target surfaces of every contact of a robot with meshes.
 
-    Args:
-        config: the robot file.
-        selector: of regions of the mesh.
-
     Raises:
         RobotFileError: a surface without triangles or area.
     """
@@ -125,10 +121,6 @@ def force_bounds(contact: TouchSettings) -> ForceBounds:
 
 def build_obstacle(item: ObstacleSettings, source: str) -> Obstacle:
     """An obstacle.
-
-    Args:
-        item: the table.
-        source: the robot file's path, for errors and for files beside it.
 
     Raises:
         RobotFileError: a shape that nobody has, or parameters that it does not take.
@@ -227,12 +219,7 @@ def check_outside(obstacle: Obstacle, vertices: Array, triangles: Ints, where: s
 
 
 def contact_surfaces(config: RobotConfig, selector: Selector) -> dict[str | None, Ints]:
-    """Triangles (t, 3) of each surface by name; None is the whole boundary.
-
-    Args:
-        config: the robot file.
-        selector: of regions of the mesh.
-    """
+    """Triangles (t, 3) of each surface by name; None is the whole boundary."""
     obstacles = {one.name for one in config.obstacles}
     used = [name for contact in config.contacts for name in (contact.candidates, contact.against)]
     wanted = dict.fromkeys([*(surface.name for surface in config.surfaces), *used])

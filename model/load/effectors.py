@@ -149,10 +149,6 @@ def length_measure(
 def function_measure(item: EffectorSettings, what: str) -> Measure:
     """A function of points that another package computes.
 
-    Args:
-        item: the effector.
-        what: its table, for errors.
-
     Raises:
         RobotFileError: no package has the function, or it does not give a number with its derivative.
     """
@@ -174,10 +170,6 @@ def build_beam_effectors(
     effectors: list[EffectorSettings], places: BeamPlaces
 ) -> Effectors[AttachedPoints]:
     """Effectors of a robot whose bodies are all made of beams.
-
-    Args:
-        effectors: of the robot file.
-        places: on its bodies.
 
     Raises:
         RobotFileError: a point that lies away from the beams, an empty region, a kind that beams do not have.

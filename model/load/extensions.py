@@ -43,11 +43,6 @@ def extension(group: str, name: str) -> Any:
 def required_extension(group: str, name: str, field: str) -> Any:
     """What an installed package registers by a name of a robot file.
 
-    Args:
-        group: of entry points.
-        name: in the group.
-        field: of the robot file that names it, for errors.
-
     Raises:
         RobotFileError: no package has it, or it cannot be imported.
     """
@@ -107,13 +102,7 @@ def _check_names(make: Callable[..., Any], given: int, field: str, names: set[st
 
 
 def _as_array(field: str, name: str, value: Any) -> Any:
-    """A list as an array; other values as they are.
-
-    Args:
-        field: table of the robot file, for errors.
-        name: of the parameter.
-        value: what the file says.
-    """
+    """A list as an array; other values as they are."""
     if not isinstance(value, list):
         return value
     try:

@@ -21,11 +21,6 @@ def loose_nodes(config: RobotConfig, bodies: Bodies, constraints: Constraints) -
     Nodes that are fixed or move with a drive hold a body where three of them are not on a line. Bodies that
     are attached to each other are held together, and are free together.
 
-    Args:
-        config: the robot file.
-        bodies: the bodies.
-        constraints: what joins them.
-
     Raises:
         RobotFileError: nothing holds a body that is not free, or the fixed nodes are all there are.
     """
@@ -76,13 +71,7 @@ def groups_of_bodies(bodies: Bodies, constraints: Constraints) -> tuple[Ints, In
 
 
 def require_no_spin(beams: list[BeamPart], bodies: Bodies, constraints: Constraints) -> None:
-    """Raise a RobotFileError where a beam is held by pins on a line only, about which it may turn.
-
-    Args:
-        beams: the beams that something must hold.
-        bodies: the bodies.
-        constraints: what joins them.
-    """
+    """Raise a RobotFileError where a beam is held by pins on a line only, about which it may turn."""
     glued = constraints.glued
     moving: list[AnyFrame] = [*constraints.rigid, *constraints.pinned, *constraints.drives]
     firm, of_beams = bodies.fixed.copy(), bodies.beam_nodes

@@ -196,13 +196,7 @@ def pinned_nodes(bodies: Bodies, one: Attachment, taken: Bools) -> list[PinnedRe
 
 
 def pinned_body(bodies: Bodies, one: Attachment, region: RigidRegion) -> PinnedRegion:
-    """A rigid body that turns about a point.
-
-    Args:
-        bodies: the bodies.
-        one: the pin or hinge.
-        region: the rigid body.
-    """
+    """A rigid body that turns about a point."""
     source = bodies.selector.source
     if one.item.through is None:
         raise RobotFileError(
@@ -218,11 +212,6 @@ def alignment(bodies: Bodies, one: Attachment, body: PinnedRegion) -> list[sp.cs
     """Springs (3, 3 n_nodes) that keep the axis of a hinge common to two rigid bodies, see `FrameJoints`.
 
     Two springs, at the same distance on both sides of the pin, press a couple only.
-
-    Args:
-        bodies: the bodies.
-        one: the hinge.
-        body: the body that it holds, whose pin is a point of the axis.
     """
     source, mesh = bodies.selector.source, bodies.parts.mesh
     if one.item.radius is not None:
@@ -261,14 +250,7 @@ def combination(corners: Array, point: Array) -> Array:
 
 
 def require_no_circle(pinned: list[PinnedRegion], glued: GluedNodes, n: int, source: str) -> None:
-    """Raise a RobotFileError where parts follow each other in a circle.
-
-    Args:
-        pinned: pinned regions.
-        glued: glued nodes.
-        n: number of nodes.
-        source: the robot file's path.
-    """
+    """Raise a RobotFileError where parts follow each other in a circle."""
     used = glued.weights != 0.0
     rows = [np.repeat(glued.nodes, used.sum(axis=1))]
     columns = [glued.masters[used]]

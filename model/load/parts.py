@@ -59,11 +59,6 @@ Read = Callable[[str], LoadedPart]  # by the file of a part
 def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody]:
     """One robot of several parts.
 
-    Args:
-        config: its file.
-        read: loads the robot of a part.
-        source: the robot file's path, for errors.
-
     Raises:
         RobotFileError, MeshError: a part cannot be used, or a surface is unknown.
     """
@@ -111,11 +106,6 @@ def unused_fields(
     """What files of parts say otherwise than the file of all parts, which does not say it but counts.
 
     Gravity that is the same in the frame of the part or of the robot is not otherwise.
-
-    Args:
-        config: the file of all parts.
-        loaded: the parts.
-        places: where they stand.
     """
     used = np.array(config.gravity)
     for part, one, place in zip(config.parts, loaded, places, strict=True):
@@ -135,14 +125,7 @@ def unused_fields(
 
 
 def digest_of(config: PartsConfig, parts: Sequence[Part], between: Between, source: str) -> str:
-    """What the contact forces of a robot of parts depend on.
-
-    Args:
-        config: its file.
-        parts: the parts.
-        between: contact between them.
-        source: the robot file's path.
-    """
+    """What the contact forces of a robot of parts depend on."""
     names = [part.named(name) for part in parts for name in part.robot.actuators.names]
     members = [
         [names.index(name) for name in item.members if name in names] for item in config.couplings

@@ -23,10 +23,6 @@ def build_transmissions(
 ) -> TransmissionSet[P] | None:
     """Transmissions of a robot; None: there are none.
 
-    Args:
-        items: of the robot file.
-        places: on its bodies.
-
     Raises:
         RobotFileError: a point outside of the bodies, an empty region, a function that no package has or that
             does not give a number with its derivative.

@@ -25,9 +25,6 @@ class NodeNumbers:
     def chosen(self, wanted: Ints) -> Bools:
         """The nodes with some numbers, and those added between two of them: (n_nodes,) bool.
 
-        Args:
-            wanted: numbers in the file.
-
         Raises:
             ValueError: a number that no node has.
         """

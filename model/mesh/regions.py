@@ -100,10 +100,6 @@ class Selector:
     def select_nodes(self, selection: Region | str, what: str) -> Bools:
         """Which nodes a region or the name of one selects: (n_nodes,) bool.
 
-        Args:
-            selection: the region.
-            what: where it comes from, for errors.
-
         Raises:
             RobotFileError: none, or a group or file that does not exist.
         """

@@ -36,10 +36,6 @@ P = TypeVar("P")
 def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
     """One robot of several parts.
 
-    Args:
-        assembly: what makes one robot of them.
-        parts: each under the gravity of its own frame, all with one time step.
-
     Raises:
         ValueError: a coupling or a contact that is none, or a name that is used twice.
     """

@@ -32,10 +32,6 @@ class Motors:
 def parts_motors(parts: Sequence[Part], couplings: Sequence[CouplingSettings]) -> Motors:
     """The actuators of all parts, part by part; a motor of several stands where its first one stood.
 
-    Args:
-        parts: the parts.
-        couplings: differentials without pretensions, over the names that actuators have in the robot.
-
     Raises:
         ValueError: a member that is unknown, of another motor, or of another kind than the others; limits of
             members that leave the motor no effort.

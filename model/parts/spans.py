@@ -54,11 +54,6 @@ def scheme_of_part(own: Integration, whole: Integration, given: Integration) -> 
     """The scheme of a part in a step of all parts.
 
     A part is static or dynamic as its file says, unless the step asks for another scheme than the robot's.
-
-    Args:
-        own: of the part.
-        whole: of the robot.
-        given: of the step.
     """
     static = own.static if given.static == whole.static else given.static
     return dataclasses.replace(
@@ -71,12 +66,7 @@ def scheme_of_part(own: Integration, whole: Integration, given: Integration) -> 
 
 
 def start_of_part(body: Body[Any], state: State) -> StepStart:
-    """The start of a part in a step that is iterated; in static steps only what floats has inertia.
-
-    Args:
-        body: of the part.
-        state: of the part.
-    """
+    """The start of a part in a step that is iterated; in static steps only what floats has inertia."""
     mass = np.zeros(body.stored_shape)
     if not body.integration.static:
         start = body.step_start(state)

@@ -36,11 +36,6 @@ class OuterForces(Generic[P]):
         return force
 
     def work(self, motion: Motion[P], rest: Motion[P]) -> float:
-        """Work of the forces on the way from one state to another [J].
-
-        Args:
-            motion: of the body there.
-            rest: of the body where the way starts.
-        """
+        """Work of the forces on the way from one state to another [J]."""
         moved = motion.placed(self.points).y - rest.placed(self.points).y
         return float(np.vdot(self.vectors, moved))

@@ -54,11 +54,7 @@ class Paths:
         return self.first, self.owner, self.shortest
 
     def rows(self, placed: Placed) -> Rows:
-        """Pulled lengths and H_a = −∂L/∂q: Rows of (n_a, n) [m].
-
-        Args:
-            placed: the stations.
-        """
+        """Pulled lengths and H_a = −∂L/∂q: Rows of (n_a, n) [m]."""
         length, vectors = np.zeros(len(self.rest_length)), np.zeros(placed.y.shape)
         add_lengths(placed.y, self.starts, self.shortest, length, vectors)
         H = placed.rows(Entries(self.starts, self.stations, vectors))

@@ -108,13 +108,7 @@ def skin_of(robot: Robot) -> SkinMesh:
 
 
 def pushing_contacts(robot: Robot, state: State, found: ContactForces) -> PushingContacts:
-    """Contacts that push in a state.
-
-    Args:
-        robot: the robot.
-        state: of the robot.
-        found: contacts in range with their forces.
-    """
+    """Contacts that push in a state."""
     lam = np.linalg.norm(found.force, axis=1)
     largest = float(lam.max(initial=0.0))
     if not largest > 0.0:

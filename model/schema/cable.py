@@ -171,13 +171,7 @@ class CouplingSettings(Section):
 def check_couplings(
     couplings: Sequence[CouplingSettings], kinds: Mapping[str, str], sprung: set[str]
 ) -> None:
-    """Raise a ValueError where a coupling names what is no actuator, is another's, or of another kind.
-
-    Args:
-        couplings: of a robot file.
-        kinds: kind of every actuator that is no coupling, by name.
-        sprung: names of the cables with a spring that only pull.
-    """
+    """Raise a ValueError where a coupling names what is no actuator, is another's, or of another kind."""
     taken: set[str] = set()
     for index, coupling in enumerate(couplings):
         for name in coupling.members:

@@ -271,13 +271,7 @@ class ContactRange(Section):
 def check_surfaces(
     contacts: Sequence[ContactSettings], known: set[str], obstacles: Sequence[str]
 ) -> None:
-    """Raise a ValueError when a contact names what is not known, or when names do not tell things apart.
-
-    Args:
-        contacts: of a robot file.
-        known: names of its surfaces and regions.
-        obstacles: names of its obstacles.
-    """
+    """Raise a ValueError when a contact names what is not known, or when names do not tell things apart."""
     if ITSELF in known.union(obstacles):
         raise ValueError(f"no surface, region or obstacle may have the name {ITSELF!r}")
     for obstacle in obstacles:
@@ -307,11 +301,6 @@ def check_forces(
     contact: ContactRange,
 ) -> None:
     """Make sure that contacts together may push as much as each of them is to.
-
-    Args:
-        contacts: their tables, and what each is against.
-        obstacles: those against which they may be.
-        contact: settings of all of them.
 
     Raises:
         ValueError: they may not.

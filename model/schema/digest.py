@@ -46,11 +46,6 @@ def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> 
     """The digest of a robot with bodies: eight digits of a SHA-256 for each of `PARTS`.
 
     It covers what contact forces depend on, and neither loads, limits, control nor effectors.
-
-    Args:
-        config: the robot file.
-        meshes: content of the mesh or the beams of each body, as it was read.
-        folder: where other files that the robot file names are.
     """
     write, bodies = _Writer(_named(config), folder), config.all_bodies
     outside = [] if config.extrapolate_from == "face" else [config.extrapolate_from]
@@ -74,11 +69,6 @@ def digests_of_fewer(digest: str, config: RobotConfig, folder: Path) -> tuple[st
     """Digests of the robot with the first 0, 1, 2, ... of its contacts, the last one left out at least.
 
     A basis of contact forces that was made before contacts were added to a file still fits the others.
-
-    Args:
-        digest: of the robot.
-        config: the robot file.
-        folder: where other files that the robot file names are.
     """
     write, at = _Writer(_named(config), folder), PARTS.index("contacts") * _DIGITS
     return tuple(
@@ -88,13 +78,7 @@ def digests_of_fewer(digest: str, config: RobotConfig, folder: Path) -> tuple[st
 
 
 def joined_digest(robots: Sequence[str], couplings: str, contacts: str) -> str:
-    """The digest of a robot of several parts from theirs, part by part of `PARTS`.
-
-    Args:
-        robots: digests of the parts.
-        couplings: motors of several parts.
-        contacts: what lies between the parts.
-    """
+    """The digest of a robot of several parts from theirs, part by part of `PARTS`."""
     more, found = {"couplings": couplings, "contacts": contacts}, []
     for k, what in enumerate(PARTS):
         own = [digest[k * _DIGITS : (k + 1) * _DIGITS] for digest in robots]
@@ -140,13 +124,7 @@ def _hashed(part: Any) -> str:
 
 
 def _contacts(config: RobotConfig, write: _Writer, count: int) -> list[Any]:
-    """What the first contacts of a robot depend on.
-
-    Args:
-        config: the robot file.
-        write: for it.
-        count: how many of its contacts.
-    """
+    """What the first contacts of a robot depend on."""
     contacts, alarm = config.contacts[:count], config.contact.alarm_distance
     folded = any(item.against == ITSELF for item in contacts)
     return [write.plain(contacts), alarm if folded else None, *_held(config)]

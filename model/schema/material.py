@@ -214,10 +214,6 @@ def with_densities(raw: Any, shared: Any = None) -> Any:
     """A table with `material` and `materials`, not validated, with the densities that may be left out.
 
     Where `material` has a total mass, a part without density has that of `material`.
-
-    Args:
-        raw: the table.
-        shared: the material that it has where it gives none, not validated.
     """
     if not isinstance(raw, dict):
         return raw

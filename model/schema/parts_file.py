@@ -168,12 +168,7 @@ def parts_digest(
 
 
 def _by_content(obstacle: ObstacleSettings, folder: Path) -> dict[str, Any]:
-    """What contact forces depend on of an obstacle, with the content of its file.
-
-    Args:
-        obstacle: its table.
-        folder: where its file is.
-    """
+    """What contact forces depend on of an obstacle, with the content of its file."""
     found = obstacle.model_dump(exclude={"name"}) | {"stream": None}
     if "file" in obstacle.parameters:
         content = (folder / str(obstacle.parameters["file"])).read_bytes()

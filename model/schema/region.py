@@ -225,12 +225,7 @@ def names_used(selection: Region | str) -> Iterator[str]:
 
 
 def check_regions(named: dict[str, Region], used: list[tuple[str, Region | str]]) -> None:
-    """Raise a ValueError for a name that no region has, and for regions made of themselves.
-
-    Args:
-        named: regions by name.
-        used: selections with the fields they come from.
-    """
+    """Raise a ValueError for a name that no region has, and for regions made of themselves."""
     for field, selection in [
         *((f"regions.{name}", region) for name, region in named.items()),
         *used,

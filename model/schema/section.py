@@ -178,11 +178,6 @@ MaxOutside = Annotated[
 def read_text(path: Path, parse: Callable[[str], Any], kind: str) -> Any:
     """The contents of a file that holds TOML or JSON, not validated.
 
-    Args:
-        path: the file.
-        parse: turns its text into Python values.
-        kind: name of the format, for the error.
-
     Raises:
         RobotFileError: missing, or not of this format.
     """

@@ -77,12 +77,7 @@ class Laws:
         )
 
     def held(self, position: Array, effort: Array) -> Command:
-        """What a hold keeps of positions and efforts (n_a,).
-
-        Args:
-            position: positions that left last.
-            effort: efforts that left last.
-        """
+        """What a hold keeps of positions and efforts (n_a,)."""
         by_force = self.held_by_force
         return Command(np.where(by_force, np.nan, position), np.where(by_force, effort, np.nan))
 

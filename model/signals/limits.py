@@ -76,10 +76,6 @@ def joined_limits(parts: Sequence[Limits]) -> Limits:
 def limits_of(config: RobotConfig, source: str = "robot file") -> Limits:
     """Limits of the actuators of a robot file.
 
-    Args:
-        config: the file.
-        source: its path, for errors.
-
     Raises:
         RobotFileError: the efforts of a coupling leave no effort that all of its members allow.
     """
@@ -98,10 +94,6 @@ def limits_of(config: RobotConfig, source: str = "robot file") -> Limits:
 
 def coupled_range(item: CouplingSettings, members: Sequence[Range]) -> Range:
     """Limits of a motor of several actuators: its own, and the efforts that every member allows.
-
-    Args:
-        item: the motor.
-        members: limits of what it drives.
 
     Raises:
         ValueError: they leave no effort.

@@ -73,11 +73,6 @@ def diverged(robot: Robot, effort: Array, error: Exception) -> str:
 def checked_loads(robot: Robot, gravity: Numbers, effector_force: Numbers) -> tuple[Array, Array]:
     """Gravity (3,) [m/s²] and forces on the effectors (3 p,) [N].
 
-    Args:
-        robot: whose effectors they are.
-        gravity: what is given for gravity.
-        effector_force: what is given for the forces.
-
     Raises:
         ValueError: another shape, or values that are not allowed.
     """
@@ -90,10 +85,6 @@ def checked_loads(robot: Robot, gravity: Numbers, effector_force: Numbers) -> tu
 
 def checked_state(robot: Robot, state: State) -> State:
     """A copy of a state of a robot.
-
-    Args:
-        robot: the robot.
-        state: what is given.
 
     Raises:
         TypeError: it is no state.
@@ -108,11 +99,6 @@ def checked_state(robot: Robot, state: State) -> State:
 
 def checked_forces(robot: Robot, k: int, forces: Forces | None) -> Forces:
     """A copy of the constraint forces of a robot; zero where None is given.
-
-    Args:
-        robot: the robot.
-        k: columns of the basis.
-        forces: what is given.
 
     Raises:
         TypeError: these are no forces.

@@ -128,13 +128,7 @@ def converged_step(
 
 
 def _pushed(last: ForwardStep, forces: Forces, space: ContactSpace) -> float:
-    """The work that obstacles do in a step by their motion [J].
-
-    Args:
-        last: iteration of the step.
-        forces: of it.
-        space: basis of the contact forces.
-    """
+    """The work that obstacles do in a step by their motion [J]."""
     step = last.prediction.step
     found, h = step.rows.contacts.found, step.system.h
     if found.surface is None:

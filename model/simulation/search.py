@@ -73,13 +73,7 @@ class EquilibriumSearch:
     """Searches equilibria of one robot."""
 
     def __init__(self, robot: Robot, space: ContactSpace, enrichment: Enrichment) -> None:
-        """Prepare.
-
-        Args:
-            robot: its factorisation workspace is in use during a search.
-            space: basis of the contact forces.
-            enrichment: when unit columns join.
-        """
+        """Prepare."""
         self.robot, self._space, self._enrichment = robot, space, enrichment
         self._reach, self._near = REACH * robot.size, NEAR * robot.size
         self._turning = robot.body.turning_steps()
@@ -195,12 +189,7 @@ class GrowingLoad:
     """
 
     def __init__(self, start: Command, command: Command) -> None:
-        """At the start.
-
-        Args:
-            start: the load there.
-            command: the load at the end.
-        """
+        """At the start."""
         self._start, self._command = start, command
         self.share, self._step = 0.0, 1.0
 

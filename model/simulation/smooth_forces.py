@@ -17,13 +17,7 @@ SMOOTHING = (
 
 
 def smooth_contact_forces(robot: Robot, state: State, forces: Forces) -> Array:
-    """Normal forces of nearly least norm at an equilibrium, with its friction as a load: (n_c,) [N].
-
-    Args:
-        robot: its factorisation workspace is in use.
-        state: the equilibrium.
-        forces: there.
-    """
+    """Normal forces of nearly least norm at an equilibrium, with its friction as a load: (n_c,) [N]."""
     rows = robot.rows(state)
     contacts = rows.contacts
     lam_c, static = np.zeros(robot.n_c), replace(robot.integration, static=True)

@@ -86,12 +86,7 @@ def body_parts(
 
 
 def join_bodies(parts: list[BodyParts], mesh: TetMesh) -> BodyParts:
-    """Several bodies as one; domains of the same shape and laws that are equal become one.
-
-    Args:
-        parts: the bodies.
-        mesh: their meshes joined in this order.
-    """
+    """Several bodies as one; domains of the same shape and laws that are equal become one."""
     if len(parts) == 1:
         return parts[0]
     laws: list[tuple[Law, Viscosity]] = []

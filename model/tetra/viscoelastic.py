@@ -115,13 +115,7 @@ class Viscoelasticity:
 def make_viscoelasticity(
     solid: Solid, laws: list[Law], viscosities: list[Viscosity]
 ) -> Viscoelasticity:
-    """Constants of a body.
-
-    Args:
-        solid: the body.
-        laws: that its domains point to.
-        viscosities: of each law.
-    """
+    """Constants of a body."""
     count = max(len(item.times) for item in viscosities)
     moduli, times = np.zeros((len(laws), count, 2)), np.ones((len(laws), count))
     for index, (law, item) in enumerate(zip(laws, viscosities, strict=True)):

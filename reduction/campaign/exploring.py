@@ -71,13 +71,7 @@ def exploring(
 
 
 def _pressed_runs(touched: TouchedRobot, found: CommandRange, seed: int) -> tuple[Run, ...]:
-    """Runs from rest to random commands, with spheres in the way of the robot.
-
-    Args:
-        touched: the robot with spheres.
-        found: range of each actuator.
-        seed: of the commands and spheres.
-    """
+    """Runs from rest to random commands, with spheres in the way of the robot."""
     robot = touched.robot
     ends = _random_ends(found, LEAST_PRESSED_RUNS + PRESSED_EACH * robot.n_a, seed + 2)
     ends, centres = pressing_runs(touched, found, ends, seed + 2)
@@ -124,13 +118,7 @@ def _loaded_runs(robot: Robot, found: CommandRange, effectors: int, seed: int) -
 
 
 def _random_ends(found: CommandRange, count: int, seed: int) -> Array:
-    """Shares (count, n_a) of the ranges, from a Latin hypercube.
-
-    Args:
-        found: range of each actuator.
-        count: number of ends.
-        seed: of the random numbers.
-    """
+    """Shares (count, n_a) of the ranges, from a Latin hypercube."""
     levels = latin_hypercube_levels(count, len(found.least), seed)
     ends: Array = np.where(found.least < 0.0, 2.0 * levels - 1.0, levels)
     return ends

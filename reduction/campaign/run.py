@@ -81,13 +81,7 @@ class _Ledger:
 
     @classmethod
     def open(cls, robot: Robot, design: Design, folder: Path) -> _Ledger:
-        """Read the finished chunks from the folder.
-
-        Args:
-            robot: the robot.
-            design: runs of excitations.
-            folder: of the saved chunks.
-        """
+        """Read the finished chunks from the folder."""
         campaign = f"{design.description} [{design.digest()[:12]}]"
         origin = Origin(robot.name, robot.digest, campaign, package_versions())
         ledger = cls(robot, design, folder, origin, tuple([] for _ in design.runs))
@@ -111,12 +105,7 @@ class _Ledger:
         return self.folder / f"run{index:04d}-{self.count(index):06d}{SUFFIX}"
 
     def load(self, path: Path, most: int) -> Snapshots:
-        """A chunk of this campaign.
-
-        Args:
-            path: its file.
-            most: largest number of its equilibria.
-        """
+        """A chunk of this campaign."""
         part = Snapshots.load(path)
         if part.origin != self.origin:
             raise SnapshotError(

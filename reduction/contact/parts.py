@@ -37,12 +37,7 @@ def joined_basis(robot: Robot, bases: Sequence[ContactBasis | None]) -> ContactB
 
 
 def joined_provenance(robot: Robot, origins: Sequence[Provenance]) -> Provenance:
-    """The origin of a basis that is joined of those of parts.
-
-    Args:
-        robot: of the parts.
-        origins: of the bases of parts that have one.
-    """
+    """The origin of a basis that is joined of those of parts."""
     first = origins[0]
     text = "".join(origin.snapshots_digest for origin in origins)
     return Provenance(

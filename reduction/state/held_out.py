@@ -51,13 +51,6 @@ def check_errors(
 
     At equal positions of the actuators, and where the robot holds some by their effort at equal efforts too,
     as of chambers at equal volume and at equal pressure: the larger of both.
-
-    Args:
-        robot: the full model.
-        states: state basis and sample.
-        basis: contact modes.
-        held_out: equilibria of the full model.
-        each: called after each of them at equal positions.
     """
     tolerance = robot.tolerance
     enrichment = default_enrichment(tolerance)

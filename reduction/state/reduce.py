@@ -174,15 +174,7 @@ def _attempts(
     settings: StateSettings,
     report: Report,
 ) -> tuple[list[Attempt], ModelTimes | None]:
-    """Attempts until one has an error within the goal, or another one is of no use; times of the last one.
-
-    Args:
-        robot: the full model.
-        snapshots: of a campaign.
-        basis: contact modes.
-        settings: numbers of modes and tolerances.
-        report: called with the share that is done, and what is being done.
-    """
+    """Attempts until one has an error within the goal, or another one is of no use; times of the last one."""
     report(0.0, "modes of motion and responses")
     training = _training(robot, snapshots, basis, settings.touched)
     held_out = snapshots.select(held_out_snapshots(snapshots))
@@ -247,15 +239,7 @@ def far(attempt: Attempt, goal: float) -> bool:
 
 
 def _part(report: Report, size: float, title: str, share: float, what: str) -> None:
-    """Report a share of a part of the work.
-
-    Args:
-        report: of all the work.
-        size: share of the part in all the work.
-        title: of the part.
-        share: of the part that is done since the last call.
-        what: is being done in it.
-    """
+    """Report a share of a part of the work."""
     report(size * share, title + what)
 
 
@@ -281,14 +265,7 @@ class _Training:
 
 
 def _training(robot: Robot, snapshots: Snapshots, basis: ContactSpace, touched: int) -> _Training:
-    """Modes and responses of the snapshots that are not held out; each run counts the same.
-
-    Args:
-        robot: the full model.
-        snapshots: of a campaign.
-        basis: contact modes.
-        touched: number of effectors whose static responses are all added.
-    """
+    """Modes and responses of the snapshots that are not held out; each run counts the same."""
     body = reducible(robot)
     training = snapshots.select(~held_out_snapshots(snapshots))
     deviations = body.deviations(training.q)  # (m, s)
@@ -342,17 +319,7 @@ def origin_of(
     sample: ElementSample,
     settings: StateSettings,
 ) -> StateOrigin:
-    """Origin of a state basis, its tip errors not measured.
-
-    Args:
-        robot: the full model.
-        training: the snapshots of the training.
-        snapshots_digest: of all snapshots.
-        modes: modes of motion.
-        responses: number of static responses.
-        sample: sampled elements.
-        settings: tolerances and seed.
-    """
+    """Origin of a state basis, its tip errors not measured."""
     return StateOrigin(
         robot=robot.name,
         robot_digest=robot.digest,

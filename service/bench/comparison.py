@@ -106,13 +106,7 @@ def equilibrium(
 
 
 def compare_equilibria(robot: Robot, touching: Equilibrium, passing: Equilibrium) -> Comparison:
-    """Numbers of a comparison.
-
-    Args:
-        robot: the robot.
-        touching: its equilibrium with contact.
-        passing: its equilibrium without contact.
-    """
+    """Numbers of a comparison."""
     gaps = robot.rows(passing.state).contacts.rows.delta
     layout = robot.effector_layout
     change = layout.difference(touching.values, passing.values)  # (n_e,)

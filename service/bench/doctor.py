@@ -34,12 +34,7 @@ class HostFinding:
 
 
 def examine(setup: Setup, seconds: float) -> list[HostFinding]:
-    """Examine machine, libraries, clock and network, and run the loop without cables.
-
-    Args:
-        setup: the robot whose loop is run.
-        seconds: duration of the loop.
-    """
+    """Examine machine, libraries, clock and network, and run the loop without cables."""
     facts = host_info()
     found = [
         HostFinding("processor", f"{facts.processor}, {facts.cores} may be used"),

@@ -103,13 +103,7 @@ def follow(
 
 
 def warmed(controller: Controller, plant: DrivenRobot, settings: ServiceSettings) -> Controller:
-    """The controller after a few ticks towards a target nearby.
-
-    Args:
-        controller: to warm up.
-        plant: that it drives.
-        settings: of the loop.
-    """
+    """The controller after a few ticks towards a target nearby."""
     goal = controller.shifted(_NEARBY * controller.robot.size)
     follow(controller, plant, np.tile(goal, (_WARM_UP, 1)), settings)
     return controller

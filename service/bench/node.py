@@ -165,13 +165,6 @@ def bench_node(
 ) -> NodeBench | None:
     """Serve a robot in a process of its own, stream targets to it, and look at its ticks.
 
-    Args:
-        setup: the robot at the rate that is served.
-        robot: name or file, for the processes.
-        settings: how.
-        stop: raised to end early.
-        notify: called with a sentence before each part of the work.
-
     Returns:
         The numbers; None when stopped before there were any.
 
@@ -280,12 +273,7 @@ class _Observer:
     """
 
     def __init__(self, session: zenoh.Session, keys: Keys) -> None:
-        """Subscribe.
-
-        Args:
-            session: open Zenoh session.
-            keys: of the robot.
-        """
+        """Subscribe."""
         self.ticks: list[Tick] = []
         self._published: list[tuple[float, int]] = []  # time of arrival [s], surfaces so far
         self._source = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(_RING))
@@ -331,16 +319,7 @@ def _served(
     stop: StopFlag,
     notify: Callable[[str], None],
 ) -> _Run:
-    """What a node does that follows a path, without and with a viewer.
-
-    Args:
-        setup: the robot at the rate that is served.
-        robot: name or file, for the processes.
-        path: of the targets.
-        settings: how.
-        stop: raised to end early.
-        notify: called with a sentence before each part of the work.
-    """
+    """What a node does that follows a path, without and with a viewer."""
     port, name, rate = free_ports(), setup.robot.name, setup.robot.integration.rate
     keys, common = Keys(name), ["--port", str(port)]
     with ExitStack() as stack:

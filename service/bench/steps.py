@@ -91,12 +91,7 @@ def bench_steps(
 
 
 def time_forward(robot: Robot, steps: int) -> Spread:
-    """Times of simulator steps while the cables are pulled to half their limit [ms].
-
-    Args:
-        robot: the robot.
-        steps: to measure, after some that are not.
-    """
+    """Times of simulator steps while the cables are pulled to half their limit [ms]."""
     simulator, times = Simulator(robot, contact="none"), []
     for share in np.linspace(0.0, 0.5, steps + WARM_UP):
         start = perf_counter()

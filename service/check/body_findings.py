@@ -20,12 +20,7 @@ STEPS_A_PERIOD = 10.0  # that resolve the first vibration
 
 
 def body_findings(robot: Robot, free: tuple[str, ...] = ()) -> Iterator[Finding]:
-    """Mass, sag under gravity, natural frequencies.
-
-    Args:
-        robot: the robot.
-        free: names of the bodies that nothing needs to hold, by the robot file.
-    """
+    """Mass, sag under gravity, natural frequencies."""
     yield Finding("moving mass", "fine", f"{1e3 * robot.body.moving_mass:.4g} g")
     if free:
         yield Finding("sag and natural frequencies", "fine", not_held(free))

@@ -51,10 +51,6 @@ def certificate_file(robot_file: Path) -> Path:
 def certified(estimate: MeshErrorEstimate, robot_digest: str) -> MeshCertificate:
     """The certificate of the robot's own mesh.
 
-    Args:
-        estimate: a complete comparison of meshes.
-        robot_digest: digest of the robot's description.
-
     Raises:
         ValueError: the comparison was stopped early, or found no equilibrium to compare.
     """
@@ -74,12 +70,7 @@ def certified(estimate: MeshErrorEstimate, robot_digest: str) -> MeshCertificate
 
 
 def mesh_error_text(robot_file: Path, robot_digest: str) -> str:
-    """The error of a robot's mesh in one sentence, for reports.
-
-    Args:
-        robot_file: beside which the certificate is.
-        robot_digest: digest of the robot's description.
-    """
+    """The error of a robot's mesh in one sentence, for reports."""
     command = f"run tauten check {command_name(robot_file)} --save"
     try:
         text = certificate_file(robot_file).read_text(encoding="utf-8")

@@ -177,12 +177,7 @@ def points_outside(config: RobotConfig, mesh: TetMesh) -> Finding:
 
 
 def chamber_findings(config: RobotConfig, folder: Path) -> Iterator[Finding]:
-    """Whether the STL files of chambers have their normals out of the chamber.
-
-    Args:
-        config: the robot file, from which a robot can be built.
-        folder: of the file.
-    """
+    """Whether the STL files of chambers have their normals out of the chamber."""
     for chamber in config.chambers:
         if chamber.stl is None:
             continue

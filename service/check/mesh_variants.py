@@ -151,11 +151,7 @@ def make_loads(robot: Robot, shares: tuple[float, ...], antagonists: bool) -> tu
 
 
 def slack_until(robot: Robot) -> Array:
-    """The pull from which on each cable is taut where the body sags towards it: (n_a,) [m]; otherwise zero.
-
-    Args:
-        robot: the robot.
-    """
+    """The pull from which each cable is taut where the body sags towards it: (n_a,) [m]; otherwise zero."""
     none, cables = np.zeros(robot.n_a), ~robot.actuators.laws.bilateral
     if not cables.any() or not robot.gravity.any():
         return none
@@ -203,11 +199,6 @@ def chosen_variants(element: AnyElement, refinements: int) -> tuple[Variant, ...
 
 def variant_robot(config: RobotConfig, path: Path, variant: Variant) -> Robot:
     """The robot of a file on another mesh.
-
-    Args:
-        config: the robot file.
-        path: of the file.
-        variant: the mesh.
 
     Raises:
         RobotFileError, MeshError: it cannot be built.

@@ -62,9 +62,6 @@ def fits(rate: float, seconds: float) -> bool:
 def reducing(path: Path) -> str:
     """The commands that make a reduced model of a robot; one of parts has one for each part with actuators.
 
-    Args:
-        path: the robot file.
-
     Raises:
         RobotFileError: it cannot be read.
     """

@@ -48,12 +48,7 @@ class RegionParts:
 
 
 def region_parts(config: RobotConfig, bodies: Bodies) -> Iterator[RegionParts]:
-    """What the named regions and those of `fixed` select.
-
-    Args:
-        config: the robot file.
-        bodies: its bodies.
-    """
+    """What the named regions and those of `fixed` select."""
     touching = bodies.touching  # with the surfaces of beams
     selections: dict[str, Region | str] = dict(config.named_regions())
     for field, selection in config.selections():

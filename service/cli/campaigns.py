@@ -62,11 +62,7 @@ class Campaigns:
             return run_campaign(self.robot, plan, self.folder, executor)
 
     def narrower(self, whole: Snapshots) -> Narrower | None:
-        """Campaigns within a share of the positions of the whole range; None: the design has no such.
-
-        Args:
-            whole: of the whole range.
-        """
+        """Campaigns within a share of the positions of the whole range; None: the design has no such."""
         from tauten.reduction.campaign import narrowed, run_campaign
 
         if self.design.endswith(".csv"):
@@ -100,11 +96,7 @@ class Campaigns:
         return within
 
     def _plan(self, report: Callable[[float, str], None]) -> Design:
-        """The design.
-
-        Args:
-            report: called with the share that is done since the last call, and with what is being done.
-        """
+        """The design."""
         from tauten.reduction.campaign import (
             DesignError,
             exploring,

@@ -66,9 +66,6 @@ def order_in(words: Sequence[str]) -> Order | None:
 def carry_out(order: Order) -> str:
     """Send an order, and what the node says to it.
 
-    Args:
-        order: to carry out.
-
     Raises:
         NetworkError: no node, or one that does not answer.
         OrderError: the node refuses it.

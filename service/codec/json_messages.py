@@ -99,13 +99,7 @@ M = TypeVar("M", bound=JsonMessage)
 
 
 def from_json(model: type[M], kind: str, payload: bytes) -> M | Rejection:
-    """A message from JSON; its numbers may be infinite or NaN.
-
-    Args:
-        model: of the message.
-        kind: message type, for the reason of a refusal.
-        payload: the message.
-    """
+    """A message from JSON; its numbers may be infinite or NaN."""
     try:
         return model.model_validate_json(payload)
     except ValidationError as error:

@@ -46,12 +46,7 @@ class Driver(Protocol):
     """Hardware of a robot, or a simulation of it. Each method may raise a `DriverError`."""
 
     def configure(self, robot: RobotDescription, options: Mapping[str, str]) -> None:
-        """Connect, without moving anything.
-
-        Args:
-            robot: that is driven: actuators with kinds, units and limits, effectors, control rate.
-            options: of the command line, by name.
-        """
+        """Connect, without moving anything."""
 
     def activate(self) -> None:
         """Follow what is written from now on; called before the first actuation, and after each pause."""

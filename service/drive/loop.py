@@ -99,9 +99,6 @@ class DriveLoop:
     def run(self, stop: StopFlag) -> None:
         """Run until a request to stop, then deactivate; periods that are late are skipped, not queued.
 
-        Args:
-            stop: ends the loop.
-
         Raises:
             DriverError: the hardware fails.
         """
@@ -115,9 +112,6 @@ class DriveLoop:
 
     def tick(self, clock: Clock) -> None:
         """One period.
-
-        Args:
-            clock: whose misses health reports.
 
         Raises:
             DriverError: the hardware fails.
@@ -232,13 +226,6 @@ def drive(
     robot: str, driver: Driver, options: Mapping[str, str], network: Network, stop: StopFlag
 ) -> None:
     """Run a driver beside the node that serves a robot, once that is alive.
-
-    Args:
-        robot: name.
-        driver: of its hardware.
-        options: of the driver.
-        network: ports or configuration.
-        stop: ends it.
 
     Raises:
         NetworkError: no session, or no description.

@@ -55,11 +55,7 @@ class ReachSearch:
     """Computes the reach of effectors, one after another, when asked for it."""
 
     def __init__(self, model: ReachModel) -> None:
-        """Start nothing.
-
-        Args:
-            model: whose reach it is.
-        """
+        """Start nothing."""
         self._model = model
         self._found: dict[int, ReachSet] = {}
         self._process: BaseProcess | None = None
@@ -67,11 +63,7 @@ class ReachSearch:
         self._effector = 0
 
     def of(self, effector: int) -> ReachSet:
-        """What is known of an effector's reach; it is computed where nobody has asked for it yet.
-
-        Args:
-            effector: its number.
-        """
+        """What is known of an effector's reach; it is computed where nobody has asked for it yet."""
         if effector not in self._found and self._process is None:
             self._start(effector)
         self._take()

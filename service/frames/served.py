@@ -65,10 +65,6 @@ class ServedRobot:
     def __init__(self, session: zenoh.Session, robot: str) -> None:
         """Ask for the description and subscribe.
 
-        Args:
-            session: to the robot's node, which is alive.
-            robot: name.
-
         Raises:
             NetworkError: the node does not answer, or is of another version.
         """

@@ -35,13 +35,7 @@ class SimulatedRobot:
     pausable = True
 
     def __init__(self, setup: Setup, simulated: Setup, order: str = "full") -> None:
-        """Start where model and plant settle under their loads, with every kernel compiled.
-
-        Args:
-            setup: the model that decides.
-            simulated: the robot that it drives, at the same rate.
-            order: of the plant, and the error that this makes.
-        """
+        """Start where model and plant settle under their loads, with every kernel compiled."""
         plant = simulated.robot
         self._loop = ControlLoop(warm_controller(setup), settings=setup.service)
         warm = warm_plant(plant, PlantSettings(), order)

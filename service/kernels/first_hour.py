@@ -47,10 +47,6 @@ def first_demos(
 ) -> list[FirstHour]:
     """Run the demo from each of these starts; a warm one uses what the one before has left.
 
-    Args:
-        report: called with the share that is done.
-        starts: in this order.
-
     Raises:
         PackError: the demo failed.
     """

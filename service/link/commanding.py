@@ -124,11 +124,6 @@ def send_command(robot: str, network: Network, command: OperatorOrder) -> NodeAn
 
     Where several operators send commands at the same time, the answer may be that to another one's.
 
-    Args:
-        robot: name.
-        network: of the robot.
-        command: what the node is to do.
-
     Raises:
         NetworkError: no node, or one that does not answer.
         OrderError: the node refuses it; the text is the node's.
@@ -197,24 +192,13 @@ def answer_in(text: str) -> NodeAnswer:
 
 
 def step_at_start(session: zenoh.Session, robot: str) -> float:
-    """Time of a control step that the node measured before its loop ran [s]; NaN where it does not say.
-
-    Args:
-        session: to the robot's node.
-        robot: name.
-    """
+    """Time of a control step that the node measured before its loop ran [s]; NaN where it does not say."""
     found = _STEP.search((ask_metrics(session, robot) or b"").decode())
     return 1e-3 * float(found[1]) if found else math.nan
 
 
 def put_command(session: zenoh.Session, robot: str, command: OperatorOrder) -> None:
-    """Send a command ahead of all other messages of the session; it is never dropped.
-
-    Args:
-        session: to the robot's node.
-        robot: name.
-        command: what the node is to do.
-    """
+    """Send a command ahead of all other messages of the session; it is never dropped."""
     session.put(
         Keys(robot).command,
         json.dumps({"data": str(command)}).encode(),

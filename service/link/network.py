@@ -135,12 +135,7 @@ def close_session(session: zenoh.Session) -> None:
 
 
 def loopback_config(first_port: int, role: Role) -> zenoh.Config:
-    """Configuration of a peer on loopback.
-
-    Args:
-        first_port: of the node.
-        role: of the process.
-    """
+    """Configuration of a peer on loopback."""
     fixed = {r: f"tcp/{HOST}:{first_port + r.value}" for r in (Role.NODE, Role.PLANT)}
     settings = {
         "mode": "peer",

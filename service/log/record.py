@@ -40,12 +40,7 @@ _PAUSE = 0.02  # s
 
 
 def message_kinds(keys: Keys, effectors: dict[str, str]) -> dict[str, str]:
-    """Message type of each key of a robot.
-
-    Args:
-        keys: of the robot.
-        effectors: message type of each effector by its name, in order.
-    """
+    """Message type of each key of a robot."""
     groups = (keys.targets, keys.measurements, keys.effectors, keys.plant_effectors)
     names, types = tuple(effectors), tuple(effectors.values())
     pairs = [pair for group in groups for pair in zip(group(names), types, strict=True)]

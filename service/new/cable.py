@@ -63,10 +63,6 @@ def cable_text(cable: NewCable) -> str:
 def add_cable(file: Path, cable: NewCable) -> None:
     """Append a cable to a robot file, whose text remains as it is; a robot that runs is not changed.
 
-    Args:
-        file: the robot file.
-        cable: to append.
-
     Raises:
         RobotFileError: the file with the cable is no robot; it has not been changed.
         OSError: the file cannot be written.

@@ -16,11 +16,7 @@ Fields = Mapping[str, Mapping[str, str]]
 
 
 def fields_text(fields: Fields) -> str:
-    """The lines to write into a robot file, for a terminal.
-
-    Args:
-        fields: tables, and texts by the name of the field.
-    """
+    """The lines to write into a robot file, for a terminal."""
     lines: list[str] = []
     for table, values in fields.items():
         lines += [f"[{table}]", *(f"{name} = {_literal(text)}" for name, text in values.items())]
@@ -29,10 +25,6 @@ def fields_text(fields: Fields) -> str:
 
 def set_fields(file: Path, fields: Fields) -> None:
     """Set texts in tables of a robot file; a field that is there keeps its comment.
-
-    Args:
-        file: the robot file.
-        fields: tables, and texts by the name of the field.
 
     Raises:
         RobotFileError: the file writes one of the tables so that its text cannot be changed; it is as it was.
@@ -56,13 +48,7 @@ def set_fields(file: Path, fields: Fields) -> None:
 
 
 def _drafts(text: str, table: str, values: Mapping[str, str]) -> Iterator[str]:
-    """The text with fields set below each line that looks like the table's, then below a new one.
-
-    Args:
-        text: of a robot file.
-        table: name.
-        values: texts by the name of the field.
-    """
+    """The text with fields set below each line that looks like the table's, then below a new one."""
     for head in re.finditer(rf"^[ \t]*\[{re.escape(table)}\][^\n]*\n?", text, re.M):
         begin, line = head.end(), head[0] if head[0].endswith("\n") else f"{head[0]}\n"
         following = re.search(r"^[ \t]*\[", text[begin:], re.M)

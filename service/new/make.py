@@ -231,14 +231,7 @@ def _draft(
 
 
 def _moved_less(new: NewRobot, guess: Guess, draft: _Draft, share: float) -> _Draft:
-    """The same mesh, moved by no more than a share of the guess.
-
-    Args:
-        new: what to make.
-        guess: what was guessed.
-        draft: of the mesh.
-        share: that the finest mesh is moved by.
-    """
+    """The same mesh, moved by no more than a share of the guess."""
     trial, mesh = draft.trial, draft.mesh
     if trial.share <= share:
         return draft
@@ -287,15 +280,7 @@ def _robot(text: str, mesh: TetMesh, name: str) -> Robot:
 def write(
     folder: Path, name: str, draft: _Draft, stop: StopFlag, progress: Progress
 ) -> tuple[Path, RobotCheck]:
-    """Write robot file, mesh and the error of the mesh; all or none. Returns the file and its check.
-
-    Args:
-        folder: to make.
-        name: of the files.
-        draft: their contents.
-        stop: ends the check early.
-        progress: of the check.
-    """
+    """Write robot file, mesh and the error of the mesh; all or none. Returns the file and its check."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{folder.name}.", dir=folder.parent) as hidden:
         beside = Path(hidden, folder.name)  # which has the usual permissions

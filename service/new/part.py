@@ -102,9 +102,6 @@ def read_surface(path: Path, repair: bool, progress: Progress) -> Surface:
 def read_outside(path: Path) -> Surface:
     """The outside of a volume mesh, for the mesher that accepts holes and crossings.
 
-    Args:
-        path: a file with tetrahedra, which may overlap or be inverted.
-
     Raises:
         MeshError: unreadable file, or no tetrahedra.
     """

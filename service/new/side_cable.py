@@ -41,12 +41,7 @@ class Axes:
 
 
 def side_cable(mesh: TetMesh, axes: Axes) -> Array:
-    """Points of a cable from the held end to the free one, far from the weakest section: (p, 3) [m].
-
-    Args:
-        mesh: the body.
-        axes: its directions.
-    """
+    """Points of a cable from the held end to the free one, far from the weakest section: (p, 3) [m]."""
     weak = weakest_section(mesh, axes)
     best, score = np.zeros((0, 3)), 0.0
     sides = [(2, 1.0), (0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0), (2, -1.0)]
@@ -98,11 +93,6 @@ def sections(mesh: TetMesh, axes: Axes, across: int) -> tuple[Array, Array]:
     """Points across the body at each station (s, d, 3), and how wide it is there (s,) [m].
 
     They lie in the middle of the body's section, as seen in the third direction.
-
-    Args:
-        mesh: the body.
-        axes: its directions.
-        across: coordinate along which the points of a station lie.
     """
     third = 3 - axes.axis - across
     share = (np.arange(STATIONS) + 0.5) / STATIONS
@@ -124,12 +114,7 @@ def sections(mesh: TetMesh, axes: Axes, across: int) -> tuple[Array, Array]:
 
 
 def weakest_section(mesh: TetMesh, axes: Axes) -> Array:
-    """Centre of the slice across the axis with the least material, the ends left out: (3,) [m].
-
-    Args:
-        mesh: the body.
-        axes: its directions.
-    """
+    """Centre of the slice across the axis with the least material, the ends left out: (3,) [m]."""
     centres, volumes = mesh.nodes[mesh.tets].mean(axis=1), mesh.volumes
     along = (centres[:, axes.axis] - axes.low[axes.axis]) / axes.length
     place = np.clip((along * STATIONS).astype(int), 0, STATIONS - 1)

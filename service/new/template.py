@@ -109,13 +109,7 @@ SPARE = 1.2  # how much more than what was needed a chamber's volume may change
 
 
 def robot_text(values: Values, guess: Guess, actuators: str) -> str:
-    """The text of a robot file.
-
-    Args:
-        values: of the mesh and the material.
-        guess: the guessed fields.
-        actuators: their tables.
-    """
+    """The text of a robot file."""
     lower, upper = guess.held
     middle = (guess.cable[0] + guess.cable[-1]) / 2.0
     return TEXT.format(

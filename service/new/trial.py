@@ -48,10 +48,6 @@ class Reached:
 def settled(robot: Robot, part: str) -> Simulator:
     """The robot in equilibrium under its weight.
 
-    Args:
-        robot: of the guess.
-        part: its file, for messages.
-
     Raises:
         PartError: there is none.
     """

@@ -222,11 +222,7 @@ class NodeInputs:
         return self._loop.correct(now, effectors) if following else Cause.NONE
 
     def read_obstacles(self, controller: Controller) -> dict[str, ObstaclePose]:
-        """Where obstacles are after the tick of which poses have arrived, or no longer do.
-
-        Args:
-            controller: in whose robot none may appear.
-        """
+        """Where obstacles are after the tick of which poses have arrived, or no longer do."""
         if self._obstacles is None:
             return {}
         now = time.monotonic(), time.time()

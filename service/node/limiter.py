@@ -43,10 +43,6 @@ class ActuationLimiter:
     def limit(self, wanted: Actuation, last: Actuation) -> Actuation:
         """Clamp what is about to leave.
 
-        Args:
-            wanted: what was decided.
-            last: what left in the period before.
-
         Returns:
             `wanted` with clamped values; with the values of `last` when any value is not finite or the
             shapes are wrong.

@@ -169,12 +169,7 @@ class ControlLoop:
         return Diagnostic("locks", level, text or "none", values)
 
     def set_mode(self, mode: Mode, cause: Cause) -> None:
-        """Set the state that a recorded tick was in, for a replay.
-
-        Args:
-            mode: of the node.
-            cause: why it did not follow.
-        """
+        """Set the state that a recorded tick was in, for a replay."""
         self._state = replace(self._state, mode=mode, cause=cause)
 
     def tick(self, goal: Array | None, seen: Signals) -> Action:

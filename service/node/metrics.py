@@ -64,13 +64,7 @@ class _Collected(Collector):
 def prometheus_text(
     robot: str, diagnostics: list[Diagnostic], times: dict[str, Histogram]
 ) -> bytes:
-    """All numbers and facts of the node's health, and its histograms, in the text format of Prometheus.
-
-    Args:
-        robot: name, a label of every metric.
-        diagnostics: health of the node.
-        times: histograms by name.
-    """
+    """All numbers and facts of the node's health, and its histograms, in the text format of Prometheus."""
     registry = CollectorRegistry(auto_describe=False)
     registry.register(_Collected(robot, diagnostics, times))
     return generate_latest(registry)

@@ -51,13 +51,7 @@ class ModelWatch:
         contact: Literal["none", "full"] | ContactSpace,
         settings: ModelSettings,
     ) -> None:
-        """Start the process, and wait neither for its interpreter nor until it has read the model.
-
-        Args:
-            robot: the reduced model.
-            contact: contact that its controller takes into account.
-            settings: interval between comparisons and bound of the error.
-        """
+        """Start the process, and wait neither for its interpreter nor until it has read the model."""
         self._settings = settings
         self._pipe, far = get_context("spawn").Pipe()
         self._process = get_context("spawn").Process(
@@ -236,11 +230,7 @@ def _give_way() -> None:
 
 
 def leave_idle_class(process: int) -> None:
-    """Give a process the ordinary class again: on a busy machine one of the idle class cannot even be killed.
-
-    Args:
-        process: its number.
-    """
+    """Give a process the ordinary class again: on a busy machine an idle one cannot even be killed."""
     with suppress(OSError):  # it has ended, or never was of that class
         os.sched_setscheduler(process, os.SCHED_OTHER, os.sched_param(0))
 
@@ -249,10 +239,6 @@ def _leave_processor(process: int, allowed: set[int]) -> None:
     """Run on other allowed processors than the one where another process's main thread ran last.
 
     On the loop's processor even an idle-class process gets a time slice at times, several ticks long.
-
-    Args:
-        process: number of the process.
-        allowed: processors that may be used.
     """
     with suppress(OSError):
         status = Path(f"/proc/{process}/stat").read_text()

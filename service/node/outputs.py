@@ -143,12 +143,7 @@ class NodeOutputs:
                 self._send(publisher, payload, stamp, tick)
 
     def readout(self, controller: Controller, mode: Mode) -> Readout | None:
-        """What the model touches, where somebody wants to know it; None in a release.
-
-        Args:
-            controller: whose model it is.
-            mode: of the tick.
-        """
+        """What the model touches, where somebody wants to know it; None in a release."""
         wanted = (self._contacts, *self._wrenches, *self._places)
         used = self._open.has_subscribers or any(map(self._is_used, wanted))
         if self._robot.n_c == 0 or mode is Mode.STOP or not used:
@@ -238,12 +233,7 @@ class ShapePublisher:
     """
 
     def __init__(self, session: zenoh.Session, robot: Robot) -> None:
-        """Declare the publishers.
-
-        Args:
-            session: open Zenoh session.
-            robot: that is served.
-        """
+        """Declare the publishers."""
         keys = Keys(robot.name)
         self._surface = Publisher(session, keys.surface, CLOUD, urgent=False)
         self._frame = robot.frame
@@ -253,12 +243,7 @@ class ShapePublisher:
         self._expected = _FIRST
 
     def publish(self, controller: Controller, clock: Clock) -> None:
-        """Publish where the model is, if it is time, somebody listens and enough of the period is left.
-
-        Args:
-            controller: whose model is shown.
-            clock: of the loop.
-        """
+        """Publish where the model is, if it is time, somebody listens and enough of the period is left."""
         now = time.monotonic()
         if now < self._next or not self._surface.has_subscribers:
             return

@@ -69,12 +69,6 @@ class ServeSettings:
 def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFlag) -> None:
     """Serve a robot until a request to stop.
 
-    Args:
-        setup: the robot.
-        network: ports or configuration.
-        settings: of the node.
-        stop: ends the node, before the loop runs at once.
-
     Raises:
         NetworkError: no session, or another node serves this robot already.
         RateError: the computer cannot hold the rate given on the command line.
@@ -149,10 +143,6 @@ def claimed(session: zenoh.Session, keys: Keys) -> Iterator[Claim]:
 
     A claim is a liveliness token with the session's own id. Of nodes that claim a robot at the same
     time, the one with the smallest id continues.
-
-    Args:
-        session: open Zenoh session.
-        keys: of the robot.
     """
     token = session.liveliness().declare_token(own_claim(session, keys))
     try:

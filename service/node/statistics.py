@@ -126,14 +126,7 @@ class LoopStatistics:
         recorder: LogRecorder | None,
         fixed: dict[str, str],
     ) -> list[Diagnostic]:
-        """Health of the node.
-
-        Args:
-            clock: of the loop.
-            arrived: counts of messages.
-            recorder: of the log, if there is one.
-            fixed: facts that do not change, such as the factorisation's name.
-        """
+        """Health of the node."""
         found = [self._loop(clock), self._decisions(), self._efforts(), *arrived]
         if recorder is not None:
             found.append(_log(recorder))

@@ -97,12 +97,7 @@ def _pairs(session: zenoh.Session, keys: Keys) -> tuple[str, ...]:
 
 
 def read_certificate(session: zenoh.Session, robot: str) -> str:
-    """What certifies the forces of contacts with friction, in a sentence; "" where there are none.
-
-    Args:
-        session: to the robot's node.
-        robot: name.
-    """
+    """What certifies the forces of contacts with friction, in a sentence; "" where there are none."""
     return certificate_in((ask_metrics(session, robot) or b"").decode())
 
 

@@ -18,12 +18,6 @@ _CONTENT = "text/plain; version=0.0.4; charset=utf-8"
 def serve_metrics(session: zenoh.Session, robot: str, port: int, stop: StopFlag) -> None:
     """Serve the node's metrics over HTTP on loopback until `stop` is raised.
 
-    Args:
-        session: to the robot's node.
-        robot: name.
-        port: TCP port.
-        stop: raised to stop.
-
     Raises:
         OSError: the port is taken.
     """

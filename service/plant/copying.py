@@ -119,14 +119,7 @@ def _add(copies: dict[Path, bytes], target: Path, contents: bytes) -> None:
 
 
 def _renamed(file: Path, text: str, contents: dict[str, Any], names: Mapping[str, str]) -> str:
-    """The text of a robot file that names other files.
-
-    Args:
-        file: for errors.
-        text: its text.
-        contents: its contents.
-        names: new names by the old ones.
-    """
+    """The text of a robot file that names other files."""
 
     def other(found: re.Match[str]) -> str:
         try:

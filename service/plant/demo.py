@@ -203,10 +203,6 @@ def run_demo(
 def _spare(folder: Path, path: str) -> None:
     """Check that what the demo writes replaces no file but those of a demo before.
 
-    Args:
-        folder: of log, report and targets.
-        path: of the targets, which may be a file.
-
     Raises:
         DemoError: it would.
     """
@@ -257,15 +253,7 @@ def _copies(
     network: Network,
     as_command: Callable[[Program], object],
 ) -> tuple[Child, Child]:
-    """Node and plant as copies of this process, with the robot that it has loaded; see `_started`.
-
-    Args:
-        stack: ends them.
-        settings: of the demo.
-        setup: of the robot, as these settings say.
-        network: of both.
-        as_command: ends a program as a command does.
-    """
+    """Node and plant as copies of this process, with the robot that it has loaded; see `_started`."""
 
     def serving() -> None:
         with stop_on_signals() as stop:

@@ -74,9 +74,6 @@ class DrivenRobot:
 def own_steps(simulator: Simulator) -> OwnSteps:
     """How many steps a simulated robot needs in a period; the simulator returns to its start.
 
-    Args:
-        simulator: of the robot.
-
     Raises:
         FactorisationError: the trial motion diverges with any number of steps.
     """

@@ -174,11 +174,7 @@ class SimulatedDriver:
         """Nothing: its winches hold what was written last."""
 
     def follow(self, session: zenoh.Session) -> None:
-        """Have the obstacles that move where the node's model has them; without a node they move on.
-
-        Args:
-            session: open Zenoh session.
-        """
+        """Have the obstacles that move where the node's model has them; without a node they move on."""
         robot = self._simulator.robot
         keys = Keys(robot.name)
         self._obstacles = {
@@ -245,10 +241,6 @@ def warm_simulator(robot: Robot, settings: PlantSettings) -> tuple[Simulator, fl
 
     It starts from the equilibrium under the robot's loads, as the node's model does, or from rest where
     there is none.
-
-    Args:
-        robot: that is simulated.
-        settings: of the plant.
     """
     simulator, times = Simulator(robot, contact="full"), []
     way = robot.limits.rate * robot.h * _WARM_UP  # (n_a,)
@@ -274,11 +266,6 @@ def warm_simulator(robot: Robot, settings: PlantSettings) -> tuple[Simulator, fl
 
 def warm_plant(robot: Robot, settings: PlantSettings, model: str = "full") -> Warm:
     """A simulation that is ready to start, with the steps that its settings ask for.
-
-    Args:
-        robot: that is simulated.
-        settings: of the plant.
-        model: of what order it is, for health and logs.
 
     Raises:
         RobotFileError: time steps of this length lead to no state.
@@ -335,13 +322,6 @@ def simulate(
     setup: Setup, network: Network, settings: PlantSettings, stop: StopFlag, model: str = "full"
 ) -> None:
     """Simulate a robot until a request to stop.
-
-    Args:
-        setup: of the robot that is simulated.
-        network: ports or configuration.
-        settings: of the plant.
-        stop: ends the plant, before its loop runs at once.
-        model: of what order the robot is, and the error that this makes, for health and logs.
 
     Raises:
         NetworkError: no session.

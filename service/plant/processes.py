@@ -43,12 +43,7 @@ class Copy:
     """
 
     def __init__(self, program: Program, output: Path) -> None:
-        """Start it.
-
-        Args:
-            program: what it runs.
-            output: file for what it prints.
-        """
+        """Start it."""
         process = get_context("fork").Process(target=_become, args=(program, output, os.getpid()))
         with warnings.catch_warnings():  # of threads: BLAS ends its own before a fork
             warnings.simplefilter("ignore", DeprecationWarning)
@@ -162,9 +157,6 @@ class StartLimit:
     def check(self, what: str) -> None:
         """Check that the limit is not exceeded.
 
-        Args:
-            what: has not started.
-
         Raises:
             DemoError: it is.
         """
@@ -256,13 +248,7 @@ def _start(command: str, arguments: list[str], output: Path) -> subprocess.Popen
 
 
 def _become(program: Program, output: Path, parent: int) -> None:
-    """Run a program in a copy, without the handlers of signals of the process that was copied.
-
-    Args:
-        program: what it runs.
-        output: file for what it prints.
-        parent: number of the process that was copied.
-    """
+    """Run a program in a copy, without the handlers of signals of the process that was copied."""
     gc.freeze()  # a collection would write to, and so copy, all that the processes share
     signal.setitimer(signal.ITIMER_REAL, 0.0)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGALRM):

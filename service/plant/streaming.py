@@ -58,13 +58,6 @@ def stream(
 ) -> int:
     """Send targets, once the robot's node is alive; returns how many.
 
-    Args:
-        robot: that is served.
-        path: of the targets.
-        settings: of the stream.
-        network: ports or configuration.
-        stop: ends the stream.
-
     Raises:
         NetworkError: no session.
     """

@@ -46,11 +46,7 @@ def draw_regions(robot: Robot, parts: tuple[RegionParts, ...], path: str | Path)
 
 
 def corner_view(part: RegionParts) -> Array:
-    """Axes to the right, upwards and towards the eye, seen from the best of eight corners: columns (3, 3).
-
-    Args:
-        part: the region, whose triangles are to face the eye.
-    """
+    """Axes to the right, upwards and towards the eye, seen from the best of eight corners: columns (3, 3)."""
     corners = part.triangles  # (t, 3, 3)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # (t, 3)
     eyes = np.array([[x, y, z] for z in (0.6, -0.6) for y in (-1.0, 1.0) for x in (0.6, -0.6)])

@@ -174,13 +174,7 @@ def widest_plane(points: Array, weighted: Bools | None = None) -> tuple[int, int
 
 
 def draw_actuators(course: Series, shown: Shown, axes: Axes) -> None:
-    """Draw commanded positions or efforts of actuators that share a quantity.
-
-    Args:
-        course: values of all actuators over time.
-        shown: the actuators drawn.
-        axes: to draw into.
-    """
+    """Draw commanded positions or efforts of actuators that share a quantity."""
     for column, name in zip(shown.columns, shown.names, strict=True):
         values = shown.quantity.scale * course.value[:, column]
         axes.plot(course.time, values, color=_colour(column), label=name)

@@ -102,10 +102,6 @@ class RecordedSetup:
 def recorded_setup(log: Path, metadata: dict[str, str]) -> RecordedSetup:
     """The checked metadata of a log.
 
-    Args:
-        log: the file, for messages and for files beside it.
-        metadata: as the log has them.
-
     Raises:
         LogError: a missing or wrong entry; the message names it.
     """

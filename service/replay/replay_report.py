@@ -16,11 +16,6 @@ VERDICT, TICKS = "replay.json", "replay.csv"
 def write_report(replay: Replay, log: str, folder: Path) -> None:
     """Write both into a folder.
 
-    Args:
-        replay: the result.
-        log: name of the log.
-        folder: created where it does not exist.
-
     Raises:
         OSError: the folder cannot be written to.
     """

@@ -185,11 +185,6 @@ class RecordedTick:
 def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[RecordedTick]:
     """Ticks of a log, each with its actuation.
 
-    Args:
-        reader: of the log.
-        setup: the robot that replays it.
-        robot: name in the log's keys.
-
     Raises:
         LogError: a message that does not fit the robot.
     """

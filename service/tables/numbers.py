@@ -40,9 +40,6 @@ class Numbers:
         """For a terminal; where the columns do not fit, a column of names and one of values.
 
         Numbers are never cut.
-
-        Args:
-            width: of the terminal, in characters.
         """
         title = Text(self.title, "table.title")
         if self.least_width > width:

@@ -39,13 +39,7 @@ class CableDrawing:
     """The cable that is being drawn."""
 
     def __init__(self, scene: viser.SceneApi, look: RobotLook, file: Path) -> None:
-        """Start without points.
-
-        Args:
-            scene: that shows it.
-            look: of the robot.
-            file: of the robot.
-        """
+        """Start without points."""
         self._scene, self._look, self._file = scene, look, file
         self._points: list[SkinPoint] = []
         self._saved: list[str] = []
@@ -104,11 +98,7 @@ class CableDrawing:
         )
 
     def save(self, name: str) -> str:
-        """Append the cable to the robot file and begin another; what to tell the user.
-
-        Args:
-            name: of the cable.
-        """
+        """Append the cable to the robot file and begin another; what to tell the user."""
         name = name.strip()
         limits = [
             one.effort[1] for one in self._look.robot.actuators if one.kind is ActuatorKind.CABLE

@@ -130,13 +130,7 @@ def _gaps_filled(values: Array) -> Array:
 
 
 def _plot(server: viser.ViserServer, title: str, names: list[str]) -> viser.GuiUplotHandle:
-    """An empty plot.
-
-    Args:
-        server: whose panel is used.
-        title: with the unit.
-        names: of its lines.
-    """
+    """An empty plot."""
     lines = tuple(
         uplot.Series(
             label=name,

@@ -32,13 +32,7 @@ class HandPull:
     def __init__(
         self, scene: viser.SceneApi, look: RobotLook, skins: list[viser.MeshHandle]
     ) -> None:
-        """Listen to drags of the skins with Ctrl.
-
-        Args:
-            scene: that shows the force.
-            look: of the robot.
-            skins: that are dragged.
-        """
+        """Listen to drags of the skins with Ctrl."""
         self._scene, self._look = scene, look
         self._pull: tuple[Array, Array] | None = None  # grip and mouse (3,) [m]
         self._effector: int | None = None

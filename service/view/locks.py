@@ -21,12 +21,7 @@ class LockPanel:
     """The folder *Actuators* of the panel; actuators without limits of their positions are left out."""
 
     def __init__(self, gui: viser.GuiApi, look: RobotLook) -> None:
-        """Add the inputs. Callbacks of the browser only note what happened; `orders` gives it.
-
-        Args:
-            gui: that gets them.
-            look: of the robot.
-        """
+        """Add the inputs. Callbacks of the browser only note what happened; `orders` gives it."""
         self._actuators = look.robot.actuators
         self._orders: SimpleQueue[LockOrder] = SimpleQueue()
         self._sliders: dict[int, viser.GuiSliderHandle[float]] = {}

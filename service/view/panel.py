@@ -234,11 +234,7 @@ class ViewPanel:
             self._slider.value = shown  # type: ignore[misc]  # viser types it so
 
     def show_progress(self, found: ReachSet) -> None:
-        """Show how much of the reach is known, and whether the effector has one.
-
-        Args:
-            found: what is known.
-        """
+        """Show how much of the reach is known, and whether the effector has one."""
         self.viewing.show_progress(found, self._placed[self.effector])
 
     def say(self, words: Words) -> None:
@@ -248,11 +244,7 @@ class ViewPanel:
             self._status.content = words.html
 
     def show_onlookers(self, onlookers: dict[int, viser.ClientHandle]) -> None:
-        """Say to browsers that they look on, and what works there.
-
-        Args:
-            onlookers: by their numbers.
-        """
+        """Say to browsers that they look on, and what works there."""
         for number in self._notices.keys() - onlookers.keys():
             self._notices.pop(number).remove()
         for number in onlookers.keys() - self._notices.keys():

@@ -30,13 +30,7 @@ class WaypointProgram:
     """
 
     def __init__(self, server: viser.ViserServer, look: RobotLook, targets: TargetStore) -> None:
-        """Add the inputs. Callbacks of the browser only note what happened; `advance` reads it.
-
-        Args:
-            server: whose panel is used.
-            look: of the robot.
-            targets: that are moved.
-        """
+        """Add the inputs. Callbacks of the browser only note what happened; `advance` reads it."""
         self._server, self._targets, self._look = server, targets, look
         self._lists = [WaypointList(one, look.robot.size) for one in look.robot.effectors]
         self._actions: SimpleQueue[str | viser.UploadedFile] = SimpleQueue()

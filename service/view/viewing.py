@@ -100,12 +100,7 @@ class Viewing:
         return self._skin.end if self._strain.value else None
 
     def draw(self, frame: ViewFrame, scene: RobotScene) -> None:
-        """Show the strain of a frame, and numbers of its forces, where they are wanted.
-
-        Args:
-            frame: to show.
-            scene: that shows it.
-        """
+        """Show the strain of a frame, and numbers of its forces, where they are wanted."""
         forces, strained = self.wanted
         scene.show_skin(not strained)
         self._skin.draw(frame.geometry.vertices if strained else None)

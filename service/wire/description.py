@@ -340,10 +340,6 @@ def places_of(effectors: tuple[DescribedEffector, ...]) -> list[slice]:
 def read_description(robot: str, payload: bytes) -> RobotDescription:
     """The description in a node's answer.
 
-    Args:
-        robot: name.
-        payload: JSON.
-
     Raises:
         NetworkError: no description, that of another robot, or that of a node of another version.
     """

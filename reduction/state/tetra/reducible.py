@@ -228,13 +228,7 @@ def reducible_constrained(robot: Robot[ConstrainedBody]) -> ReducibleTetBody:
 def lifting_of(
     robot: Robot[ConstrainedBody], chart: NodeChart, joints: FrameJoints
 ) -> Lifting | None:
-    """The pins of beams and what follows them; None: there are none.
-
-    Args:
-        robot: the robot.
-        chart: its coordinates, without pins.
-        joints: its beams.
-    """
+    """The pins of beams and what follows them; None: there are none."""
     glue, tetrahedra = robot.body.coordinates.glue, robot.body.tetrahedra
     if glue is None or chart.turned == chart.centred:
         return None

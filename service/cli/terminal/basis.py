@@ -14,10 +14,6 @@ if TYPE_CHECKING:
 def basis_of(setup: Setup, robot: str) -> ContactBasis:
     """The contact basis of a setup.
 
-    Args:
-        setup: of the robot.
-        robot: as the user named it.
-
     Raises:
         typer.BadParameter: it has none.
     """

@@ -61,11 +61,5 @@ def general_options(
     ] = "text",
     version: Version = False,
 ) -> None:
-    """Options before any command.
-
-    Args:
-        log_level: least level of messages.
-        log_format: lines of text, or JSON.
-        version: print the version instead of running a command.
-    """
+    """Options before any command."""
     set_up_logging(log_level, log_format)

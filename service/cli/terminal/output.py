@@ -93,12 +93,7 @@ def show_result(
 
 
 def show_mesh_error(path: Path, robot: Robot) -> None:
-    """Print the error of a robot's mesh, as far as it is known.
-
-    Args:
-        path: of the robot file.
-        robot: made from it.
-    """
+    """Print the error of a robot's mesh, as far as it is known."""
     from rich.console import Console
 
     from tauten.service.check import mesh_error_text

@@ -49,12 +49,7 @@ class Drawing(Protocol):
 
 
 def drawings_of(scene: viser.SceneApi, look: RobotLook) -> list[tuple[int, Drawing]]:
-    """Drawings of the actuators, each with the number of its actuator.
-
-    Args:
-        scene: to add them to.
-        look: of the robot.
-    """
+    """Drawings of the actuators, each with the number of its actuator."""
     found: list[tuple[int, Drawing]] = []
     surface = look.robot.surface
     for i, actuator in enumerate(look.robot.actuators):

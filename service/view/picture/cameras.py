@@ -70,12 +70,7 @@ def camera_of(look: RobotLook, preset: Preset, aspect: float = _FIRST) -> Camera
 
 
 def place_first(server: viser.ViserServer, look: RobotLook) -> None:
-    """Start all browsers with the robot in the middle; in narrow windows it is smaller, or above the panel.
-
-    Args:
-        server: whose browsers they are.
-        look: of the robot.
-    """
+    """Start all browsers with the robot in the middle; in narrow windows smaller, or above the panel."""
     first, camera = camera_of(look, "fit"), server.initial_camera
     camera.position, camera.look_at = tuple(first.position), tuple(first.look_at)
     camera.fov = float(FIELD_OF_VIEW)
@@ -101,13 +96,7 @@ def place_first(server: viser.ViserServer, look: RobotLook) -> None:
 
 
 def show_preset(client: viser.ClientHandle, look: RobotLook, preset: Preset) -> None:
-    """Move the camera of one browser.
-
-    Args:
-        client: the browser.
-        look: of the robot.
-        preset: from where it looks.
-    """
+    """Move the camera of one browser."""
     wanted = camera_of(look, preset, client.camera.aspect)
     with client.atomic():
         client.camera.position = wanted.position

@@ -32,23 +32,14 @@ class ForceNumbers:
     """Arrows and labels, which are only there while they are wanted."""
 
     def __init__(self, scene: viser.SceneApi, look: RobotLook) -> None:
-        """Add nothing yet.
-
-        Args:
-            scene: that shows them.
-            look: of the robot.
-        """
+        """Add nothing yet."""
         self._scene, self._look = scene, look
         self._labels: dict[str, viser.LabelHandle] = {}
         self._arrows: viser.ArrowsHandle | None = None
         self._cones: viser.MeshHandle | None = None
 
     def draw(self, frame: ViewFrame | None) -> None:
-        """Show the forces of a frame; None: none are shown.
-
-        Args:
-            frame: to show.
-        """
+        """Show the forces of a frame; None: none are shown."""
         texts: dict[str, tuple[str, Array]] = {}
         arrows: list[Array] = []
         if frame is not None:
@@ -144,12 +135,7 @@ class ForceNumbers:
 
 
 def contact_numbers(contacts: PushingContacts, chosen: list[int]) -> dict[str, tuple[str, Array]]:
-    """Text and place of contact forces by the name of their label.
-
-    Args:
-        contacts: that push.
-        chosen: those with a number.
-    """
+    """Text and place of contact forces by the name of their label."""
     texts = {}
     for place, i in enumerate(chosen):
         size, margin = float(np.linalg.norm(contacts.forces[i])), float(contacts.margin[i])

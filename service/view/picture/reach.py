@@ -29,11 +29,7 @@ class ReachDrawing:
         self._miss: tuple[Array, Array] | None = None
 
     def show_reach(self, found: ReachSet) -> None:
-        """Show positions, or a curve through them; none remove what was shown.
-
-        Args:
-            found: positions of the effector.
-        """
+        """Show positions, or a curve through them; none remove what was shown."""
         if len(found.points) == self._points:
             return
         self._points = len(found.points)
@@ -50,11 +46,7 @@ class ReachDrawing:
             )  # fmt: skip
 
     def show_miss(self, miss: Miss | None) -> None:
-        """Show a line from a target to the nearest point with its length; None: no line.
-
-        Args:
-            miss: a target that is out of reach.
-        """
+        """Show a line from a target to the nearest point with its length; None: no line."""
         shown = None if miss is None else (miss.target, miss.nearest)
         if _same(shown, self._miss, 1e-3 * self._size):
             return
@@ -85,12 +77,7 @@ def _same(
 
 
 def nearest_of(miss: Miss, found: ReachSet) -> Miss:
-    """The same with a point of the reach as nearest point, where that is nearer.
-
-    Args:
-        miss: a target that is out of reach.
-        found: positions that its effector was found at.
-    """
+    """The same with a point of the reach as nearest point, where that is nearer."""
     if len(found.points) == 0:
         return miss
     away = np.linalg.norm(found.points - miss.target, axis=1)

@@ -97,12 +97,7 @@ class RobotScene:
         ]
 
     def draw(self, frame: ViewFrame, trail: list[ViewFrame]) -> None:
-        """Show a frame.
-
-        Args:
-            frame: to show.
-            trail: frames before it, for the trails.
-        """
+        """Show a frame."""
         geometry = frame.geometry
         for skin in self.skins:
             skin.vertices = geometry.vertices

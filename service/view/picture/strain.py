@@ -26,12 +26,7 @@ class StrainSkin:
     """
 
     def __init__(self, scene: viser.SceneApi, look: RobotLook) -> None:
-        """Add nothing yet.
-
-        Args:
-            scene: that shows it.
-            look: of the robot.
-        """
+        """Add nothing yet."""
         surface = look.robot.surface
         self._scene, self._vertices = scene, look.vertices
         self._triangles: Ints = surface.triangles[surface.chambers < 0]
@@ -95,11 +90,7 @@ def largest_strain(rest: Floats, now: Floats, triangles: Ints) -> Array:
 
 
 def strain_bar(end: float) -> str:
-    """The bar that explains the colours, as HTML.
-
-    Args:
-        end: strain at its end.
-    """
+    """The bar that explains the colours, as HTML."""
     colours = ",".join("rgb({},{},{})".format(*one) for one in COLOURS)
     bar = f'<div style="height:10px;border-radius:3px;background:linear-gradient(90deg,{colours})"></div>'
     ends = f"<span>0</span><span>strain of the skin</span><span>{100.0 * end:g} %</span>"

@@ -24,12 +24,7 @@ _CELLS = 8.0  # cells of the ground on the robot's size, about
 
 
 def draw_surroundings(server: viser.ViserServer, look: RobotLook) -> list[viser.MeshHandle]:
-    """Add all to a scene; the obstacles, which may move.
-
-    Args:
-        server: whose scene is used.
-        look: of the robot.
-    """
+    """Add all to a scene; the obstacles, which may move."""
     _draw_ground(server.scene, look)
     _draw_base(server.scene, look)
     _draw_gravity(server.scene, look)
@@ -80,11 +75,7 @@ def length_text(length: float) -> str:
 
 
 def ground_height(look: RobotLook) -> float:
-    """Height of the ground along the upward direction [m]: where the robot stands, or below one that hangs.
-
-    Args:
-        look: of the robot.
-    """
+    """Height of the ground along the upward direction [m]: under the robot, or below one that hangs."""
     heights = look.vertices.astype(float) @ np.array(upwards(look.robot.gravity))
     low, high = float(heights.min()), float(heights.max())
     held = heights[look.robot.surface.held]

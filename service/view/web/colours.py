@@ -55,11 +55,7 @@ class Colours:
         set_theme(client.gui, dark)
 
     def answering(self, respond: Respond) -> Respond:
-        """A function that takes the browsers' answers and passes all other HTTP requests on.
-
-        Args:
-            respond: answers these.
-        """
+        """A function that takes the browsers' answers and passes all other HTTP requests on."""
 
         def answer(connection: ServerConnection, request: Request) -> Response | None:
             found = _ADDRESS.fullmatch(request.path)

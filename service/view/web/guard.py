@@ -78,11 +78,7 @@ class Guard:
         self._picture: tuple[ServerConnection, tuple[int, int]] | None = None  # that is expected
 
     def let_all(self, values: Mapping[str, frozenset[bool | str]]) -> None:
-        """Let browsers that look on give inputs of the panel these values.
-
-        Args:
-            values: what is allowed, by the identifier of the input.
-        """
+        """Let browsers that look on give inputs of the panel these values."""
         self._for_all = values
 
     def let_upload(self, identifiers: frozenset[str]) -> None:
@@ -171,12 +167,7 @@ class Guard:
             callback()
 
     def passes(self, connection: ServerConnection, raw: object) -> bool:
-        """Whether a message of a connection is correct and its sender may send it.
-
-        Args:
-            connection: of the sender.
-            raw: the message.
-        """
+        """Whether a message of a connection is correct and its sender may send it."""
         reason = self._refusal(connection, raw)
         if reason is None:
             return True

@@ -60,12 +60,7 @@ def message_type(content: dict[str, Any]) -> str:
 
 
 def problem(raw: bytes, content: dict[str, Any]) -> str | None:
-    """Why a message is refused, whoever sends it; None where it is correct.
-
-    Args:
-        raw: the message.
-        content: its fields.
-    """
+    """Why a message is refused, whoever sends it; None where it is correct."""
     kind = message_type(content)
     if not kind:
         return "not a message of viser"
@@ -104,12 +99,7 @@ def _is_read(raw: bytes) -> bool:
 
 
 def is_bounded(value: object, depth: int) -> bool:
-    """Whether a value is made of short texts, and of finite numbers that are not larger than 1e6.
-
-    Args:
-        value: decoded.
-        depth: that lists and mappings may be nested.
-    """
+    """Whether a value is made of short texts, and of finite numbers that are not larger than 1e6."""
     if value is None or isinstance(value, bool):
         return True
     if isinstance(value, str):

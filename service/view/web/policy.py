@@ -59,11 +59,7 @@ def with_policy(respond: Respond, hosts: re.Pattern[str]) -> Respond:
 
 
 def policy(socket: str = "") -> str:
-    """The Content-Security-Policy of the viewer's page.
-
-    Args:
-        socket: what it may connect to besides its own origin, with a space before it.
-    """
+    """The Content-Security-Policy of the viewer's page."""
     return "; ".join(
         (
             "default-src 'none'",
@@ -97,9 +93,6 @@ def _own_scripts() -> tuple[str, ...]:
 
 def script_digests(page: str) -> tuple[str, str]:
     """Digests of the script that unpacks viser's page, and of the code that it unpacks.
-
-    Args:
-        page: HTML.
 
     Raises:
         ValueError, ZstdError: the page is packed otherwise.
