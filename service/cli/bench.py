@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.text import Text
+from typer.core import TyperGroup
 
 from tauten.service.cli.terminal import (
     Json,
@@ -156,6 +157,25 @@ def reduced(
     show_result(result, reduced_page(result), json_file, markdown)
 
 
-bench = typer.Typer(help="Benchmarks; run them on an otherwise idle machine.", no_args_is_help=True)
+class _Benchmarks(TyperGroup):
+    """The benchmarks for users; those for the makers of tauten are outside the package."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command of a name; an unknown one is an error that says where other benchmarks are."""
+        name = args[0]
+        if self.get_command(ctx, name) is None:
+            ctx.fail(
+                f"found {name!r}, allowed are {', '.join(self.list_commands(ctx))}; other benchmarks run "
+                f"in a clone of the repository: python -m benchmarks {name}"
+            )
+        return super().resolve_command(ctx, args)
+
+
+bench = typer.Typer(
+    cls=_Benchmarks,
+    help="Benchmarks; run them on an otherwise idle machine. More of them run in a "
+    "clone of the repository: python -m benchmarks",
+    no_args_is_help=True,
+)
 for _command in (steps, node, closed_loop, reduced):
     bench.command()(_command)

@@ -46,6 +46,15 @@ def test_the_version_is_that_which_is_installed(capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().out == f"tauten {version('tauten')}\n"
 
 
+def test_a_benchmark_that_is_not_in_the_package_is_said_to_be_in_a_clone(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run_main("bench", "friction", "--json", "friction.json") == 2
+    said = " ".join(capsys.readouterr().err.replace("│", " ").split())
+    assert "allowed are steps, node, closed-loop, reduced" in said
+    assert "python -m benchmarks friction" in said
+
+
 @pytest.mark.parametrize("number", ["", "soon", "-1"])
 def test_a_parent_that_is_none_is_ignored(number: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert entry.PARENT == PARENT
