@@ -271,13 +271,7 @@ class ModalBody(ReducedBody[ModePoints]):
     def on_beams(
         self, state: State, motion: ModeMotion, damped: bool
     ) -> tuple[Array, Array, Array]:
-        """Forces of beams for β (R,), moments (n,) for the rotations among the coordinates, and D v (n,).
-
-        Args:
-            state: where to evaluate.
-            motion: there.
-            damped: whether D v is needed.
-        """
+        """Forces of beams for β (R,), moments (n,) of coordinates that turn, and D v (n,) where damped."""
         assert self.beams is not None
         map_, beta, J = self.own_motion, motion.beta, motion.J
         _, force, moments = self.beams.forces(map_, state.q, beta)
