@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 from tauten.model.load import command_name
 from tauten.model.schema import differences
 from tauten.reduction import write_text
-from tauten.service.check.mesh_error import MeshErrorEstimate
+from tauten.service.check.mesh_error import MeshErrorEstimate, errors_in_words
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,11 +23,12 @@ class MeshCertificate:
     Attributes:
         robot_digest: of the robot that was checked; the numbers hold for no other one.
         date: when, ISO 8601.
-        effort: relative error of the tension that differs most; None where none was found.
+        effort: relative error of the effort that differs most; None where none was found.
         tip: largest error of an effector [m].
         contact: relative error of the contact force; None where nothing touches.
         reference: what the mesh was compared with.
-        largest_share: of every cable's range, up to which it was compared.
+        largest_share: of every actuator's range, up to which it was compared.
+        effort_name: what the efforts are called.
     """
 
     robot_digest: str
@@ -37,6 +38,7 @@ class MeshCertificate:
     contact: float | None
     reference: str
     largest_share: float
+    effort_name: str = "tension"
 
     def save(self, path: Path) -> None:
         """Write as JSON beside a robot file."""
@@ -66,6 +68,7 @@ def certified(estimate: MeshErrorEstimate, robot_digest: str) -> MeshCertificate
         own.contact,
         " and ".join(sources),
         max(load.share for load in estimate.loads),
+        estimate.effort_name,
     )
 
 
@@ -82,11 +85,5 @@ def mesh_error_text(robot_file: Path, robot_digest: str) -> str:
     if found.robot_digest != robot_digest:
         changed = differences(found.robot_digest, robot_digest)
         return f"unknown since the robot was changed ({changed}), {command}"
-    parts = []
-    if found.effort is not None:
-        parts.append(f"tension {100.0 * found.effort:+.1f} %")
-    if found.tip is not None:
-        parts.append(f"tip {1e3 * found.tip:.2f} mm")
-    if found.contact is not None:
-        parts.append(f"contact force {100.0 * found.contact:+.1f} %")
+    parts = errors_in_words(found.effort, found.tip, found.contact, found.effort_name)
     return f"{', '.join(parts)} (tauten check, {found.date[:10]})"

@@ -67,6 +67,7 @@ class MeshErrorEstimate:
         complete: whether all meshes were compared under all loads.
         verdict: one sentence.
         advice: what to change; "" where nothing is.
+        effort_name: what the efforts are called, as tension or pressure.
     """
 
     loads: tuple[Load, ...]
@@ -76,6 +77,7 @@ class MeshErrorEstimate:
     complete: bool
     verdict: str
     advice: str
+    effort_name: str
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -90,7 +92,11 @@ class MeshErrorEstimate:
 
 
 def estimate_error(
-    loads: tuple[Load, ...], found: tuple[VariantStates, ...], size: float, complete: bool
+    loads: tuple[Load, ...],
+    found: tuple[VariantStates, ...],
+    size: float,
+    complete: bool,
+    effort_name: str,
 ) -> MeshErrorEstimate:
     """Compare meshes.
 
@@ -99,16 +105,19 @@ def estimate_error(
         found: equilibria of the meshes, the robot's own first.
         size: of the robot, which errors of the tip are compared with [m].
         complete: whether all meshes were compared under all loads.
+        effort_name: what the efforts are called.
     """
-    references = tuple(reference_state(found, index) for index in range(len(loads)))
+    references = tuple(reference_state(found, index, effort_name) for index in range(len(loads)))
     variants = errors_against(references, found, size)
     refined = refined_references(found, references)
     if refined:
         others = errors_against(refined, found, size)
         if distance(others[0], size) > distance(variants[0], size):
             references, variants = refined, others
-    verdict, advice = judged(variants, references, complete)
-    return MeshErrorEstimate(loads, references, variants, found, complete, verdict, advice)
+    verdict, advice = judged(variants, references, complete, effort_name)
+    return MeshErrorEstimate(
+        loads, references, variants, found, complete, verdict, advice, effort_name
+    )
 
 
 def errors_against(
@@ -209,14 +218,9 @@ def judged(
     variants: tuple[VariantErrors, ...],
     references: tuple[Reference | None, ...],
     complete: bool,
+    effort_name: str,
 ) -> tuple[str, str]:
-    """The verdict on the first mesh, and what to change.
-
-    Args:
-        variants: errors of the meshes, the robot's own first.
-        references: one a load.
-        complete: whether all meshes were compared under all loads.
-    """
+    """The verdict on the first mesh, and what to change."""
     sources = list(dict.fromkeys(item.source for item in references if item is not None))
     if not variants or variants[0].effort is None or not sources:
         if not complete:
@@ -229,12 +233,15 @@ def judged(
     stiff = {"fine": "fine", "doubtful": "not accurate", "wrong": "wrong"}[own.level]
     if own.level != "fine" and own.effort is not None and own.effort > FORCE[0]:
         stiff = "too stiff"
-    sentence = f"{own.variant.phrase} are {stiff}: {listed(own)}, against {' and '.join(sources)}"
+    against = " and ".join(sources)
+    sentence = f"{own.variant.phrase} are {stiff}: {listed(own, effort_name)}, against {against}"
     if own.level == "fine":
         return sentence, ""
     others = [item for item in variants[1:] if item.effort is not None and item.level == "fine"]
     if not others:
-        return sentence, "refine the mesh where strain is large" + better_element(variants)
+        return sentence, "refine the mesh where strain is large" + better_element(
+            variants, effort_name
+        )
     best = min(others, key=lambda item: (item.variant.relative_cost, item.nodes))
     advice = f"set mesh.element = {best.variant.element!r}"
     if best.variant.element == own.variant.element:
@@ -243,32 +250,45 @@ def judged(
         advice += " and refine the mesh"
     if any(source.startswith(best.variant.phrase) for source in sources) and best.effort == 0.0:
         return sentence, f"{advice} (the reference itself; --refinements 2 measures its error)"
-    return sentence, f"{advice} ({listed(best)})"
+    return sentence, f"{advice} ({listed(best, effort_name)})"
 
 
-def better_element(variants: tuple[VariantErrors, ...]) -> str:
-    """What other elements on the mesh of the file leave of the error, "" where that is not half as much.
-
-    Args:
-        variants: errors of the meshes, the robot's own first.
-    """
+def better_element(variants: tuple[VariantErrors, ...], effort_name: str) -> str:
+    """What other elements on the mesh of the file leave of the error, "" where that is not half as much."""
     efforts = {item: abs(item.effort) for item in variants if item.effort is not None}
     same = [item for item in efforts if item.variant.refinements == 0]
     best = min(same, key=lambda item: efforts[item])
     if 2.0 * efforts[best] > efforts[variants[0]]:
         return ""
-    return f"; mesh.element = {best.variant.element!r} alone leaves {listed(best)}"
+    return f"; mesh.element = {best.variant.element!r} alone leaves {listed(best, effort_name)}"
 
 
-def listed(errors: VariantErrors) -> str:
+def listed(errors: VariantErrors, effort_name: str) -> str:
     """The largest errors of a mesh in words."""
-    parts = []
-    if errors.effort is not None:
-        parts.append(f"tension {100.0 * errors.effort:+.1f} %")
-    if errors.tip is not None:
-        parts.append(f"tip {1e3 * errors.tip:.2f} mm")
-    if errors.contact is not None:
-        parts.append(f"contact force {100.0 * errors.contact:+.1f} %")
+    parts = errors_in_words(errors.effort, errors.tip, errors.contact, effort_name)
     if errors.unsettled:
         parts.append(f"{errors.unsettled} of {len(errors.errors)} equilibria not found")
     return ", ".join(parts)
+
+
+def errors_in_words(
+    effort: float | None, tip: float | None, contact: float | None, effort_name: str
+) -> list[str]:
+    """Those errors that are known; arguments as the attributes of `VariantErrors`.
+
+    Args:
+        effort: relative.
+        tip: [m].
+        contact: relative.
+        effort_name: what the effort is called.
+    """
+    known = (
+        (effort_name, effort, "{:+.1f} %", 1e2),
+        ("tip", tip, "{:.2f} mm", 1e3),
+        ("contact force", contact, "{:+.1f} %", 1e2),
+    )
+    return [
+        f"{name} {text.format(scale * value)}"
+        for name, value, text, scale in known
+        if value is not None
+    ]

@@ -27,7 +27,9 @@ class Reference:
     order: float | None
 
 
-def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference | None:
+def reference_state(
+    found: tuple[VariantStates, ...], index: int, effort_name: str
+) -> Reference | None:
     """The extrapolated limit of what shows an order over three refinements, the rest of the best mesh.
 
     That is the finest quadratic one, and of beams the finest.
@@ -35,6 +37,7 @@ def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference |
     Args:
         found: equilibria of the meshes, the robot's own first.
         index: of the load.
+        effort_name: what the efforts are called.
     """
     if not found:
         return None
@@ -48,7 +51,7 @@ def reference_state(found: tuple[VariantStates, ...], index: int) -> Reference |
     )
     finest = better[-1] if better and better[-1] is not found[0] else None
     if len(levels) == 3:
-        extrapolated = extrapolated_state(levels, own, finest, index)
+        extrapolated = extrapolated_state(levels, own, finest, index, effort_name)
         if extrapolated is not None:
             return extrapolated
     if finest is None:
@@ -86,7 +89,11 @@ def refined_references(
 
 
 def extrapolated_state(
-    levels: list[LoadedState], own: AnyElement, finest: VariantStates | None, index: int
+    levels: list[LoadedState],
+    own: AnyElement,
+    finest: VariantStates | None,
+    index: int,
+    effort_name: str,
 ) -> Reference | None:
     """Richardson extrapolation of three states, each on a mesh twice as fine as the one before.
 
@@ -95,11 +102,12 @@ def extrapolated_state(
         own: what their meshes are made of.
         finest: mesh from which quantities without an order of convergence are taken.
         index: of the load.
+        effort_name: what the efforts are called.
 
     Returns:
-        None where the tension has no order of convergence, or there is no such mesh where one is needed.
+        None where the effort has no order of convergence, or there is no such mesh where one is needed.
     """
-    names = {"effort": "tension", "tip": "tip", "contact_force": "contact force"}
+    names = {"effort": effort_name, "tip": "tip", "contact_force": "contact force"}
     limits: dict[str, tuple[Array, float | None]] = {}
     for name in names:
         found = richardson(*(np.atleast_1d(getattr(state, name)) for state in levels))
@@ -109,7 +117,7 @@ def extrapolated_state(
     source = f"{own} meshes extrapolated"
     state = levels[-1]
     if missing:
-        if finest is None or "tension" in missing:
+        if finest is None or effort_name in missing:
             return None
         source += f" ({' and '.join(missing)}: {finest.variant.phrase})"
         state = finest.states[index]

@@ -112,11 +112,6 @@ def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
 def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> RobotCheck:
     """Check a robot as a model, without its controller.
 
-    Args:
-        settings: what is checked.
-        stop: read before each equilibrium.
-        progress: called with the share of the work just done, and what comes next.
-
     Raises:
         RobotFileError, MeshError: as of `check_robot`.
     """
@@ -148,21 +143,21 @@ def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         if free:
             findings += (Finding("error of the mesh", "fine", not_held(free)),)
             return RobotCheck(config.name, findings, digest=robot.digest)
+        if not settings.shares:
+            return RobotCheck(config.name, findings, digest=robot.digest)
         variants = chosen_variants(element, settings.refinements)
         make = partial(variant_robot, config, path)
-        return compared(settings, robot, findings, variants, make, stop, progress)
+        found = compare_meshes(settings, robot, variants, make, stop, progress)
+        findings += found.findings
+        return RobotCheck(
+            config.name, findings, found, complete=found.complete, digest=robot.digest
+        )
 
 
 def check_parts(
     settings: CheckSettings, path: Path, stop: StopFlag, progress: Progress
 ) -> RobotCheck:
     """What applies to each part of a robot, every robot file once.
-
-    Args:
-        settings: what is checked.
-        path: of the robot file.
-        stop: read before each equilibrium.
-        progress: called with the share of the work just done, and what comes next.
 
     Raises:
         RobotFileError, MeshError: as of `check_robot`.
@@ -179,43 +174,24 @@ def check_parts(
             missing = "effector" if moved else "actuator"
             findings.append(Finding(f"{name}: no {missing}", "fine", "its mesh is not compared"))
             continue
-        found = check_model(
-            replace(settings, robot=str(file)), stop, partial(of_part, progress, len(files), name)
-        )
+
+        def of_part(share: float, what: str = "", name: str = name) -> None:
+            progress(share / len(files), f"{name}: {what}")
+
+        found = check_model(replace(settings, robot=str(file)), stop, of_part)
         findings += [replace(item, subject=f"{name}: {item.subject}") for item in found.findings]
         complete = complete and found.complete
     return RobotCheck(robot.name, tuple(findings), complete=complete, digest=robot.digest)
 
 
-def of_part(progress: Progress, count: int, name: str, share: float, what: str = "") -> None:
-    """Progress of the check of one part.
-
-    Args:
-        progress: of all parts.
-        count: of parts.
-        name: of this one.
-        share: of its work just done.
-        what: comes next.
-    """
-    progress(share / count, f"{name}: {what}")
-
-
 def parts_of(config: RobotConfig, path: Path) -> tuple[RegionParts, ...]:
-    """What the regions of a robot file select.
-
-    Args:
-        config: the robot file.
-        path: of the file.
-    """
+    """What the regions of a robot file select."""
     bodies = build_bodies(config, read_bodies(config, path), str(path))
     return tuple(region_parts(config, bodies))
 
 
 def selected(name_or_path: str) -> tuple[Robot, tuple[RegionParts, ...]]:
     """A robot, and what the regions of its file select.
-
-    Args:
-        name_or_path: a robot file, or the name of a shipped robot.
 
     Raises:
         RobotFileError: it cannot be built, or has parts.
@@ -228,38 +204,6 @@ def selected(name_or_path: str) -> tuple[Robot, tuple[RegionParts, ...]]:
     return load_robot(path), parts_of(validated(RobotConfig, raw, path), path)
 
 
-def compared(
-    settings: CheckSettings,
-    robot: Robot,
-    findings: tuple[Finding, ...],
-    variants: tuple[Variant, ...],
-    make: Callable[[Variant], Robot],
-    stop: StopFlag,
-    progress: Progress,
-) -> RobotCheck:
-    """The result of a check, with the error of the mesh where it is wanted.
-
-    Args:
-        settings: what is checked.
-        robot: the robot on its own mesh.
-        findings: of everything else.
-        variants: the meshes, the robot's own first.
-        make: the robot on another mesh.
-        stop: read before each equilibrium.
-        progress: called with the share of the work just done, and what comes next.
-    """
-    if not settings.shares:
-        return RobotCheck(robot.name, findings, digest=robot.digest)
-    estimate = compare_meshes(settings, robot, variants, make, stop, progress)
-    return RobotCheck(
-        robot.name,
-        (*findings, *estimate.findings),
-        estimate,
-        complete=estimate.complete,
-        digest=robot.digest,
-    )
-
-
 def compare_meshes(
     settings: CheckSettings,
     robot: Robot,
@@ -268,16 +212,7 @@ def compare_meshes(
     stop: StopFlag,
     progress: Progress,
 ) -> MeshErrorEstimate:
-    """The same loads on the robot's mesh and on others.
-
-    Args:
-        settings: what is compared.
-        robot: the robot on its own mesh.
-        variants: the meshes, the robot's own first.
-        make: the robot on another mesh.
-        stop: ends the search for an equilibrium; those found are compared.
-        progress: called with the share of the work just done, and what comes next.
-    """
+    """The same loads on the robot's mesh and on others."""
     antagonists = variants[0].element == "beam"
     loads = make_loads(robot, settings.shares, antagonists)
     total = sum(variant.relative_cost for variant in variants) * len(loads)
@@ -299,4 +234,6 @@ def compare_meshes(
         found.append(VariantStates(variant, nodes, tuple(states), failure))
     last = found[-1] if len(found) == len(variants) else None
     complete = last is not None and (len(last.states) == len(loads) or bool(last.failure))
-    return estimate_error(loads, tuple(found), robot.size, complete)
+    names = {kind.effort.name for kind in robot.actuators.kinds}
+    effort_name = names.pop() if len(names) == 1 else "effort"
+    return estimate_error(loads, tuple(found), robot.size, complete, effort_name)

@@ -49,7 +49,7 @@ def check(
         bool, typer.Option("--compare/--no-compare", help="Compare with better meshes.")
     ] = True,
 ) -> None:
-    """Error of the mesh in tension, tip and contact force; elements, units, regions, mass, sag, walls.
+    """Error of the mesh in effort, tip and contact force; elements, units, regions, mass, sag, walls.
 
     The exit code is 1 where something is wrong, 2 where the robot cannot be built. Ctrl-C keeps what is done.
     """

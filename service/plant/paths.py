@@ -24,8 +24,7 @@ SHAPES: tuple[Shape, ...] = ("circle", "line", "figure-eight", "step")
 _SAMPLES = 720  # of an analytic shape: a chord is then nowhere farther off than 1e-5 of its size
 _REACH_SAMPLES = 12  # equilibria of `reach` in half a turn, each takes some control steps to find
 _REACH_TURNS = 3
-_SETTLED = 1e-4  # m; targets need not be exact equilibria,
-_AT_START = 1e-6  # m; but the path begins where the robot does, without a jump
+_SETTLED = 1e-4  # m; targets need not be exact equilibria
 _NEARLY_SETTLED = 1e-3  # m
 _MAX_STEPS = 80
 
@@ -143,7 +142,7 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     and fade, in the order of the directions they pull the effector to, and other actuators alike. What is
     commanded of each, and how far, says `command_range`. A smooth curve through some equilibria of the
     full-order model with pointwise contact. Where there is no equilibrium under a load, the path goes through
-    the last one on the way to it.
+    the last one on the way to it. The path begins and ends where the robot starts.
 
     Args:
         robot: the robot.
@@ -161,8 +160,10 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     found: dict[bytes, Array] = {}  # one cable passes each equilibrium twice
     for share in shares:
         if share.tobytes() not in found:
-            tolerance = _SETTLED if share.any() else _AT_START
-            shortened += not _settled_or_shortened(simulator, reach.command(share), tolerance)
+            if share.any():
+                shortened += not _settled_or_shortened(simulator, reach.command(share))
+            else:
+                simulator.settle_start()
             found[share.tobytes()] = simulator.effector_values[layout.values_of(effector)]
     values = np.array([found[share.tobytes()] for share in shares])  # (m, v)
     if kind == "frame":
@@ -185,21 +186,15 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     return TargetPath(times, curve, True, kind, shortened)
 
 
-def _settled_or_shortened(simulator: Simulator, command: Command, tolerance: float) -> bool:
-    """Settle under a command; whether that is nearly the whole load.
-
-    Args:
-        simulator: where the load before is settled.
-        command: the load.
-        tolerance: largest displacement of a node in the last step [m].
-    """
+def _settled_or_shortened(simulator: Simulator, command: Command) -> bool:
+    """Settle under a command, from the load before; whether that is nearly the whole load."""
     before = simulator.state, simulator.forces
     held = command.position, command.effort
-    report = simulator.settle(*held, tolerance, _MAX_STEPS, load_steps=False)
+    report = simulator.settle(*held, _SETTLED, _MAX_STEPS, load_steps=False)
     if report.movement < _NEARLY_SETTLED:
         return True
     simulator.start_from(*before)
-    return simulator.settle(*held, tolerance, _MAX_STEPS).converged
+    return simulator.settle(*held, _SETTLED, _MAX_STEPS).converged
 
 
 def bending_command(robot: Robot, effector: int = 0) -> Command:

@@ -21,7 +21,7 @@ EXACT = 1e-6  # errors are drawn on a logarithmic scale; the reference's own are
 
 
 def draw_mesh_error(estimate: MeshErrorEstimate, path: str | Path) -> None:
-    """Draw the largest error of tension, tip and contact force over the nodes of each mesh.
+    """Draw the largest error of effort, tip and contact force over the nodes of each mesh.
 
     Args:
         estimate: the errors.
@@ -37,6 +37,7 @@ def draw_mesh_error(estimate: MeshErrorEstimate, path: str | Path) -> None:
     for axes, (name, label, scale) in zip(panels, quantities, strict=bool(quantities)):
         draw_quantity(axes, estimate, name, scale)
         axes.set_xlabel("nodes")
+        label = f"{estimate.effort_name} [%]" if name == "effort" else label
         axes.set_ylabel(f"largest error of {label}")
         axes.grid(visible=True, which="both", alpha=0.3)
         whole_decades(axes)

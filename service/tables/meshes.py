@@ -48,8 +48,8 @@ def error_table(estimate: MeshErrorEstimate) -> Numbers:
     """Errors of every mesh under every load, the largest ones in the first columns."""
     loads = [load.label for load in estimate.loads]
     shown = loads[:4]  # a terminal's width; the JSON file has all
-    columns = ("elements", "nodes", "tension", "tip [mm]", "contact force", *shown)
-    title = "errors, largest and tension by load"
+    columns = ("elements", "nodes", estimate.effort_name, "tip [mm]", "contact force", *shown)
+    title = f"errors, largest and {estimate.effort_name} by load"
     sources = dict.fromkeys(item.source for item in estimate.references if item is not None)
     if sources:
         title += f", against {' and '.join(sources)}"
@@ -60,7 +60,7 @@ def error_table(estimate: MeshErrorEstimate) -> Numbers:
 
 
 def error_row(item: VariantErrors, count: int) -> tuple[str, ...]:
-    """One mesh: its largest errors, and those of tension under the first `count` loads."""
+    """One mesh: its largest errors, and those of efforts under the first `count` loads."""
     by_load = [percent(error.effort) for error in item.errors[:count]]
     by_load += ["-"] * (count - len(by_load))
     largest = (percent(item.effort), millimetres(item.tip), percent(item.contact))

@@ -24,6 +24,16 @@ _ADVICE = {
     Cause.UNUSABLE: "no usable decision: move the target back",
     Cause.SHUTDOWN: "the node is shutting down",
 }
+_STATUSES = {  # by the names of `Status`
+    "FEASIBLE_ONLY": "the decision may not be the best one",
+    "NOT_FOUND": "no decision within the limits was found",
+    "INFEASIBLE": "no efforts of the actuators meet the limits",
+    "MAX_PIVOTS": "the decision was ended before it was the best one",
+    "NOT_EXACT": "an effector that must reach its target exactly cannot",
+    "RELAXED": "limits cannot all be met: actuators come as near to them as they can",
+    "SEEKING_CONTACT": "no efforts were found that bring the effectors nearer",
+    "NOT_FINITE": "the target or the model's state is not finite",
+}
 _MOST_TEXT = 400  # characters of a sentence
 _MOST_ITEMS = 30
 _BOX = (
@@ -139,7 +149,7 @@ def _health(look: RobotLook, frame: ViewFrame, far: bool = True) -> list[str]:
     if names := at_limit(look, frame):
         found.append(f"at the limit: {', '.join(names)}")
     if frame.status not in ("", "OK"):
-        found.append(f"decision: {frame.status.lower().replace('_', ' ')}")
+        found.append(_STATUSES.get(frame.status, f"status {frame.status}"))
     count = len(frame.geometry.contacts.points)
     if count:
         found.append(f"{count} contact points push" if count > 1 else "1 contact point pushes")

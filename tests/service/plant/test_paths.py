@@ -101,9 +101,10 @@ def test_other_names_are_refused(finger: Robot, tmp_path: Path) -> None:
         make_path(str(tmp_path / "none.csv"), finger, SETTINGS)
 
 
-def test_reach_starts_where_a_controller_does() -> None:
-    """Equilibria to a tenth of a millimetre of the last step began 0.26 mm away: the first target jumped."""
-    robot = load_setup("pneumatic_finger").robot
+@pytest.mark.parametrize("name", ["pneumatic_finger", "trunk"])
+def test_reach_starts_where_a_controller_does(name: str) -> None:
+    """Also where it commands tensions of opposed cables, whose positions are zero at the start."""
+    robot = load_setup(name).robot
     simulator = Simulator(robot)
     assert simulator.settle_start().converged
     path = make_path("reach", robot, PathSettings())

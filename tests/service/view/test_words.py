@@ -5,7 +5,8 @@ from __future__ import annotations
 import random
 from html.parser import HTMLParser
 
-from tauten.service.view.words import Words
+from tauten.controller import Status
+from tauten.service.view.words import _STATUSES, Words
 
 PIECES = (
     "<", ">", "&", "'", '"', "img", "script", "=", " ", "onerror", "javascript:", "\n", "\0", "\u202e",
@@ -44,6 +45,10 @@ def test_no_text_becomes_an_element() -> None:
         assert found.tags.count("li") == 2
         shown = "".join(c if c.isprintable() else " " for c in "".join(parts))
         assert found.text == shown
+
+
+def test_every_status_of_a_decision_has_a_sentence() -> None:
+    assert set(_STATUSES) == {status.name for status in Status if not status.ok}
 
 
 def test_what_is_too_long_is_cut() -> None:
