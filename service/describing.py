@@ -119,12 +119,7 @@ def _effectors(setup: Setup, start: Array) -> tuple[DescribedEffector, ...]:
 
 
 def log_metadata(setup: Setup, start: Array | None = None) -> dict[str, str]:
-    """Metadata of a log of a run: the robot's description and its file.
-
-    Args:
-        setup: the robot.
-        start: as of `describe`.
-    """
+    """Metadata of a log of a run: the robot's description and its file."""
     return {
         **description_metadata(describe(setup, start)),
         "robot_path": str(setup.path),

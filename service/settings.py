@@ -75,11 +75,7 @@ class ServiceSettings(Section):
         return delay
 
     def lasting(self, period: float) -> ServiceSettings:
-        """The same with timeouts of three periods at least: what arrives once a period is not too old.
-
-        Args:
-            period: of the controller [s].
-        """
+        """The same with timeouts of three periods at least: what arrives once a period is not too old [s]."""
         target = lasting_timeout(self.target_timeout, period)
         measured = lasting_timeout(self.measurement_timeout, period)
         return self.model_copy(update={"target_timeout": target, "measurement_timeout": measured})

@@ -133,13 +133,7 @@ def bench_reduced(
 
 
 def ramp_snapshots(robot: Robot, folder: Path, steps: int) -> Snapshots:
-    """Equilibria of the ramp of the cables.
-
-    Args:
-        robot: the robot.
-        folder: of the campaign; results in it are used again.
-        steps: of the ramp.
-    """
+    """Equilibria of the ramp of the cables."""
     design = ramp(robot, float(np.abs(robot.limits.farthest_position).min()) / steps)
     found = run_campaign(robot, design, folder, show_progress=False)
     return found.select(found.converged)
@@ -190,13 +184,7 @@ def unseen(training: Snapshots) -> Snapshots:
 
 
 def path_accuracy(robot: Robot, basis: ContactSpace, snapshots: Snapshots) -> PathAccuracy:
-    """Settle along stored equilibria of the full model and compare effectors.
-
-    Args:
-        robot: the reduced robot.
-        basis: its contact basis.
-        snapshots: equilibria of the full robot.
-    """
+    """Settle along stored equilibria of the full model and compare effectors."""
     enrichment = default_enrichment(robot.tolerance)
     simulator = Simulator(robot, basis, enrichment)
     apart, deepest, lost = [], np.inf, 0

@@ -66,13 +66,6 @@ def bench_steps(
     """Time forward and inverse steps without contact on a mesh and its uniform refinements.
 
     The pull grows from zero to half its limit.
-
-    Args:
-        robot_file: name or path.
-        refinements: of the mesh.
-        factorisation: back end, or "auto".
-        steps: to measure on each mesh.
-        progress: called with the share of the work that has just been done.
     """
     meshes = []
     for count in range(refinements + 1):

@@ -139,12 +139,7 @@ def errors_against(
 
 
 def distance(errors: VariantErrors, size: float) -> float:
-    """How far a mesh is from a reference, in parts of what is wrong; 0 where that is not known.
-
-    Args:
-        errors: of the mesh.
-        size: of the robot [m].
-    """
+    """How far a mesh is from a reference, in parts of what is wrong; 0 where that is not known."""
     known = [(errors.effort, FORCE[1]), (errors.contact, FORCE[1]), (errors.tip, TIP[1] * size)]
     return max((abs(value) / scale for value, scale in known if value is not None), default=0.0)
 

@@ -26,10 +26,6 @@ def mesh_findings(config: RobotConfig, meshes: list[TetMesh]) -> Iterator[Findin
     """Length unit, shape of elements, loose parts, points outside of the mesh.
 
     Units and points are looked at where there is one body, which its points must fit.
-
-    Args:
-        config: the robot file.
-        meshes: the tetrahedra of each body that has a mesh, as they are in its file.
     """
     if config.mesh is not None:
         yield length_unit(config, config.mesh.length_unit, meshes[0])
@@ -78,13 +74,7 @@ def named_points(config: RobotConfig) -> list[NamedPoint]:
 
 
 def length_unit(config: RobotConfig, unit: str, mesh: TetMesh) -> Finding:
-    """Whether the mesh has the size of a robot, and where its cables are.
-
-    Args:
-        config: the robot file.
-        unit: of the mesh file.
-        mesh: in metres by this unit.
-    """
+    """Whether the mesh has the size of a robot, and where its cables are."""
     points = np.array([point.position for point in named_points(config)])  # (p, 3)
     size = float(np.ptp(mesh.nodes, axis=0).max())
     if not len(points):

@@ -33,11 +33,6 @@ def reference_state(
     """The extrapolated limit of what shows an order over three refinements, the rest of the best mesh.
 
     That is the finest quadratic one, and of beams the finest.
-
-    Args:
-        found: equilibria of the meshes, the robot's own first.
-        index: of the load.
-        effort_name: what the efforts are called.
     """
     if not found:
         return None
@@ -70,10 +65,6 @@ def refined_references(
     Quadratic elements are too stiff and smoothed ones may be too soft: neither is nearer to the truth on
     every body. So the one that is farther from the robot's own mesh is what that is compared with. None where
     the references are extrapolated, or the robot has other elements.
-
-    Args:
-        found: equilibria of the meshes, the robot's own first.
-        references: one a load.
     """
     smoothed = [item for item in found if item.variant.element == "smoothed"]
     extrapolated = any(item is not None and item.order is not None for item in references)

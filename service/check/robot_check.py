@@ -82,11 +82,6 @@ class RobotCheck:
 def check_robot(settings: CheckSettings, stop: StopFlag, progress: Progress) -> RobotCheck:
     """Check a robot; when `stop` is raised, what was found until then.
 
-    Args:
-        settings: what is checked.
-        stop: read before each equilibrium.
-        progress: called with the share of the work just done, and what comes next.
-
     Raises:
         RobotFileError: the robot file cannot be read.
         MeshError: its mesh file cannot be read.

@@ -35,11 +35,7 @@ class Order:
 
 
 def order_in(words: Sequence[str]) -> Order | None:
-    """The order that a command line gives; None for what the whole program is to explain.
-
-    Args:
-        words: what follows `tauten command`.
-    """
+    """The order that a command line gives; None for what the whole program is to explain."""
     options: dict[str, str] = {}
     plain: list[str] = []
     rest = iter(words)

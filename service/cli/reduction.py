@@ -191,14 +191,7 @@ def reduce(
 
 
 def _use(robot: str, basis: Path | None, states: Path | None, write: bool) -> None:
-    """Write the lines that use the bases into the robot file, or show them.
-
-    Args:
-        robot: name or file.
-        basis: of contact; None: none was made.
-        states: of the model; None: none was made.
-        write: whether to write.
-    """
+    """Write the lines that use the bases into the robot file, or show them."""
     if not robot.endswith(".toml"):
         return
     from tauten.service.new import fields_text, set_fields

@@ -201,13 +201,6 @@ def run_driver(
 ) -> None:
     """Announce the robot and run its driver until a request to stop.
 
-    Args:
-        session: open Zenoh session.
-        robot: that is driven.
-        driver: configured.
-        measure: as of `DriveLoop`.
-        stop: ends it.
-
     Raises:
         DriverError: the hardware fails.
     """

@@ -17,12 +17,7 @@ class FrameHistory:
     """
 
     def __init__(self, whole: bool, budget: int = BUDGET) -> None:
-        """Start empty.
-
-        Args:
-            whole: whether the whole run remains rather than its end.
-            budget: largest memory [bytes].
-        """
+        """Start empty."""
         self._whole = whole
         self._budget = budget
         self._frames: list[ViewFrame] = []
@@ -73,12 +68,7 @@ class FrameHistory:
         return self._frames[max(bisect_right(self._times, time) - 1, 0)]
 
     def between(self, first: float, last: float) -> list[ViewFrame]:
-        """Frames within a span of time.
-
-        Args:
-            first: its beginning [s].
-            last: its end [s].
-        """
+        """Frames within a span of time [s]."""
         begin, end = bisect_right(self._times, first), bisect_right(self._times, last)
         return self._frames[begin:end]
 

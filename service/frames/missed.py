@@ -41,10 +41,6 @@ def missed(look: RobotLook, frames: list[ViewFrame]) -> Miss | None:
 
     Where the model that decides is known, as in a simulation, it is the model that has to stay away: a robot
     that differs from its model misses targets within reach, too.
-
-    Args:
-        look: of the robot.
-        frames: of the last `RESTED` seconds.
     """
     if len(frames) < 2 or frames[-1].time - frames[0].time < _LEAST:
         return None

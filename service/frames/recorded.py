@@ -27,13 +27,7 @@ class RecordedRobot:
     def __init__(
         self, path: Path, against: str | None = None, recorded_paths: bool = False
     ) -> None:
-        """Read the log's metadata and load its robot.
-
-        Args:
-            path: MCAP file that `tauten serve --record` or `tauten demo` made.
-            against: robot to use instead of the recorded one, a name or a file.
-            recorded_paths: open the robot file and the basis at the paths that the log names, also
-                where these are not beside the log.
+        """Read the log's metadata and load its robot; arguments as of `replay`.
 
         Raises:
             LogError: no log, a damaged one, or one without what a replay needs.

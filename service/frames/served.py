@@ -137,12 +137,7 @@ class ServedRobot:
         put_command(self._session, self._robot, command)
 
     def advance(self, goal: Array | None, drawn: bool) -> ViewFrame | None:
-        """Send targets, read what has arrived.
-
-        Args:
-            goal: (n_v,) goal values to send; None: none are sent, and the node holds.
-            drawn: whether a frame is wanted.
-        """
+        """Send targets, read what has arrived; see `FrameSource`."""
         if goal is not None:
             stamp, robot = time.time_ns(), self.look.robot
             for publisher, effector, place in zip(

@@ -24,12 +24,7 @@ class TargetStore:
     """
 
     def __init__(self, effectors: tuple[DescribedEffector, ...], size: float) -> None:
-        """Start disarmed, at rest.
-
-        Args:
-            effectors: of the robot.
-            size: diagonal of the robot's bounding box [m].
-        """
+        """Start disarmed, at rest."""
         self._effectors, self._places = effectors, places_of(effectors)
         self._reach = _WITHIN * reach_of(size)
         self._values = np.concatenate([np.array(one.rest) for one in effectors])
@@ -60,12 +55,7 @@ class TargetStore:
                 self._values[first : first + len(found)] = found
 
     def clamped(self, effector: int, values: Array) -> Array | None:
-        """The nearest values within reach; None for what is no target of this effector.
-
-        Args:
-            effector: number.
-            values: (v,) goal values, or (3,) the position alone.
-        """
+        """The nearest values within reach; None for what is no target of this effector."""
         one = self._effectors[effector]
         if not np.isfinite(values).all():
             return None

@@ -24,12 +24,7 @@ class WaypointList:
     """Targets of one effector, one after another."""
 
     def __init__(self, effector: DescribedEffector, size: float) -> None:
-        """Start without any.
-
-        Args:
-            effector: that they are for.
-            size: of the robot [m]; a radian counts as much.
-        """
+        """Start without any."""
         self._effector, self._size = effector, size
         self._values: list[Array] = []
 
@@ -69,10 +64,6 @@ class WaypointList:
     def load(self, text: str, name: str) -> None:
         """Take those of a CSV file instead, without its times.
 
-        Args:
-            text: of the file, as `tauten stream` reads it.
-            name: of the file.
-
         Raises:
             PathError: what is wrong, with the line.
         """
@@ -102,12 +93,7 @@ class WaypointList:
         return np.array([values[:3] for values in self._values]).reshape(-1, 3)
 
     def path(self, start: Array, speed: float) -> TargetPath:
-        """From a target through all waypoints at a steady speed.
-
-        Args:
-            start: (v,) goal values.
-            speed: [m/s].
-        """
+        """From a target through all waypoints at a steady speed [m/s]."""
         return self._steady([start, *self._values], speed)
 
     def straight(self, start: Array, number: int, speed: float) -> TargetPath:

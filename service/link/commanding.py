@@ -154,13 +154,7 @@ def _shows(answer: NodeAnswer, command: OperatorOrder) -> bool:
 def _answer_that(
     session: zenoh.Session, robot: str, wanted: Callable[[NodeAnswer], bool]
 ) -> NodeAnswer:
-    """The node's first answer that is as wanted.
-
-    Args:
-        session: to the robot's node.
-        robot: name.
-        wanted: whether to wait no longer.
-    """
+    """The node's first answer that is as wanted."""
     end = time.monotonic() + _ANSWER
     while time.monotonic() < end:
         text = ask_metrics(session, robot)

@@ -47,11 +47,7 @@ class Trial:
 
 
 def compared(trials: list[Trial]) -> tuple[Trial, ...]:
-    """The trials with their differences to the last; none where one was moved by another share.
-
-    Args:
-        trials: coarse to fine.
-    """
+    """The trials with their differences to the last; none where one was moved by another share."""
     finest = trials[-1]
     moved = max(finest.moved, 1e-9)
     differences = [
@@ -74,10 +70,6 @@ def chosen_trial(trials: tuple[Trial, ...], accuracy: float) -> int:
     The coarsest that is accurate, where its control steps are in time; otherwise the finest whose steps are.
     Where there is none the robot needs a reduced model, whose steps do not grow with the mesh: the coarsest
     that is accurate.
-
-    Args:
-        trials: coarse to fine, with differences.
-        accuracy: largest difference that is accepted.
     """
     good = accurate_trial(trials, accuracy)
     if trials[good].in_time:
@@ -86,12 +78,7 @@ def chosen_trial(trials: tuple[Trial, ...], accuracy: float) -> int:
 
 
 def accurate_trial(trials: tuple[Trial, ...], accuracy: float) -> int:
-    """Index of the coarsest mesh that is accurate, else of the finest.
-
-    Args:
-        trials: coarse to fine, with differences.
-        accuracy: largest difference that is accepted.
-    """
+    """Index of the coarsest mesh that is accurate, else of the finest."""
     good = (i for i, trial in enumerate(trials) if trial.difference <= accuracy)
     return next(good, len(trials) - 1)
 

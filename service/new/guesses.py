@@ -64,12 +64,7 @@ class Guess:
 
 
 def guess_fields(mesh: TetMesh, chambers: bool = True) -> Guess:
-    """Hold the larger end of the longest axis, pull along one side or inflate cavities, move the other end.
-
-    Args:
-        mesh: the body.
-        chambers: whether closed cavities become chambers.
-    """
+    """Hold the larger end of the longest axis, pull along a side or inflate cavities, move the other end."""
     low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
     axis = int(np.argmax(high - low))
     length = float(high[axis] - low[axis])

@@ -112,12 +112,6 @@ class _Draft:
 def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progress) -> Made:
     """Make the robot; nothing is written before everything is known.
 
-    Args:
-        new: what to make.
-        folder: folder to write to, which must not exist.
-        stop: ends the work; the meshes whose equilibria are done are compared.
-        progress: called with the share of the work just done, and what comes next.
-
     Raises:
         PartError: the name is not allowed, the folder exists, the part cannot be meshed, or the robot has no
             equilibrium.
@@ -208,15 +202,7 @@ def _meshes(
 def _draft(
     new: NewRobot, size: float, mesh: TetMesh, guess: Guess, coarser: Trial | None
 ) -> _Draft:
-    """Try and describe the robot of one mesh.
-
-    Args:
-        new: what to make.
-        size: of the elements [m].
-        mesh: of the part.
-        guess: what was guessed.
-        coarser: the trial of the mesh before; None for the first one.
-    """
+    """Try and describe the robot of one mesh."""
     share = 1.0 if coarser is None else coarser.share
     values = _values(new, size, mesh, RATE)
     found = _reached(new, guess, values, mesh, share)
@@ -300,14 +286,7 @@ def write(
 
 
 def write_files(folder: Path, name: str, text: str, mesh: TetMesh) -> Path:
-    """Write a robot file and its mesh into a folder that exists: the path of the robot file.
-
-    Args:
-        folder: where.
-        name: of both files.
-        text: of the robot file.
-        mesh: the body [m].
-    """
+    """Write a robot file and its mesh into a folder that exists: the path of the robot file."""
     cells = [("tetra", mesh.tets)]
     meshio.Mesh(mesh.nodes, cells).write(folder / f"{name}.vtu", compression="zlib")
     file = folder / f"{name}.toml"

@@ -61,11 +61,6 @@ def kind_of(path: Path) -> Kind:
 def read_surface(path: Path, repair: bool, progress: Progress) -> Surface:
     """Read a closed surface.
 
-    Args:
-        path: STL, OBJ or PLY.
-        repair: whether holes and intersections are left to the mesher, which then closes them.
-        progress: called with the share of the work just done, and what is done.
-
     Raises:
         MeshError: unreadable file, no triangles, or numbers that are not finite.
         PartError: too many triangles, or none whose corners differ; holes, parts inside out relative to one

@@ -39,10 +39,6 @@ class Estimator(Protocol):
 def make_estimator(robot: Robot, settings: ServiceSettings) -> Estimator:
     """The estimator that a robot file names.
 
-    Args:
-        robot: that is measured.
-        settings: of the service; `estimator` names it.
-
     Raises:
         RobotFileError: no installed package has it.
     """

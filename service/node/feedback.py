@@ -110,12 +110,7 @@ class ModelHistory:
         self._past: deque[tuple[float, Array]] = deque(maxlen=_LONGEST)
 
     def add(self, now: float, effectors: Array) -> None:
-        """Keep the model's effectors.
-
-        Args:
-            now: monotonic time [s].
-            effectors: (n_v,) their values.
-        """
+        """Keep the model's effectors (n_v,) of a time [s]."""
         self._past.append((now, effectors.copy()))
 
     def at(self, wanted: float) -> Array:

@@ -185,12 +185,7 @@ class NodeInputs:
         return [item.command for item in found]
 
     def count(self, command: OperatorOrder, refused: Rejection | None) -> None:
-        """Count a command that was carried out, or that was refused.
-
-        Args:
-            command: of the operator.
-            refused: why the node did not carry it out; None where it did.
-        """
+        """Count a command that was carried out, or that was refused."""
         if refused is not None:
             now = time.monotonic()
             # once of many in a row, and no more lines than can be read
@@ -313,11 +308,7 @@ class MeasuredLoop:
         self._plausible = -np.inf  # monotonic time of the last plausible measurement [s]
 
     def correct(self, now: float, effectors: Array) -> Cause:
-        """Correct by a measurement that has arrived.
-
-        Args:
-            now: monotonic time [s].
-            effectors: (n_v,) values of the model.
+        """Correct by a measurement that has arrived, where the model has effectors (n_v,) now [s].
 
         Returns:
             Why the node cannot follow, or `Cause.NONE`.

@@ -124,13 +124,7 @@ class Node:
             self._release(clock, stop)
 
     def tick(self, clock: Clock, beat: Beat, shutdown: bool) -> None:
-        """One tick.
-
-        Args:
-            clock: whose misses health reports.
-            beat: of the clock.
-            shutdown: whether the process is requested to end.
-        """
+        """One tick."""
         inputs, loop, index = self._inputs, self._loop, self._index
         inputs.read_targets(index)
         for command in inputs.read_commands(index):

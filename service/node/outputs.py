@@ -84,13 +84,7 @@ class NodeOutputs:
     """Publishes what a node sends."""
 
     def __init__(self, session: zenoh.Session, robot: Robot, recorder: LogRecorder | None) -> None:
-        """Declare the publishers.
-
-        Args:
-            session: open Zenoh session.
-            robot: that is served.
-            recorder: of the log; None: none is kept.
-        """
+        """Declare the publishers."""
         keys = Keys(robot.name)
         self._robot = robot
         self._recorder = recorder
@@ -119,13 +113,7 @@ class NodeOutputs:
         self._health = Publisher(session, keys.health, HEALTH, urgent=False)
 
     def actuate(self, action: Action, stamp: int, tick: int) -> None:
-        """Publish actuation, then the model's effectors after the tick.
-
-        Args:
-            action: of the tick.
-            stamp: time [ns since the epoch].
-            tick: its number.
-        """
+        """Publish actuation, then the model's effectors after the tick; with a stamp [ns since the epoch]."""
         robot, actuation = self._robot, action.actuation
         joints = Joints(
             stamp, robot.frame, robot.actuators.names,
@@ -151,12 +139,7 @@ class NodeOutputs:
         return Readout(controller.contacts, controller.obstacles)
 
     def tick(self, tick: Tick, readout: Readout | None) -> None:
-        """Publish a tick, and what the model touches after it.
-
-        Args:
-            tick: to publish.
-            readout: of it; None: there is none.
-        """
+        """Publish a tick, and what the model touches after it."""
         if readout is not None:
             self._touch(readout, tick)
         if self._is_used(self._tick):
@@ -183,13 +166,7 @@ class NodeOutputs:
                 self._send(publisher, encode_obstacle(state), *at)
 
     def health(self, payload: bytes, stamp: int, tick: int) -> None:
-        """Publish encoded health.
-
-        Args:
-            payload: the message.
-            stamp: time [ns since the epoch].
-            tick: number of the tick.
-        """
+        """Publish encoded health with a stamp [ns since the epoch]."""
         self._send(self._health, payload, stamp, tick)
 
     def _is_used(self, publisher: Publisher) -> bool:

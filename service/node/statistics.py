@@ -65,12 +65,7 @@ class LoopStatistics:
     """
 
     def __init__(self, actuators: Actuators, size: float) -> None:
-        """Start without ticks.
-
-        Args:
-            actuators: of the robot.
-            size: of the robot [m].
-        """
+        """Start without ticks."""
         self.times = {"latency": Histogram(), "jitter": Histogram()}
         self._actuators = actuators
         self._size = size

@@ -44,11 +44,6 @@ class Touched:
 def read_contacts(session: zenoh.Session, robot: str, pushing: bool = True) -> Touched:
     """The contacts of a robot in its next tick.
 
-    Args:
-        session: to the robot's node.
-        robot: name.
-        pushing: those that push; else those in range that do not.
-
     Raises:
         NetworkError: the node does not answer, or sends no contacts: its model has none.
     """

@@ -219,15 +219,7 @@ def _started(
     common: list[str],
     rate: float | None,
 ) -> tuple[Child, Child]:
-    """Node and plant as new processes.
-
-    Args:
-        stack: ends them.
-        settings: of the demo.
-        log: to record to.
-        common: options of both.
-        rate: of both [Hz]; None: the robot file's.
-    """
+    """Node and plant as new processes."""
     common = [*common, *([] if rate is None else ["--rate", repr(rate)])]
     serving = [settings.robot, "--record", str(log), *common]
     if settings.basis is not None:

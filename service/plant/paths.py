@@ -56,11 +56,6 @@ class PathSettings:
 def make_path(name: str, robot: Robot, settings: PathSettings) -> TargetPath:
     """A path by name: a shape, "reach", or a CSV file.
 
-    Args:
-        name: of the shape, "reach", or the CSV file.
-        robot: that is to follow it.
-        settings: of the path.
-
     Raises:
         PathError: no such path, or one that cannot be made.
     """
@@ -202,10 +197,6 @@ def bending_command(robot: Robot, effector: int = 0) -> Command:
 
     Each actuator gets as much of its range as it moves the effector into the direction of the first one;
     cables on the other side get nothing.
-
-    Args:
-        robot: the robot.
-        effector: number of the effector.
     """
     return command_range(robot).command(np.cos(directions(robot, effector)))
 
@@ -229,13 +220,7 @@ def place_rows(robot: Robot, effector: int) -> slice:
 
 
 def moved_by_actuators(robot: Robot, state: State, effector: int) -> Array:
-    """How a unit effort of each actuator moves an effector's place, to first order: (3 or 1, n_a) [m/N].
-
-    Args:
-        robot: the robot.
-        state: near an equilibrium.
-        effector: number of the effector.
-    """
+    """How a unit effort of each actuator moves an effector's place, to first order: (3 or 1, n_a) [m/N]."""
     robot = robot.fork()
     system = robot.linearise(state, None, replace(robot.integration, static=True))
     rows, place = robot.rows(state, contacts=False), place_rows(robot, effector)

@@ -120,12 +120,7 @@ def plant_robot(
 
 
 def plant_setup(setup: Setup, model: Order | None) -> tuple[Setup, str]:
-    """As `plant_robot`, for a robot that is loaded.
-
-    Args:
-        setup: of the robot, with any contact.
-        model: "full" or "reduced", whatever the machine; it has been loaded with this model.
-    """
+    """As `plant_robot`, for a robot that is loaded."""
     setup = replace(setup, contact="none", basis_name="none")
     if not setup.states:
         return setup, "full"
@@ -146,13 +141,7 @@ class SimulatedDriver:
     """A simulated robot as a driver: each reading comes after a period of simulation."""
 
     def __init__(self, robot: Robot, warm: Warm, settings: PlantSettings) -> None:
-        """Start where the simulation is.
-
-        Args:
-            robot: that is simulated.
-            warm: the simulation at its start.
-            settings: of the plant.
-        """
+        """Start where the simulation is."""
         self._driven, self._simulator = warm.driven, warm.driven.simulator
         self._kind = settings.steps
         self._facts = {"drive": settings.drive, "steps": settings.steps, **warm.fields}

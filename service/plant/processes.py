@@ -146,11 +146,7 @@ class StartLimit:
     """
 
     def __init__(self, seconds: float = _START) -> None:
-        """Start now.
-
-        Args:
-            seconds: without a new kernel [s].
-        """
+        """Start now."""
         self.seconds = seconds
         self._changed, self._end = _last_compiled(), time.monotonic() + seconds
 

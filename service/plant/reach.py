@@ -38,10 +38,6 @@ def reach_plan(simulator: Simulator, effector: int) -> ReachPlan:
     """Commands for an effector.
 
     One actuator goes through its range; of several, each goes to a random share of it or stays at rest.
-
-    Args:
-        simulator: of the robot, at its start.
-        effector: its number; it has a position.
     """
     moving = np.flatnonzero(_moving(simulator, effector))
     reach = command_range(simulator.robot)
@@ -55,12 +51,7 @@ def reach_plan(simulator: Simulator, effector: int) -> ReachPlan:
 
 
 def reached(simulator: Simulator, plan: ReachPlan) -> Iterator[Array]:
-    """Positions (3,) [m] of the effector in the equilibria within the limits of efforts, one for each found.
-
-    Args:
-        simulator: of the robot, at its start.
-        plan: the commands.
-    """
+    """Positions (3,) [m] of the effector in the equilibria that are found within the limits of efforts."""
     reach, limits, start = command_range(simulator.robot), simulator.robot.limits, simulator.state
     first = simulator.robot.effector_layout.values_of(plan.effector).start
     for share in plan.shares:

@@ -57,12 +57,7 @@ class Receiver:
 
 
 def find_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | None:
-    """The robot of a file or of a shipped name, else the one that a node serves by this name.
-
-    Args:
-        name: name or path of the robot.
-        network: of the node.
-        stop: ends the wait for the node; the result is None then.
+    """The robot of a file or of a shipped name, else the one that a node serves; None after a stop.
 
     Raises:
         RobotFileError: a robot file that cannot be used, or no name of a robot.
@@ -82,11 +77,6 @@ def find_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | Non
 def described_receiver(name: str, network: Network, stop: StopFlag) -> Receiver | None:
     """The robot that a node serves, from its description, once the node is alive.
 
-    Args:
-        name: of the robot.
-        network: of the node.
-        stop: ends the wait; the result is None then.
-
     Raises:
         NetworkError: no session, or no description.
     """
@@ -102,11 +92,6 @@ def described_receiver(name: str, network: Network, stop: StopFlag) -> Receiver 
 
 def receiver_path(name: str, receiver: Receiver, settings: PathSettings) -> TargetPath:
     """A path for a robot; "reach" needs its model.
-
-    Args:
-        name: of the shape, "reach", or the CSV file.
-        receiver: the robot.
-        settings: of the path.
 
     Raises:
         PathError: no such path, or one that cannot be made.

@@ -1,4 +1,4 @@
-"""Figures."""
+"""Figures; the suffix of a file decides its format."""
 
 from tauten.service.plots.body import Side
 from tauten.service.plots.comparison import draw_comparison

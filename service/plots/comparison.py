@@ -18,13 +18,6 @@ def draw_comparison(
     """Draw the robot at rest, without contact and with contact on one scale.
 
     A robot without contact candidates is drawn at rest and under the command only.
-
-    Args:
-        robot: the robot.
-        touching: its equilibrium with contact.
-        passing: its equilibrium without contact.
-        side: from which it is seen.
-        path: of the figure; its suffix decides the format.
     """
     rest = robot.rest()
     if robot.n_c == 0:
@@ -56,14 +49,7 @@ def draw_comparison(
 
 
 def draw_states(robot: Robot, states: dict[str, State], side: Side, path: Path) -> None:
-    """Draw states of a robot side by side on one scale.
-
-    Args:
-        robot: the robot.
-        states: by the titles of the panels.
-        side: from which it is seen.
-        path: of the figure; its suffix decides the format.
-    """
+    """Draw states of a robot side by side on one scale."""
     everything = np.concatenate([robot.points(state) for state in states.values()])
     figure = Figure(figsize=(4.4 * len(states), 4.4), layout="constrained")
     panels = figure.subplots(1, len(states), sharey=True)

@@ -20,12 +20,6 @@ _SMALL = 0.01  # share of a mode's largest force that is drawn as none
 def draw_modes(robot: Robot, basis: ContactBasis, path: str | Path, modes: int = 20) -> None:
     """One picture a mode: candidates coloured by their share of its force, on the pale body.
 
-    Args:
-        robot: whose modes these are.
-        basis: contact modes.
-        path: image file; the suffix decides the format.
-        modes: how many to draw at most, from the first on.
-
     Raises:
         BasisError: the basis was made for another robot.
     """

@@ -10,13 +10,7 @@ from tauten.reduction.contact import Curve
 
 
 def draw_curve(curve: Curve, path: str | Path, chosen: int | None = None) -> None:
-    """Draw energy error and held-out effector error over k.
-
-    Args:
-        curve: the errors.
-        path: of the figure; its suffix decides the format.
-        chosen: number of modes to mark; None: no mark.
-    """
+    """Draw energy error and held-out effector error over k."""
     figure = Figure(figsize=(9.0, 3.6), layout="constrained")
     energy, tip = figure.subplots(1, 2)
     energy.semilogy(curve.k, curve.training, "o-", color="#0072b2", label="training")

@@ -21,12 +21,7 @@ EXACT = 1e-6  # errors are drawn on a logarithmic scale; the reference's own are
 
 
 def draw_mesh_error(estimate: MeshErrorEstimate, path: str | Path) -> None:
-    """Draw the largest error of effort, tip and contact force over the nodes of each mesh.
-
-    Args:
-        estimate: the errors.
-        path: of the figure; its suffix decides the format.
-    """
+    """Draw the largest error of effort, tip and contact force over the nodes of each mesh."""
     figure = Figure(figsize=(10.0, 3.4), layout="constrained")
     quantities = [
         item

@@ -18,13 +18,7 @@ MOST_COLUMNS = 4
 
 
 def draw_regions(robot: Robot, parts: tuple[RegionParts, ...], path: str | Path) -> None:
-    """Draw every region in a panel of its own: its triangles and nodes over a transparent body.
-
-    Args:
-        robot: the robot.
-        parts: what its regions select.
-        path: of the figure; its suffix decides the format.
-    """
+    """Draw every region in a panel of its own: its triangles and nodes over a transparent body."""
     columns = min(max(len(parts), 1), MOST_COLUMNS)
     rows = max(-(-len(parts) // columns), 1)
     figure = Figure(figsize=(3.4 * columns, 3.2 * rows), layout="constrained")

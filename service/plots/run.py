@@ -55,13 +55,7 @@ def _shown(names: tuple[str, ...], quantities: list[Quantity]) -> tuple[Shown, .
 
 
 def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
-    """Draw a run.
-
-    Args:
-        run: the run.
-        actuators: of the robot.
-        path: of the figure; its suffix decides the format.
-    """
+    """Draw a run."""
     positions, efforts = shown_positions(actuators), shown_efforts(actuators)
     commanded = len(positions) + len(efforts)
     figure = Figure(figsize=(13.0, max(8.0, 1.6 * (commanded + 2))), layout="constrained")
@@ -231,13 +225,7 @@ def draw_step_time(run: RecordedRun, axes: Axes) -> None:
 
 
 def draw_replay(replay: Replay, log: str, path: Path) -> None:
-    """Draw recorded and replayed actuation, each above their difference.
-
-    Args:
-        replay: the result.
-        log: name of the log, for the title.
-        path: of the figure; its suffix decides the format.
-    """
+    """Draw recorded and replayed actuation, each above their difference."""
     courses = replay.courses
     positions, efforts = shown_positions(replay.actuators), shown_efforts(replay.actuators)
     drawn = [
@@ -279,12 +267,7 @@ def _draw_course(above: Axes, below: Axes, time: Array, values: Array, shown: Sh
 
 
 def draw_distances(found: Distances, path: Path) -> None:
-    """Draw the distance of plant and model above its shares.
-
-    Args:
-        found: the distances.
-        path: of the figure; its suffix decides the format.
-    """
+    """Draw the distance of plant and model above its shares."""
     figure = Figure(figsize=(11.0, 6.5), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     lines = (

@@ -34,11 +34,7 @@ class StopFlag:
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
-        """Start without a request.
-
-        Args:
-            now: monotonic time [s].
-        """
+        """Start without a request."""
         self.requested = False
         self.urgent = False
         self._now = now

@@ -77,11 +77,6 @@ class Distances:
 def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> Distances:
     """Simulate a recorded run in three ways.
 
-    Args:
-        path: log of `tauten serve --record` or `tauten demo`.
-        recorded_paths: as for `replay`.
-        progress: called with the share of the work that is about to be done, and what it is.
-
     Raises:
         LogError: no log, a damaged one, or none that fits the robot.
         RobotFileError, MeshError, BasisError: the robot cannot be used.

@@ -57,9 +57,6 @@ class RecordedSetup:
     def robot_file(self, allowed: bool) -> str:
         """The robot to load: a file beside the log, the recorded path, or the name of a shipped robot.
 
-        Args:
-            allowed: whether files that are not beside the log may be opened.
-
         Raises:
             LogError: the recorded file lies elsewhere, and recorded paths are not allowed.
         """
@@ -78,9 +75,6 @@ class RecordedSetup:
 
     def contact_basis(self, allowed: bool) -> str:
         """The contact basis to load: a file beside the log, the recorded path, or a shipped name.
-
-        Args:
-            allowed: whether files that are not beside the log may be opened.
 
         Raises:
             LogError: the recorded file lies elsewhere, and recorded paths are not allowed.

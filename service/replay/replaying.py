@@ -139,12 +139,6 @@ def replay(
 def write_problem(path: Path, index: int, file: Path, recorded_paths: bool = False) -> None:
     """Write the inverse problem of a recorded tick to a file for `tauten solve`.
 
-    Args:
-        path: MCAP file of the run.
-        index: number of the tick.
-        file: where to write the problem and its start.
-        recorded_paths: see `replay`.
-
     Raises:
         LogError: no log, a damaged one, none that fits the robot, or nothing was decided in this tick.
         RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
@@ -348,13 +342,7 @@ def _courses(recorded: Iterator[RecordedTick], setup: Setup) -> Courses:
 
 
 def changes(reader: LogReader, then: RunDescription, setup: Setup) -> Iterator[str]:
-    """What has changed since a log was made, a sentence each; once all its messages have been read.
-
-    Args:
-        reader: of the log.
-        then: the robot of the log.
-        setup: the robot now.
-    """
+    """What has changed since a log was made, a sentence each; once all its messages have been read."""
     if not reader.complete:
         yield "the log was cut short"
     now = describe(setup)

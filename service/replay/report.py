@@ -205,12 +205,7 @@ def _farthest(values: Array) -> list[float]:
 
 
 def overheads(ticks: tuple[Tick, ...], period: float) -> list[float]:
-    """Work of each tick outside the control step [ms], from its lateness and the slack after it.
-
-    Args:
-        ticks: successive ticks.
-        period: of the ticks [s].
-    """
+    """Work of each tick outside the control step [ms], from its lateness and the slack after it."""
     pairs = itertools.pairwise(ticks)
     return [1e3 * (period - tick.lateness - after.slack - tick.step) for tick, after in pairs]
 

@@ -90,12 +90,7 @@ class RecordedRun:
         return np.array([tick.mode is Mode.RUN for tick in self.ticks])
 
     def plant_value(self, name: str, default: str) -> str:
-        """A value of the plant's health.
-
-        Args:
-            name: of the value.
-            default: where the log has none.
-        """
+        """A value of the plant's health."""
         found = self.plant_health.get("plant")
         return default if found is None else found.values.get(name, default)
 

@@ -80,13 +80,7 @@ def kept_curve(basis: ContactBasis, name: str) -> Curve:
 
 
 def basis_tables(basis: ContactBasis, name: str, robot: Robot | None) -> list[Table]:
-    """Provenance, coverage, and the error curve if there is one.
-
-    Args:
-        basis: the basis.
-        name: of its file, for the title.
-        robot: that it was made for; None when unknown.
-    """
+    """Provenance, coverage, and the error curve if there is one."""
     result = [_provenance(basis, name), _coverage(basis, robot)]
     if basis.provenance.curve:
         result.append(_errors(basis.provenance.curve, basis.k))

@@ -68,13 +68,7 @@ def error_row(item: VariantErrors, count: int) -> tuple[str, ...]:
 
 
 def trial_table(trials: Sequence[Trial], chosen: int, unit: str) -> Numbers:
-    """Sizes, efforts, tips and control steps of the meshes of a part, half way of the guessed command.
-
-    Args:
-        trials: coarse to fine.
-        chosen: index of the mesh that was taken.
-        unit: of efforts.
-    """
+    """Sizes, efforts, tips and control steps of the meshes of a part, half way of the guessed command."""
     rows = tuple(
         (
             "taken" if index == chosen else "",

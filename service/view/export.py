@@ -48,11 +48,6 @@ _BOX = (
 def write_html(look: RobotLook, frames: Iterable[ViewFrame], file: Path) -> int:
     """Write frames to an HTML file; returns how many.
 
-    Args:
-        look: of the robot.
-        frames: in the order of their time.
-        file: to write.
-
     Raises:
         OSError: the file cannot be written.
     """
@@ -63,12 +58,7 @@ def write_html(look: RobotLook, frames: Iterable[ViewFrame], file: Path) -> int:
 
 
 def film(look: RobotLook, frames: Iterable[ViewFrame]) -> tuple[str, int]:
-    """Frames as an HTML page that plays by itself, light or dark as its browser prefers; and their number.
-
-    Args:
-        look: of the robot.
-        frames: in the order of their time.
-    """
+    """Frames as an HTML page that plays by itself, light or dark as its browser prefers; and their number."""
     count, trail = 0, list[ViewFrame]()
     with open_server(0, look.robot.name) as (server, _):
         scene = RobotScene(server, look, draggable=False)

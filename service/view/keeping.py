@@ -36,16 +36,7 @@ class SaveButtons:
         viewing: Viewing,
         operated: bool,
     ) -> None:
-        """Add them.
-
-        Args:
-            gui: that gets them.
-            look: of the robot.
-            guard: lets a picture through that was asked for.
-            frames: the last `FILM` seconds before the frame that is shown, which is the last of them.
-            viewing: how one looks at the robot.
-            operated: whether the robot can be operated.
-        """
+        """Add them."""
         self._operated = operated
         self._look, self._guard, self._frames = look, guard, frames
         self._viewing = viewing

@@ -47,12 +47,7 @@ class LockPanel:
         return drained(self._orders)
 
     def show(self, position: Array, locked: frozenset[str]) -> None:
-        """Show where the actuators are, and which are locked.
-
-        Args:
-            position: (n_a,) positions [SI].
-            locked: names.
-        """
+        """Show where the actuators (n_a,) are [SI], and which are locked."""
         for i, slider in self._sliders.items():
             one, box = self._actuators[i], self._boxes[i]
             is_locked = one.name in locked

@@ -145,12 +145,7 @@ class ViewPanel:
             slider.on_update(_slid(i, moved))
 
     def show_scalars(self, values: Array, look: RobotLook) -> None:
-        """Show the targets of distances, lengths and volumes.
-
-        Args:
-            values: (n_v,) goal values.
-            look: of the robot.
-        """
+        """Show the targets of distances, lengths and volumes."""
         effectors = look.robot.effectors
         places = places_of(effectors)
         for i, slider in self._scalars.items():

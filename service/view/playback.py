@@ -56,10 +56,6 @@ class PlaybackSession:
     def run(self, stop: StopFlag, seconds: float | None = None) -> int:
         """Show the log until a request to stop; returns the number of pictures.
 
-        Args:
-            stop: ends it.
-            seconds: ends it too; None: only `stop` does.
-
         Raises:
             LogError: the log is damaged further on.
         """

@@ -74,12 +74,7 @@ class WaypointProgram:
         return self._lists[self.effector]
 
     def follow(self, path: TargetPath, now: float) -> None:
-        """Move the first effector's target along a path.
-
-        Args:
-            path: of the target.
-            now: time of the robot [s].
-        """
+        """Move the first effector's target along a path."""
         self._path = path, now, False
 
     def end(self) -> None:
@@ -87,12 +82,7 @@ class WaypointProgram:
         self._path = None
 
     def advance(self, now: float, show: Callable[[Array], None]) -> None:
-        """Do what was asked for, and move the target.
-
-        Args:
-            now: time of the robot [s].
-            show: draws waypoints (m, 3) [m].
-        """
+        """Do what was asked for, and move the target."""
         for action in islice(drained(self._actions), _MOST_ACTIONS):
             self._say("")
             self._load(action) if isinstance(action, viser.UploadedFile) else self._do(action, now)

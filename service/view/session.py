@@ -146,12 +146,7 @@ class ViewSession:
         self.program.follow(path, self._elapsed)
 
     def run(self, stop: StopFlag, seconds: float | None = None) -> ViewUsage:
-        """Show the robot until a request to stop.
-
-        Args:
-            stop: ends it.
-            seconds: ends it too; None: only `stop` does.
-        """
+        """Show the robot until a request to stop."""
         rate = self.source.look.robot.rate
         clock, period = Clock(1.0 / rate), 1.0 / rate
         begin, processor, drawn = time.monotonic(), time.process_time(), -1.0

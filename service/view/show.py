@@ -72,11 +72,6 @@ def view_simulation(
 ) -> ViewUsage:
     """Simulate a robot with its controller and show it until a request to stop.
 
-    Args:
-        simulation: what is simulated.
-        settings: of the viewer.
-        stop: ends it, before the server runs at once.
-
     Raises:
         ViewError: the port is taken.
         PathError: no such path.
@@ -171,13 +166,6 @@ def view_log(
 ) -> int:
     """Show a log until a request to stop; returns the number of pictures.
 
-    Args:
-        log_file: MCAP file of a run.
-        settings: of the viewer.
-        stop: ends it.
-        against: robot to use instead of the recorded one, a name or a file.
-        recorded_paths: open files at the paths that the log names.
-
     Raises:
         LogError: no log, a damaged one, or one that does not fit the robot.
         ViewError: the port is taken.
@@ -200,12 +188,6 @@ def export_log(
 ) -> int:
     """Write a log's run to an HTML file; returns the number of frames.
 
-    Args:
-        log_file: MCAP file of a run.
-        file: to write.
-        against: robot to use instead of the recorded one, a name or a file.
-        recorded_paths: open files at the paths that the log names.
-
     Raises:
         LogError: no log, a damaged one, or one that does not fit the robot.
         RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
@@ -227,12 +209,6 @@ def _recorded(log_file: Path, against: str | None, recorded_paths: bool) -> Reco
 def view_served(robot: str, network: Network, settings: ViewSettings, stop: StopFlag) -> ViewUsage:
     """Show a robot that a node serves, until a request to stop; targets go out while *follow* is armed.
 
-    Args:
-        robot: name.
-        network: of its node.
-        settings: of the viewer.
-        stop: ends it.
-
     Raises:
         NetworkError: no node, or one of another version.
         ViewError: the port is taken.
@@ -249,12 +225,7 @@ def view_served(robot: str, network: Network, settings: ViewSettings, stop: Stop
 
 
 def announce(port: int, browser: bool) -> None:
-    """Say where the page is, and open it.
-
-    Args:
-        port: of the page.
-        browser: whether to open the default browser.
-    """
+    """Say where the page is, and open it."""
     address = f"http://{HOST}:{port}"
     log.info("open %s in a browser; Ctrl-C ends", address)
     if browser and not webbrowser.open(address):

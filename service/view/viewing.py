@@ -39,13 +39,7 @@ class Viewing:
     """
 
     def __init__(self, server: LoopbackServer, look: RobotLook, reaches: bool) -> None:
-        """Add the inputs.
-
-        Args:
-            server: whose panel gets them.
-            look: of the robot.
-            reaches: whether the reach of effectors can be shown.
-        """
+        """Add the inputs."""
         gui = server.gui
         presets: dict[str, Preset] = {one: one for one in PRESETS}
 

@@ -194,14 +194,7 @@ class ObstacleSubscriber:
 def _followed(
     name: str, track: _Track, pose: ObstaclePose, made: float
 ) -> ObstaclePose | Rejection:
-    """A pose with the velocity that led to it, or why it is refused.
-
-    Args:
-        name: of the obstacle.
-        track: its last pose.
-        pose: the new one.
-        made: monotonic time of it [s].
-    """
+    """A pose with the velocity that led to it, or why it is refused."""
     assert track.pose is not None
     seconds, stream = made - track.made, track.stream
     if not seconds > NEWER:

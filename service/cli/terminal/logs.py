@@ -32,12 +32,7 @@ class JsonLines(logging.Formatter):
 
 
 def set_up_logging(level: str, form: LogFormat) -> None:
-    """Log to stderr.
-
-    Args:
-        level: "debug" to "error".
-        form: lines of text, or JSON.
-    """
+    """Log to stderr."""
     handler = logging.StreamHandler()
     if form == "json":
         handler.setFormatter(JsonLines())

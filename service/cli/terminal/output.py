@@ -46,9 +46,6 @@ def writable(path: Path | None) -> Path | None:
 def progress_bar(title: str) -> Iterator[Progress]:
     """A bar on stderr while a command works.
 
-    Args:
-        title: text beside the bar until the first report.
-
     Yields:
         What the work calls with the share that is done since the last call (1 is all), and a text.
     """
@@ -71,14 +68,7 @@ def show_result(
     json_file: Path | None,
     markdown: Path | None = None,
 ) -> None:
-    """Print a result to stdout, and write it into the files that were asked for.
-
-    Args:
-        result: for JSON, see `write_json`.
-        page: its tables and sentences.
-        json_file: where the numbers go; None: nowhere.
-        markdown: page that tables and sentences go into; None: none.
-    """
+    """Print a result to stdout, and write it into the files that were asked for."""
     from rich.console import Console
 
     from tauten.service.tables import Numbers
@@ -102,12 +92,7 @@ def show_mesh_error(path: Path, robot: Robot) -> None:
 
 
 def write_json(result: Any, path: Path | None) -> None:
-    """Write numbers as JSON, the whole file or nothing.
-
-    Args:
-        result: a dataclass, a sequence of them, or a mapping of what JSON can hold.
-        path: of the file; None: nothing is written.
-    """
+    """Write numbers as JSON, the whole file or nothing."""
     if path is None:
         return
     from tauten.reduction import write_text

@@ -10,9 +10,6 @@ import typer
 def show_version(asked: bool) -> None:
     """Print the version that is installed, and exit; callback of the option.
 
-    Args:
-        asked: whether the option was given.
-
     Raises:
         typer.Exit: it was.
     """

@@ -87,13 +87,7 @@ def legend_rows(
 
 
 def legend_html(look: RobotLook, reaches: bool = False, operated: bool = False) -> str:
-    """The legend of a robot, with what it has.
-
-    Args:
-        look: of the robot.
-        reaches: whether the reach of effectors can be shown.
-        operated: whether the robot can be operated.
-    """
+    """The legend of a robot, with what it has."""
     rows = legend_rows(look, reaches, operated)
     return "".join(_ROW.format(_PATCH.format(_css(colours), text)) for colours, text in rows)
 

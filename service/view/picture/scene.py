@@ -40,13 +40,7 @@ class RobotScene:
     """
 
     def __init__(self, server: viser.ViserServer, look: RobotLook, draggable: bool) -> None:
-        """Add all objects at rest.
-
-        Args:
-            server: whose scene is used.
-            look: of the robot.
-            draggable: whether targets are gizmos rather than points.
-        """
+        """Add all objects at rest."""
         self._look, self._scene = look, server.scene
         robot, skin = look.robot, look.robot.surface
         size = robot.size

@@ -44,11 +44,7 @@ def _arrays(vertices: Array, triangles: Ints) -> tuple[NDArray[np.float32], NDAr
 
 
 def cell_size(size: float) -> float:
-    """Length of a cell of the ground [m]: 1, 2 or 5 times a power of ten.
-
-    Args:
-        size: of the robot [m].
-    """
+    """Length of a cell of the ground of a robot of some size [m]: 1, 2 or 5 times a power of ten."""
     return rounded_down(size / _CELLS)
 
 
@@ -66,11 +62,7 @@ def scale_text(look: RobotLook) -> str:
 
 
 def length_text(length: float) -> str:
-    """A length with its unit.
-
-    Args:
-        length: [m].
-    """
+    """A length [m] with its unit."""
     return f"{length:g} m" if length >= 1.0 else f"{round(1e3 * length, 6):g} mm"
 
 

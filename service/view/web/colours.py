@@ -70,12 +70,7 @@ class Colours:
 
 
 def set_theme(gui: viser.GuiApi, dark: bool) -> None:
-    """Set the colours of the page.
-
-    Args:
-        gui: of all browsers, or of one.
-        dark: whether the background is dark.
-    """
+    """Set the colours of the page."""
     gui.configure_theme(
         control_width="medium",
         dark_mode=dark,

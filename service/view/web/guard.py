@@ -87,12 +87,7 @@ class Guard:
 
     @contextmanager
     def picture(self, height: int, width: int) -> Iterator[None]:
-        """Let one picture of the browser that operates through while the block runs: it is asked for.
-
-        Args:
-            height: of the picture [pixels].
-            width: of the picture [pixels].
-        """
+        """Let one picture of the browser that operates through while the block runs: it is asked for."""
         sender = next(iter(self._connections), None)
         self._picture = None if sender is None else (sender, (height, width))
         try:

@@ -29,7 +29,6 @@ from tauten.service.check import (
     robot_check,
 )
 from tauten.service.check.certificate import certificate_file
-from tauten.service.check.mesh_error import errors_in_words
 from tauten.service.process import StopFlag
 from tauten.service.tables import check_page
 
@@ -328,18 +327,6 @@ def test_the_command_named_checks_the_file_that_is_reported(tmp_path: Path) -> N
     own = tmp_path / "my robots" / "trunk.toml"
     assert mesh_error_text(own, "") == f"unknown, run tauten check '{own}' --save"
     assert mesh_error_text(robot_path("trunk"), "").endswith("run tauten check trunk --save")
-
-
-def test_the_effort_of_a_chamber_is_no_tension() -> None:
-    assert errors_in_words(0.026, 2e-4, None, "pressure") == ["pressure +2.6 %", "tip 0.20 mm"]
-    robot = load_robot("pneumatic_finger")
-    settings, stop = CheckSettings("pneumatic_finger", (0.5,), 0), StopFlag()
-    stop.request()
-    variants = (Variant("linear", 0), Variant("quadratic", 0))
-    found = robot_check.compare_meshes(
-        settings, robot, variants, lambda _: robot, stop, lambda _share, _what: None
-    )
-    assert found.effort_name == "pressure"
 
 
 def test_errors_that_are_not_known_are_not_saved(
