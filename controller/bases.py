@@ -46,12 +46,6 @@ def load_states(
 ) -> StateBasis:
     """The state basis that the robot file at `path` names, or that of the robot's name beside it or shipped.
 
-    Args:
-        robot: the robot.
-        path: its file.
-        settings: the table `model` of the file.
-        accept_error: accept a larger error than the robot file allows.
-
     Raises:
         StateBasisError: there is none, it was made for another robot, or its error is larger than allowed.
     """
@@ -113,12 +107,6 @@ def part_states(
     accept_error: bool,
 ) -> list[StateBasis | None]:
     """The state basis of each part of a robot; None where its model is the full one, and of rigid objects.
-
-    Args:
-        robot: of full parts.
-        files: their robot files.
-        order: model of all parts; None: what the file of each says.
-        accept_error: accept larger errors than the files allow.
 
     Raises:
         StateBasisError: a part has none, or one with a larger error than its file allows.

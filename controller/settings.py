@@ -177,15 +177,7 @@ def decide_settings(
     given: ControllerSettings, robot: Robot, space: ContactSpace, enrichment: Enrichment,
     qp: Backend | None,
 ) -> DecideSettings:  # fmt: skip
-    """The settings of a robot's decisions.
-
-    Args:
-        given: in its file.
-        robot: the robot.
-        space: basis of its contact forces.
-        enrichment: when unit columns join the basis.
-        qp: solves the quadratic programs; None: the library that the file names.
-    """
+    """The settings of a robot's decisions."""
     return DecideSettings(
         epsilon=given.regularisation,
         enrichment=enrichment,

@@ -282,14 +282,6 @@ def advance(
     order (`tauten.model.simulation.travel`). Without sub-steps it moves as the decision predicts, and so it
     does where these steps diverge: their linearisation is where the velocity leads, which may be far beyond.
 
-    Args:
-        robot: its factorisation workspace is overwritten.
-        space: basis of the contact forces.
-        settings: enrichment, and the number of steps.
-        decision: of the tick.
-        before: what left in the tick before.
-        now: what leaves in this one.
-
     Raises:
         FactorisationError: the state has diverged.
     """

@@ -111,16 +111,7 @@ def take_tick(
     reach: Reach,
     limits: Limits,
 ) -> FirstTick:
-    """Solve a tick in which each actuator does what is wanted as far as its limits permit.
-
-    Args:
-        step: of one tick.
-        enrichment: when unit columns are added.
-        previous: forces of the last step.
-        wanted: position, within reach, or effort of each actuator.
-        reach: positions that each can get to; it does not give way where these are one.
-        limits: of the efforts.
-    """
+    """Solve a tick in which each actuator does what is wanted as far as its limits permit."""
     command = Command(wanted.position.copy(), wanted.effort.copy())
     actuators, ends = step.layout.actuators, (reach.lower, reach.upper)
     least, most = limits.effort_min, limits.effort_max

@@ -90,11 +90,7 @@ class ChamberSet:
         return at
 
     def rows(self, placed: Placed) -> Rows:
-        """Changes of volume and ∂V/∂q: Rows of (c, n) [m³].
-
-        Args:
-            placed: the points in `used`.
-        """
+        """Changes of volume and ∂V/∂q: Rows of (c, n) [m³]."""
         surface, count = (self.places, self.weights), len(self.used)
         volume, gradient = volumes(placed.y, self.owner, surface, self.places, count)
         H = placed.rows(Entries(self.starts, np.arange(count), gradient))

@@ -93,15 +93,7 @@ def nodal_curvature(
     transmissions: TransmissionSet[NodePoints | MeanPoints] | None,
     pattern: Pattern,
 ) -> NodalCurvature:
-    """The curvature of cables, chambers and transmissions in a pattern.
-
-    Args:
-        paths: of the cables.
-        stations: points that they pass.
-        chambers: cavities under pressure.
-        transmissions: functions of points; None: there are none.
-        pattern: in which their `coupled_nodes` and `TransmissionSet.coupled` are coupled.
-    """
+    """The curvature of cables, chambers and transmissions in a pattern."""
     cables, surfaces = coupled_nodes(paths, stations, chambers)
     blocks = pattern.blocks(cables), pattern.blocks(surfaces)
     weights = np.ascontiguousarray(segment_weights(paths, stations))

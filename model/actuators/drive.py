@@ -42,12 +42,7 @@ class DriveSet:
         return np.flatnonzero(free)
 
     def among(self, others: Rows, motion: Motion[Any]) -> Rows:
-        """Rows of all single actuators, from those that are no drives.
-
-        Args:
-            others: in the order of `others`.
-            motion: of the body.
-        """
+        """Rows of all single actuators, from those that are no drives."""
         units = Rows(motion.units(self.columns), motion.travel[self.travels])
         count = len(others) + len(self)
         order = np.empty(count, dtype=np.int64)

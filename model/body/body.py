@@ -283,11 +283,7 @@ class Body(ABC, Generic[P]):
         return start.damping
 
     def step_start(self, state: State) -> StepStart:
-        """The start of a step that is iterated, with mass, damping and constant forces there.
-
-        Args:
-            state: where the step starts (`tauten.model.simulation.converged_step`).
-        """
+        """The start of a step that is iterated, with mass, damping and constant forces there."""
         scheme, mass = self.integration, self.masses(state)
         remembered, damping = self.damping_at(state, scheme)
         self.add_mass(damping, scheme.rayleigh_mass * mass)

@@ -102,12 +102,7 @@ def make_effector_set(
 
 
 def row_points(rows: list[int], starts: Ints) -> Entries:
-    """Which points the rows of each effector depend on: entries with vectors of zero.
-
-    Args:
-        rows: of each effector.
-        starts: (p + 1,) first point of each effector.
-    """
+    """Which points the rows of each effector depend on: entries with vectors of zero."""
     ends = zip(rows, starts[:-1].tolist(), starts[1:].tolist(), strict=True)
     points = [np.tile(np.arange(first, end), count) for count, first, end in ends]
     sizes = np.repeat(np.diff(starts), rows)

@@ -80,14 +80,7 @@ def solve_friction(
 
 
 def _along_path(cones: Cones, length: float, error: float, budget: int) -> NewtonForces:
-    """Forces by Newton's steps from the end of a path, which starts at zero.
-
-    Args:
-        cones: the contacts.
-        length: of the largest |q|, width of the path at first.
-        error: of the natural map that is enough [unit of q].
-        budget: linear systems, at most.
-    """
+    """Forces by Newton's steps from the end of a path, which starts at zero."""
     d = len(cones.q) // len(cones.mu)
     spatial, rows = _spatial(cones) if d == 2 else (cones, np.arange(len(cones.q)))
     wide, none = Width(1.0, length * float(np.abs(cones.q).max()), SHRINK), np.zeros(len(spatial.q))

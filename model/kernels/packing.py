@@ -34,12 +34,6 @@ def used_archive(
 
     Those of kernels that no other one calls are packed `without_ir`, which makes the archive half as large.
 
-    Args:
-        caches: of the functions.
-        folder: with the entries.
-        target: a new folder for what is packed.
-        everything: whether entries that no program used are packed too.
-
     Returns:
         The archive, and how many entries it has.
     """
@@ -61,14 +55,7 @@ def _used(file: Path) -> bool:
 def _copy(
     key: tuple[Any, ...], source: KernelCacheFile, target: KernelCacheFile, linked: bool = True
 ) -> bool:
-    """Copy an entry for portable machines; whether there is one that can be read.
-
-    Args:
-        key: of the entry.
-        source: that has it.
-        target: to copy it to.
-        linked: whether other kernels call the kernel.
-    """
+    """Copy an entry for portable machines; whether there is one that can be read."""
     data = source.load(key) if key[1] == portable_machine() else None  # type: ignore[no-untyped-call]
     if data is None:
         return False

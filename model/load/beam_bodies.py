@@ -97,12 +97,7 @@ class BeamPart:
 
 
 def profile_of(settings: AnyProfile, material: Material) -> Profile:
-    """The cross-section of a table of `profiles`.
-
-    Args:
-        settings: the table.
-        material: of the beam, by which given stiffnesses are divided.
-    """
+    """The cross-section of a table of `profiles`."""
     if isinstance(settings, SectionSettings):
         return section(settings, material)
     if isinstance(settings, TubeSettings):
@@ -168,13 +163,6 @@ def build_beam(
     """Nodes with their masses, without tetrahedra that deform; they are numbered from zero.
 
     The nodes of the surface come after those of the tetrahedra.
-
-    Args:
-        config: the robot file.
-        body: the body, with its material.
-        network: from `beam_network`.
-        source: the robot file's path, for errors.
-        prefix: of the table's fields, for errors.
 
     Returns:
         The body where it stands, its mesh in its own coordinates, and its beams.
@@ -274,13 +262,7 @@ def placed_disc(disc: Disc, scale: float, place: Placement) -> Disc:
 
 
 def with_masses(beams: Beams, discs: Sequence[Disc], material: SolidMaterialSettings) -> Beams:
-    """Beams with the masses of discs on their nodes, and with the mass that the file gives.
-
-    Args:
-        beams: without discs.
-        discs: see `placed_disc`.
-        material: of the body.
-    """
+    """Beams with the masses of discs on their nodes, and with the mass that the file gives."""
     mass, inertia = beams.mass.copy(), beams.inertia.copy()
     for disc in discs:
         disc_mass = material.density * np.pi * disc.radius**2 * disc.thickness
@@ -330,14 +312,7 @@ def file_surface(network: BeamNetwork, first: int, scale: float, place: Placemen
 
 
 def ring_surface(config: RobotConfig, beams: Beams, profile: Profile, first: int) -> _Surface:
-    """The lateral surface of a line of beams, where the robot touches something.
-
-    Args:
-        config: the robot file.
-        beams: element k from node k to node k + 1.
-        profile: their cross-section.
-        first: number of the first of its nodes.
-    """
+    """The lateral surface of a line of beams, where the robot touches something."""
     if not has_surface(config):
         return _Surface(np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros((0, 3), np.int64))
     around, triangles = chain_surface(beams, profile)

@@ -62,12 +62,6 @@ def build_beam_robot(
 ) -> Robot[BeamBody]:
     """Build a robot whose bodies are all made of beams.
 
-    Args:
-        config: the robot file, see `of_beams_alone`.
-        shapes: of its bodies.
-        bodies: the bodies.
-        source: the robot file's path, for errors.
-
     Raises:
         RobotFileError: a point that lies away from the beams, unknown names or empty regions; the text names
             `source`.

@@ -169,12 +169,7 @@ def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[S
 
 
 def contents_of(config: RobotConfig, shapes: Sequence[Shape]) -> list[bytes]:
-    """The shapes as bytes for the robot's digest; of beams without a file the number of their nodes.
-
-    Args:
-        config: the robot file.
-        shapes: of its bodies, as `read_bodies` gives them.
-    """
+    """The shapes as bytes for the robot's digest; of beams without a file the number of their nodes."""
     found = []
     for body, shape in zip(config.all_bodies, shapes, strict=True):
         if not isinstance(shape, BeamNetwork):
@@ -189,13 +184,7 @@ def contents_of(config: RobotConfig, shapes: Sequence[Shape]) -> list[bytes]:
 def digests_of(
     config: RobotConfig, shapes: Sequence[Shape], source: str
 ) -> tuple[str, tuple[str, ...]]:
-    """The digest of a robot, and those of the robot with fewer contacts.
-
-    Args:
-        config: the robot file.
-        shapes: of its bodies, as `read_bodies` gives them.
-        source: the robot file's path, for the files beside it.
-    """
+    """The digest of a robot, and those of the robot with fewer contacts."""
     folder = Path(source).parent
     digest = robot_digest(config, contents_of(config, shapes), folder)
     return digest, digests_of_fewer(digest, config, folder)

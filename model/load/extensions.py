@@ -58,12 +58,6 @@ def required_extension(group: str, name: str, field: str) -> Any:
 def made(make: Callable[..., Any], field: str, parameters: Parameters, *given: Any) -> Any:
     """What a function of another package makes with the parameters of a robot file.
 
-    Args:
-        make: the function, or a class.
-        field: table of the robot file, for errors.
-        parameters: its keywords; lists are given as arrays.
-        given: its first arguments.
-
     Raises:
         RobotFileError: it takes other parameters, or refuses their values by a ValueError.
     """
@@ -77,12 +71,6 @@ def made(make: Callable[..., Any], field: str, parameters: Parameters, *given: A
 
 def _check_names(make: Callable[..., Any], given: int, field: str, names: set[str]) -> None:
     """Refuse parameters that a function does not have, and missing ones.
-
-    Args:
-        make: the function, or a class.
-        given: how many of its first arguments the robot file does not name.
-        field: table of the robot file, for errors.
-        names: of the parameters in the file.
 
     Raises:
         RobotFileError: it takes others.

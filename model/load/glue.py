@@ -25,11 +25,6 @@ def build_glue(
 ) -> GluedNodes:
     """The nodes of all attachments to other regions that move with no frame.
 
-    Args:
-        attachments: those with `to`.
-        bodies: the bodies.
-        frames: all regions that move with a frame.
-
     Raises:
         RobotFileError: as `build_constraints`.
     """
@@ -75,13 +70,7 @@ def build_glue(
 
 
 def attached_parts(item: AttachmentSettings, bodies: Bodies, where: str) -> Attachment:
-    """An attachment to another region with what it selects.
-
-    Args:
-        item: the attachment.
-        bodies: the bodies.
-        where: its field, for errors.
-    """
+    """An attachment to another region with what it selects."""
     selector, mesh = bodies.selector, bodies.parts.mesh
     assert item.to is not None
     tets = mesh.tets[selector.select_tets(item.to, f"{where}.to")]

@@ -77,12 +77,6 @@ def join_frames(
 ) -> Joined:
     """Frames of beams' nodes, pins and hinges.
 
-    Args:
-        bodies: the bodies.
-        rigid: rigid regions of the file.
-        drives: drive regions.
-        attachments: those with `to`.
-
     Raises:
         RobotFileError: what cannot be joined in this way.
     """
@@ -126,13 +120,7 @@ def join_frames(
 
 
 def glue_beams(bodies: Bodies, frames: list[AnyFrame], glued: list[tuple[int, Attachment]]) -> None:
-    """Add nodes of beams to the frames that they are glued to.
-
-    Args:
-        bodies: the bodies.
-        frames: all frames; those that nodes are added to are replaced.
-        glued: nodes of beams, and the attachment that glues each.
-    """
+    """Add nodes of beams to the frames that they are glued to."""
     source, x0 = bodies.selector.source, bodies.parts.mesh.nodes
     for node, one in glued:
         masters = one.follow(x0[[node]], source).nodes[0]

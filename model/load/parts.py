@@ -196,11 +196,6 @@ def common_distance(sets: Sequence[ContactSet], distance: float, source: str) ->
 def body_surface(selector: Selector, source: str, name: str | None) -> Ints:
     """Triangles (t, 3) of a surface or region of a robot, or of its whole surface.
 
-    Args:
-        selector: of its regions.
-        source: the robot file's path, for errors.
-        name: of the surface or region; None: all.
-
     Raises:
         RobotFileError: there is no such surface.
     """

@@ -141,13 +141,7 @@ def make_robot(contents: dict[str, Any], path: Path, changes: Changes) -> Robot:
 
 
 def make_parts(contents: dict[str, Any], path: Path, changes: Changes) -> Robot[PartsBody]:
-    """`make_robot` of a robot file with parts.
-
-    Args:
-        contents: as of `make_robot`.
-        path: as of `make_robot`.
-        changes: as of `make_robot`; each part is changed in the same way.
-    """
+    """`make_robot` of a robot file with parts."""
     config = validated(PartsConfig, model_tables(contents), path)
     if changes.rate is not None:
         period = config.controller.model_copy(update={"rate": changes.rate})
@@ -194,12 +188,6 @@ def make_part(
 ) -> LoadedPart:
     """Build a robot that has no parts of its own, with the surfaces that its file names.
 
-    Args:
-        contents: as of `make_robot`.
-        path: as of `make_robot`.
-        changes: as of `make_robot`.
-        kind: of the file of a robot with meshes.
-
     Raises:
         RobotFileError, MeshError: see `load_robot`.
     """
@@ -217,23 +205,12 @@ def make_part(
 
 
 def touched_surface(bodies: Bodies, source: str, name: str | None) -> Ints:
-    """`body_surface` of a robot of beams alone, whose vertices are those that may touch.
-
-    Args:
-        bodies: of the robot.
-        source: as of `body_surface`.
-        name: as of `body_surface`.
-    """
+    """`body_surface` of a robot of beams alone, whose vertices are those that may touch."""
     return touched_triangles(bodies, body_surface(bodies.touching, source, name))
 
 
 def changed(config: RobotConfig, changes: Changes, path: Path) -> RobotConfig:
     """A robot file with what the caller of `load_robot` changes in it.
-
-    Args:
-        config: the file.
-        changes: as given to `load_robot`.
-        path: of the file, for errors.
 
     Raises:
         RobotFileError: the scaled Young's modulus is not allowed.
@@ -312,14 +289,7 @@ def build_robot(config: RobotConfig, shapes: Shape | Sequence[Shape], source: st
 
 
 def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, source: str) -> Robot:
-    """`build_robot` where the bodies are built.
-
-    Args:
-        config: the robot file.
-        shapes: of its bodies.
-        bodies: from `build_bodies`.
-        source: the robot file's path, for errors.
-    """
+    """`build_robot` where the bodies are built."""
     body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
     constraints = build_constraints(config, bodies)
     loose = loose_nodes(config, bodies, constraints)

@@ -66,11 +66,6 @@ def read_quadratic_mesh(
 ) -> QuadraticMesh:
     """Read quadratic tetrahedra, or linear ones and add the midpoints of their edges.
 
-    Args:
-        path: the mesh file, in a format that meshio reads.
-        length_unit: unit of its coordinates, one of "m", "cm", "mm".
-        overlaps: whether tetrahedra may occupy the same space.
-
     Raises:
         MeshError: linear and quadratic tetrahedra in one file, two mid-edge nodes on one edge, or one of the
             reasons of `read_mesh`.

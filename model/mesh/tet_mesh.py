@@ -177,12 +177,6 @@ def used_nodes(
 ) -> tuple[Array, Ints, tuple[CellGroup, ...], NodeNumbers]:
     """Nodes (n_nodes, 3) [m] that cells of one kind use, these cells (e, corners), their groups, and numbers.
 
-    Args:
-        raw: a `meshio.Mesh` with such cells.
-        kind: of the cells, in the words of meshio.
-        length_unit: unit of its coordinates.
-        path: its file, for errors.
-
     Raises:
         MeshError: points that are no coordinates, or corners that are no nodes.
     """

@@ -90,14 +90,7 @@ def block_factors(
     stored: tuple[slice, ...],
     shapes: tuple[tuple[int, ...], ...],
 ) -> BlockFactors:
-    """Factors of each part as those of all parts, by halves where those of each part solve so.
-
-    Args:
-        parts: factors of each part.
-        columns: unknowns of each part.
-        stored: values of each part among those of all parts.
-        shapes: of the values of each part as its body stores them.
-    """
+    """Factors of each part as those of all parts, by halves where those of each part solve so."""
     halves = tuple(part for part in parts if isinstance(part, HalfSolving))
     if len(halves) == len(parts):
         return HalfBlockFactors(halves, columns, stored, shapes)

@@ -56,13 +56,7 @@ def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
 
 
 def parts_body(assembly: Assembly, parts: Sequence[Part], coupling: Coupling | None) -> PartsBody:
-    """The body of several parts.
-
-    Args:
-        assembly: as of `join_parts`.
-        parts: as of `join_parts`.
-        coupling: of the actuators of all parts.
-    """
+    """The body of several parts."""
     robots = [part.robot for part in parts]
     spans = spans_of([robot.body for robot in robots])
     placements = tuple(part.placement for part in parts)

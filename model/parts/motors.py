@@ -86,10 +86,6 @@ def motors_by_place(
 ) -> dict[int, CouplingSettings | None]:
     """The motors in order, each by the number of its first actuator; None: that is a motor of its own.
 
-    Args:
-        single: the actuators of all parts.
-        couplings: as of `parts_motors`.
-
     Raises:
         ValueError: see `parts_motors`.
     """

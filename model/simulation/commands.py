@@ -21,11 +21,6 @@ LARGEST_EFFORT = 1e9  # N or Pa, of any other actuator
 def checked_command(robot: Robot, position: Numbers | None, effort: Numbers | None) -> Command:
     """The command of given positions and efforts (n_a,).
 
-    Args:
-        robot: whose actuators they are.
-        position: positions, or None.
-        effort: efforts, or None.
-
     Raises:
         ValueError: not exactly one of the two for each actuator, or values that are not allowed.
     """

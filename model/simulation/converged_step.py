@@ -68,14 +68,6 @@ def converged_step(
 ) -> ConvergedStep:
     """Iterate a step until no node moves farther than TOLERANCE allows, at most ITERATIONS times.
 
-    Args:
-        robot: its factorisation workspace is in use until the next call.
-        space: basis of the contact forces.
-        enrichment: when unit columns join.
-        state: where the step starts.
-        forces: of the last step.
-        command: pulled lengths or tensions at the end of the step.
-
     Raises:
         FactorisationError: the state has diverged.
     """

@@ -109,10 +109,6 @@ class Merit:
 
         Where none does, the one with the smallest merit. Shares with forces that are not finite are
         refused; 0.0 where all are.
-
-        Args:
-            solved: the step with its forces.
-            largest: the share to try first.
         """
         state, share = solved.step.state, largest
         before = self._energy(state) + self._constraints(state)

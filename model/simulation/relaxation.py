@@ -36,16 +36,7 @@ def relaxed(
     forces: Forces,
     command: Command,
 ) -> tuple[State, Forces]:
-    """Move in damped time steps until the robot hardly moves: its state, without velocity, and its forces.
-
-    Args:
-        robot: its factorisation workspace is in use.
-        space: basis of the contact forces.
-        enrichment: when unit columns join.
-        state: where the motion starts; its velocity is not used.
-        forces: constraint forces there.
-        command: positions or efforts of the actuators, which act at once.
-    """
+    """Move in damped time steps until the robot hardly moves: its state, without velocity, and its forces."""
     state = State(state.q, np.zeros_like(state.v))
     h, contacts = FIRST, space.k > 0 or enrichment.rounds > 0
     for _ in range(STEPS):

@@ -197,14 +197,6 @@ def _second(
 
     Whether an obstacle is struck is seen at the end of the second stage only: where s lies beyond the
     obstacle, or moves away from it.
-
-    Args:
-        stages: of this step.
-        start: where the step starts.
-        first: the first stage.
-        struck: whether something is struck in it.
-        command: at the end of the step.
-        share: of the period that has passed then.
     """
     robot = stages.robot
     if not struck:
@@ -330,13 +322,7 @@ def _scheme(scheme: Integration, steps: int) -> Integration:
 
 
 def _ahead(robot: Robot, state: State, h: float) -> State:
-    """Where the velocity alone leads from a state, with the velocity and memory of that state.
-
-    Args:
-        robot: the robot.
-        state: where a stage starts.
-        h: its length [s].
-    """
+    """Where the velocity alone leads from a state, with the velocity and memory of that state."""
     there = robot.body.advance(state, state.v, h)
     return State(there.q, there.v, state.memory)
 

@@ -92,14 +92,7 @@ class Solid:
 
 
 def make_solid(domains: list[Domains], laws: list[Law], pattern: Pattern, n_elements: int) -> Solid:
-    """Place domains in a pattern that couples the nodes of each of them.
-
-    Args:
-        domains: the domains, one entry for each shape.
-        laws: what their `law` points to.
-        pattern: sparsity of the tangent.
-        n_elements: tetrahedra they are made from.
-    """
+    """Place domains in a pattern that couples the nodes of each of them."""
     parts = tuple(part.ascending() for part in domains)
     blocks, slots = lower_blocks(pattern, [part.nodes for part in parts])
     kinds, constants = law_arrays(laws)

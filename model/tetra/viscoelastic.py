@@ -133,12 +133,7 @@ def make_viscoelasticity(
 
 
 def strains(solid: Solid, x: Array) -> Array:
-    """Green strains at all points of quadrature (p, 6), shear components not doubled.
-
-    Args:
-        solid: the body.
-        x: (n_nodes, 3) positions [m].
-    """
+    """Green strains at all points of quadrature (p, 6), shear components not doubled."""
     F = np.concatenate(
         [gradients_at_points(x, part.nodes, part.gradients) for part in solid.domains]
     )

@@ -96,15 +96,7 @@ def _opposed(W: Array, cables: Bools) -> Bools:
 
 
 def _effort(robot: Robot, actuator: int, effort: float, position: float, softness: float) -> float:
-    """The effort at a limit of the position, or the limit of the effort where that is met before.
-
-    Args:
-        robot: the robot.
-        actuator: its number.
-        effort: limit of its effort.
-        position: limit of its position, of the same sign.
-        softness: compliance of its row at rest [m/N].
-    """
+    """The effort at a limit of the position, or the limit of the effort where that is met before."""
     if effort * position <= 0.0:
         return 0.0
     simulator = Simulator(robot, contact="none")

@@ -86,12 +86,6 @@ def _loaded_runs(robot: Robot, found: CommandRange, effectors: int, seed: int) -
     """Runs from rest, each with gravity tilted to another side and another payload.
 
     One actuator goes to the end of its range in each, several to random commands.
-
-    Args:
-        robot: its gravity, weight and effectors are used.
-        found: range of each actuator.
-        effectors: number of effectors that carry the payload, the first ones.
-        seed: of the commands and loads.
     """
     count = LOADED_RUNS if robot.n_a == 1 else LEAST_LOADED_RUNS + RUNS_EACH * robot.n_a
     rng = np.random.default_rng(seed + 1)

@@ -183,13 +183,7 @@ def pressing_runs(
 
 
 def _in_the_way(touched: TouchedRobot, way: Array, rng: np.random.Generator) -> Array:
-    """Centres (3 k,) of spheres [m], some of which stand in the way of places.
-
-    Args:
-        touched: the robot.
-        way: (3 m,) of all places [m].
-        rng: random numbers.
-    """
+    """Centres (3 k,) of spheres [m], some of which stand in the way of places."""
     places, normals, radii = touched.places, touched.normals, touched.radii
     outwards = np.maximum((way.reshape(-1, 3) * normals).sum(axis=1), 0.0)  # (m,)
     chance = outwards + 1e-6 * touched.robot.size

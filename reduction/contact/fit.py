@@ -74,11 +74,6 @@ def _of_least_energy(
 
     Descent ends at a local minimum. Where that of k modes loses more than the last, smaller basis, it begins
     again from this basis and the forces of the problems in which it loses most.
-
-    Args:
-        fits: ascending in k, where descent starts.
-        problems: equilibria.
-        max_sweeps: see `refine`.
     """
     refined: list[Fit] = []
     least = np.inf

@@ -104,14 +104,7 @@ def contact_problems(
 
 
 def _problem(robot: Robot, snapshots: Snapshots, column: int, by_effort: Bools) -> ContactProblem:
-    """The problem of a snapshot.
-
-    Args:
-        robot: the robot.
-        snapshots: that have the snapshot.
-        column: its number.
-        by_effort: (n_a,) which actuators keep their efforts rather than their positions.
-    """
+    """The problem of a snapshot."""
     loaded = robot.loaded(snapshots.gravity[:, column], snapshots.effector_force[:, column])
     state = State(snapshots.q[:, column], np.zeros(robot.n))
     effort = snapshots.effort[:, column]

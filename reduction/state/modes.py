@@ -150,11 +150,6 @@ def touched_responses(robot: Robot, body: Reducible, touched: int) -> Array:
 
     With all of these in its span a reduced robot yields at the places as the full one does, near rest: the
     attachment modes of component mode synthesis (Craig, Modal Analysis 2, 1987).
-
-    Args:
-        robot: the full model, the last effectors of which are the places; its workspace is used.
-        body: the same robot as state reduction sees it.
-        touched: number k of places.
     """
     if touched == 0:
         return np.zeros((len(body.weight), 0))
@@ -169,12 +164,6 @@ def campaign_responses(
     robot: Robot, body: Reducible, space: ContactSpace, snapshots: Snapshots
 ) -> Array:
     """Responses at a few states spread over a campaign, strongest direction first.
-
-    Args:
-        robot: the full model; its workspace is used.
-        body: the same robot as state reduction sees it.
-        space: contact modes.
-        snapshots: equilibria with configurations.
 
     Returns:
         (m, k), orthonormal in the norm of the robot.

@@ -209,12 +209,7 @@ def _attempts(
 
 
 def finer_motion(modes: Pod, motion: float) -> float:
-    """A smaller relative projection error, which takes more modes where there are any.
-
-    Args:
-        modes: all that may be used.
-        motion: the error until now.
-    """
+    """A smaller relative projection error, which takes more modes where there are any."""
     before = len(chosen_modes(modes, "auto", motion, MOST_MODES).Phi.T)
     while motion > LEAST_MOTION:
         motion *= FINER_MOTION
@@ -284,16 +279,7 @@ def _chosen(
     snapshots_digest: str,
     report: Report,
 ) -> StateBasis:
-    """A state basis, its tip errors not measured.
-
-    Args:
-        robot: the full model.
-        training: what it is chosen from.
-        settings: numbers of modes and tolerances; `motion` is given.
-        limit: largest number of modes of motion.
-        snapshots_digest: of all snapshots.
-        report: called with what is being done.
-    """
+    """A state basis, its tip errors not measured."""
     body, weight = training.body, training.body.weight
     assert settings.motion is not None
     found = chosen_modes(training.modes, settings.r, settings.motion, limit)

@@ -183,13 +183,7 @@ class StrainBody(ReducedBody[AttachedPoints]):
         return load.ravel()
 
     def tangent(self, work: BeamWork, loads: Loads | None, exact: bool) -> Array:
-        """The tangent K (r, r), see `forces`.
-
-        Args:
-            work: motion at the state.
-            loads: efforts of the actuators; None: there are none.
-            exact: with the terms that loads bring.
-        """
+        """The tangent K (r, r), see `forces`."""
         full, actuators = self.beams, self.actuator_set
         K = self.stiffness.copy()
         force, moment = np.zeros((full.n_nodes, 3)), np.zeros((full.n_nodes, 3, 3))

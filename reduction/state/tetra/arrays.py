@@ -122,13 +122,7 @@ def in_rows(values: Array) -> Array:
 
 
 def make_work(body: SampledElements, tendons: Tendons, size: int) -> Work:
-    """A workspace for these elements and cables.
-
-    Args:
-        body: the elements, which may depend on the first coordinates only.
-        tendons: the cables.
-        size: number of coordinates that elements, cables and chambers depend on.
-    """
+    """A workspace for these elements and cables."""
     blocks, R, _ = body.gradient.shape
     r, rows, entries = len(body.stiffness), 9, 81
     if body.corotational:
