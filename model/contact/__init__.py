@@ -1,7 +1,7 @@
 """Contact: from surfaces to gap rows."""
 
-from tauten.model.contact.broad_phase import BLOCK
-from tauten.model.contact.detection import ContactSet, blocks_of
+from tauten.model.contact.broad_phase import BLOCK, blocks_of
+from tauten.model.contact.detection import ContactSet
 from tauten.model.contact.gap_rows import contact_rows
 from tauten.model.contact.mesh_shape import MeshShape, heights_of_file, mesh_of_file
 from tauten.model.contact.obstacle import (

@@ -8,13 +8,42 @@ bounds of the others are computed in loops over flat arrays, which the compiler 
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from tauten.model.contact.closest_point import face_normal
 from tauten.model.contact.surface_topology import SurfaceTopology
 from tauten.model.numerics import Array, Ints, Vector3, cross, dot, kernel, row, subtract, unit
 
 BLOCK = 128  # candidates treated together
+SHORT = 16  # candidates; blocks of connected parts have at least as many
 ROUNDING = 1e-9  # of bounds, relative
+
+
+def blocks_of(candidates: list[Ints], n_vertices: int) -> Ints:
+    """Candidates that are treated together: (b, 3) first slot, one past the last, and the pair.
+
+    A block ends with its pair, after `BLOCK` candidates, and, where it has `SHORT`, with the connected part
+    of the surface that it lies in: few triangles are within reach of a block that is small in space.
+
+    Args:
+        candidates: of each pair, (m, 3) vertex ids of the triangles that its candidates lie in.
+        n_vertices: number of vertices.
+    """
+    blocks, begin = [], 0
+    for pair, nodes in enumerate(candidates):
+        links = np.concatenate([nodes[:, :2], nodes[:, 1:]])
+        graph = sp.coo_array((np.ones(len(links)), links.T), shape=(n_vertices, n_vertices))
+        part = connected_components(graph, directed=False)[1][nodes[:, 0]]
+        start = begin
+        for i in range(1, len(nodes) + 1):
+            size = begin + i - start
+            ends = i == len(nodes) or (part[i] != part[i - 1] and size >= SHORT)
+            if ends or size == BLOCK:
+                blocks.append((start, begin + i, pair))
+                start = begin + i
+        begin += len(nodes)
+    return np.array(blocks, dtype=np.int64).reshape(-1, 3)
 
 
 @kernel

@@ -38,29 +38,28 @@ body: in a thinner wall a candidate of one side is also behind the other side.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar, cast
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
-from tauten.model.contact.broad_phase import BLOCK
+from tauten.model.contact.broad_phase import blocks_of
 from tauten.model.contact.narrow_phase import no_closest_points, search
 from tauten.model.contact.obstacle import ObstaclePoses, poses_at_start
-from tauten.model.contact.pair import ContactPair, LargestSum, check_pair
+from tauten.model.contact.pair import ContactPair, LargestSum, check_pair, finite_candidates
 from tauten.model.contact.shapes import PlaneShape
 from tauten.model.contact.sides import Sides, joined, sides_of
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Bools, Ints, kernel
+from tauten.model.points import Balls, GroupedPoints, Motion, Placed, near_points
 from tauten.model.rows import PairSlots
 
+P = TypeVar("P")
 _Found: TypeAlias = tuple[Ints, Array, Array, Ints, Array]  # what `detect_all` writes
-SHORT = 16  # candidates; blocks of connected parts have at least as many
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +151,10 @@ class ContactSet:
             if pair.obstacle is not None and not isinstance(pair.obstacle.shape, PlaneShape)
         )
         self._sides: dict[int, Sides] = {}  # of pairs, in the step that is taken
+        self._balls: dict[int, Balls] = {}  # around candidates of pairs with obstacles
+        self._placed: Bools = np.zeros(
+            n_vertices, np.bool_
+        )  # where there are balls: of other pairs
         self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
             [pair.nodes.astype(np.int64) for pair in pairs],
@@ -210,11 +213,54 @@ class ContactSet:
         positions: Array = np.einsum("mj,mji->mi", self._weights, x[self._nodes])
         return positions
 
-    def detect(self, x: Array) -> Detection:
+    def over(self, vertices: object) -> ContactSet:
+        """The same contacts with balls around candidates, where the points that are vertices have any."""
+        other = copy(self)
+        if isinstance(vertices, GroupedPoints):
+            named = ((k, self.pairs[k]) for k in self._obstacle)
+            every = {k: vertices.balls(pair.nodes, pair.weights) for k, pair in named}
+            other._balls = {number: balls for number, balls in every.items() if balls is not None}
+        others = [pair for number, pair in enumerate(self.pairs) if number not in other._balls]
+        other._placed = np.zeros(self.n_vertices, np.bool_)
+        for ids in (ids for pair in others for ids in (pair.nodes, pair.triangles)):
+            other._placed[ids] = True
+        return other
+
+    def found(self, motion: Motion[P], vertices: P) -> tuple[Detection, Placed]:
+        """Gaps of the candidates in range, and their vertices.
+
+        Args:
+            motion: the state of a body.
+            vertices: its points; those that no candidate or triangle within reach has may be at NaN.
+        """
+        if not self._balls:
+            placed = motion.placed(vertices)
+            return self.detect(placed.y), placed
+        near, needed = dict[int, Ints](), self._placed.copy()
+        for number, balls in self._balls.items():
+            pair, reach = self.pairs[number], self.alarm_distance
+            assert pair.obstacle is not None
+            if number in self._sides:  # which candidates beyond its reach may have
+                needed[pair.nodes] = True
+                continue
+            (centre, radius), groups = balls.at(motion), balls.groups
+            pose = self.poses.poses[self._obstacle[number]]
+            distance = pair.obstacle.closest(centre, pose, reach + float(radius.max()))[0]
+            within = np.ascontiguousarray(distance, dtype=float), radius, reach
+            near[number] = near_points(*within, (groups.order, groups.starts), pair.nodes, needed)
+        placed = cast(GroupedPoints, vertices).some_placed(motion, needed)
+        return self.detect(placed.y, near), placed
+
+    def detect(self, x: Array, near: Mapping[int, Ints] | None = None) -> Detection:
         """Gaps of the candidates in range at vertex positions x (n_vertices, 3) [m].
 
         Never fails: a candidate or a triangle at a position that is not finite is out of range.
+
+        Args:
+            x: the positions [m].
+            near: of some pairs with obstacles, the candidates (k,) that may be in range, ascending.
         """
+        near = near or {}
         x, n = np.ascontiguousarray(x, dtype=float), self.n_slots
         numbers, values = np.empty((2, n), np.int64), np.empty((2, n))
         vectors, vertices, coefficients = (
@@ -227,7 +273,7 @@ class ContactSet:
         distances = self.alarm_distance, self.distance
         m = detect_all(x, of_candidates, self._blocks, self._surfaces, distances, found)
         for number in self._obstacle:
-            m = self._touching(number, x, found, m)
+            m = self._touching(number, x, near.get(number), found, m)
         every = slice(m) if self._in_order else np.argsort(numbers[0, :m])
         detection = Detection(
             n, numbers[0][every], numbers[1][every], values[0][every], vectors[0][every],
@@ -237,19 +283,21 @@ class ContactSet:
             return replace(detection, surface=self._surface(detection))
         return detection
 
-    def _touching(self, number: int, x: Array, found: _Found, m: int) -> int:
+    def _touching(self, number: int, x: Array, chosen: Ints | None, found: _Found, m: int) -> int:
         """Add the candidates within reach of the obstacle of a pair to m others; how many there are then.
 
         Args:
             number: of the pair.
             x: (n_vertices, 3) positions [m].
+            chosen: (k,) those of its candidates that may be in range; None: all.
             found: of `detect_all`.
             m: contacts in it.
         """
         pair, first = self.pairs[number], int(self._first[number])
         assert pair.obstacle is not None
-        place, points = np.empty(len(pair.nodes), np.int64), np.zeros((len(pair.nodes), 3))
-        count = finite_candidates(x, pair.nodes, pair.weights, place, points)
+        k = len(pair.nodes if chosen is None else chosen)
+        place, points = np.empty(k, np.int64), np.zeros((k, 3))
+        count = finite_candidates(x, (pair.nodes, pair.weights), chosen, place, points)
         near, reach = points[:count], self.alarm_distance
         pose = self.poses.poses[self._obstacle[number]]
         gap, normal = pair.obstacle.closest(near, pose, reach)
@@ -271,32 +319,6 @@ class ContactSet:
                 way = (found.gap[own] + self.distance)[:, None] * found.normal[own]
                 surface[own] = pose.velocity_at(found.point[own] - way)
         return surface
-
-
-def blocks_of(candidates: list[Ints], n_vertices: int) -> Ints:
-    """Candidates that are treated together: (b, 3) first slot, one past the last, and the pair.
-
-    A block ends with its pair, after `BLOCK` candidates, and, where it has `SHORT`, with the connected part
-    of the surface that it lies in: few triangles are within reach of a block that is small in space.
-
-    Args:
-        candidates: of each pair, (m, 3) vertex ids of the triangles that its candidates lie in.
-        n_vertices: number of vertices.
-    """
-    blocks, begin = [], 0
-    for pair, nodes in enumerate(candidates):
-        links = np.concatenate([nodes[:, :2], nodes[:, 1:]])
-        graph = sp.coo_array((np.ones(len(links)), links.T), shape=(n_vertices, n_vertices))
-        part = connected_components(graph, directed=False)[1][nodes[:, 0]]
-        start = begin
-        for i in range(1, len(nodes) + 1):
-            size = begin + i - start
-            ends = i == len(nodes) or (part[i] != part[i - 1] and size >= SHORT)
-            if ends or size == BLOCK:
-                blocks.append((start, begin + i, pair))
-                start = begin + i
-        begin += len(nodes)
-    return np.array(blocks, dtype=np.int64).reshape(-1, 3)
 
 
 @kernel
@@ -339,32 +361,6 @@ def detect_all(
                 coefficients[k, j], coefficients[k, 3 + j] = weights[s, j], -inside[s, j]
             k += 1
     return k
-
-
-@kernel
-def finite_candidates(x: Array, nodes: Ints, weights: Array, place: Ints, points: Array) -> int:
-    """How many candidates are at finite positions.
-
-    Args:
-        x: (n_vertices, 3) positions [m].
-        nodes: (m, 3) vertices of the candidates.
-        weights: (m, 3) their weights.
-        place: (m,) output, the numbers of those.
-        points: (m, 3) zeros, to which their positions are added [m].
-    """
-    count = 0
-    for s in range(len(nodes)):
-        point = points[count]
-        for j in range(3):
-            w, corner = weights[s, j], x[nodes[s, j]]
-            for i in range(3):
-                point[i] += w * corner[i]
-        if np.isfinite(point[0] + point[1] + point[2]):
-            place[count] = s
-            count += 1
-        else:
-            point[:] = 0.0
-    return count
 
 
 @kernel

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tauten.model.contact.obstacle import Obstacle
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.schema import LARGEST_FRICTION
 
 
@@ -124,3 +124,32 @@ def obstacle_sums(pairs: Sequence[ContactPair], first: int = 0) -> tuple[Largest
         LargestSum(f"all contacts on {name}", tuple(own), forces[name])
         for name, own in numbers.items()
     )
+
+
+@kernel
+def finite_candidates(
+    x: Array, of_pair: tuple[Ints, Array], chosen: Ints | None, place: Ints, points: Array
+) -> int:
+    """How many candidates are at finite positions.
+
+    Args:
+        x: (n_vertices, 3) positions [m].
+        of_pair: vertices (m, 3) of the candidates of a pair, and their weights.
+        chosen: (k,) those of the candidates that count, ascending; None: all.
+        place: (k,) output, the numbers of those.
+        points: (k, 3) zeros, to which their positions are added [m].
+    """
+    (nodes, weights), count = of_pair, 0
+    for k in range(len(points)):
+        s = k if chosen is None else chosen[k]
+        point = points[count]
+        for j in range(3):
+            w, corner = weights[s, j], x[nodes[s, j]]
+            for i in range(3):
+                point[i] += w * corner[i]
+        if np.isfinite(point[0] + point[1] + point[2]):
+            place[count] = s
+            count += 1
+        else:
+            point[:] = 0.0
+    return count

@@ -42,6 +42,7 @@ def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
     effectors, motors = parts_effectors(parts), parts_motors(parts, assembly.couplings)
     check_unique("actuators", list(motors.actuators.names))
     check_unique("effectors", list(effectors.kinds.layout.names))
+    vertices = contact_vertices(assembly.between, parts)
     return Robot(
         names=RobotNames(assembly.name, assembly.frame, effectors.kinds.layout.names),
         digest=assembly.digest,
@@ -49,8 +50,8 @@ def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
         actuators=motors.actuators,
         limits=motors.limits,
         effectors=effectors,
-        contacts=parts_contacts(assembly, parts),
-        vertices=contact_vertices(assembly.between, parts),
+        contacts=parts_contacts(assembly, parts).over(vertices),
+        vertices=vertices,
         body=parts_body(assembly, parts, motors.coupling),
     )
 

@@ -10,9 +10,17 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.parts.part import Placement
-from tauten.model.points import Entries, Motion, Placed, sparse_units
+from tauten.model.points import (
+    Balls,
+    Entries,
+    GroupedPoints,
+    Groups,
+    Motion,
+    Placed,
+    sparse_units,
+)
 from tauten.model.rows import Jacobian, dense, sparse_rows
 
 _NONE = np.zeros(0, np.int64)
@@ -49,6 +57,60 @@ class PartsPoints:
 
     groups: tuple[PointsOfPart, ...]
 
+    def __len__(self) -> int:
+        return sum(len(group.points) for group in self.groups)
+
+    @property
+    def spans(self) -> tuple[slice, ...]:
+        """Where the points of each group are among all."""
+        return slices([len(group.points) for group in self.groups])
+
+    def balls(self, nodes: Ints, weights: Array) -> PartBalls | None:
+        """Balls around combinations of the points of one part, see `GroupedPoints`."""
+        for group, span in zip(self.groups, self.spans, strict=True):
+            if not (isinstance(group.points, GroupedPoints) and len(nodes) > 0):
+                continue
+            if span.start <= nodes.min() and nodes.max() < span.stop:
+                own = group.points.balls(nodes - span.start, weights)
+                return None if own is None else PartBalls(group.part, group.placement, own)
+        return None
+
+    def some_placed(self, motion: PartsMotion, chosen: Bools) -> PlacedOnParts:
+        """The points at a state, some of those that are not chosen (p,) at NaN."""
+        placed = []
+        for group, span in zip(self.groups, self.spans, strict=True):
+            own = motion.parts[group.part]
+            if hasattr(group.points, "some_placed"):  # faster than to ask for the protocol
+                placed.append(group.points.some_placed(own, chosen[span]))
+            else:
+                placed.append(own.placed(group.points))
+        return motion.joined(self.groups, tuple(placed))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PartBalls:
+    """Balls around groups of points of one part; a `Balls`.
+
+    Attributes:
+        part: its number.
+        placement: where its frame stands; None: it is the robot's.
+        own: the balls in that frame.
+    """
+
+    part: int
+    placement: Placement | None
+    own: Balls
+
+    @property
+    def groups(self) -> Groups:
+        """The groups of the points."""
+        return self.own.groups
+
+    def at(self, motion: PartsMotion) -> tuple[Array, Array]:
+        """Centres (g, 3) and radii (g,) of the balls at a state [m]."""
+        centre, radius = self.own.at(motion.parts[self.part])
+        return centre if self.placement is None else self.placement.points(centre), radius
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartsMotion:
@@ -75,12 +137,16 @@ class PartsMotion:
     def placed(self, points: PartsPoints) -> PlacedOnParts:
         """Points of the parts at this state."""
         placed = tuple(self.parts[group.part].placed(group.points) for group in points.groups)
+        return self.joined(points.groups, placed)
+
+    def joined(self, groups: tuple[PointsOfPart, ...], placed: tuple[Placed, ...]) -> PlacedOnParts:
+        """Points of the parts, of which each group is placed in the frame of its part."""
         y = [
             one.y if group.placement is None else group.placement.points(one.y)
-            for group, one in zip(points.groups, placed, strict=True)
+            for group, one in zip(groups, placed, strict=True)
         ]
         joined = y[0] if len(y) == 1 else np.concatenate([np.zeros((0, 3)), *y])
-        return PlacedOnParts(joined, points.groups, placed, self.columns)
+        return PlacedOnParts(joined, groups, placed, self.columns)
 
     def units(self, columns: Ints) -> sp.csr_array:
         """Unit rows (m, n) of some unknowns (m,)."""
