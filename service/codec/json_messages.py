@@ -17,7 +17,7 @@ from pydantic_core import core_schema
 from tauten.service.codec.rejection import Rejection, RejectionReason
 
 if TYPE_CHECKING:
-    from tauten.model.numerics import Array, Ints
+    from numpy.typing import NDArray
 
 NANO = 1_000_000_000
 SECONDS = 2**31  # of a builtin_interfaces/Time
@@ -121,7 +121,7 @@ class CodedNumbers:
     first: int = 0
     columns: int = 0
 
-    def numbers(self, text: object) -> object:
+    def read(self, text: object) -> object:
         """The numbers of a text; arrays stay as they are."""
         if isinstance(text, np.ndarray):
             return text
@@ -133,22 +133,22 @@ class CodedNumbers:
             raise ValueError("not whole numbers in base64") from error
         return self.first + (found.reshape(-1, self.columns) if self.columns else found)
 
-    def text(self, numbers: Ints) -> str:
+    def text(self, numbers: NDArray[Any]) -> str:
         """The text of numbers."""
         return base64.b64encode((numbers - self.first).astype("<u4").tobytes()).decode("ascii")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         """How a field of this annotation is read and written."""
         return core_schema.no_info_plain_validator_function(
-            self.numbers,
+            self.read,
             serialization=core_schema.plain_serializer_function_ser_schema(self.text),
         )
 
 
-class CodedPoints:
+class CodedPoints(CodedNumbers):
     """Points (m, 3) as little-endian float32 in base64; older descriptions have lists of them."""
 
-    def points(self, found: object) -> object:
+    def read(self, found: object) -> object:
         """The points of a text, or of lists; arrays stay as they are."""
         if isinstance(found, np.ndarray):
             return found
@@ -164,13 +164,6 @@ class CodedPoints:
             raise ValueError("a point is not finite, or farther than it may be")
         return points
 
-    def text(self, points: Array) -> str:
+    def text(self, points: NDArray[Any]) -> str:
         """The text of points."""
         return base64.b64encode(points.astype("<f4").tobytes()).decode("ascii")
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
-        """How a field of this annotation is read and written."""
-        return core_schema.no_info_plain_validator_function(
-            self.points,
-            serialization=core_schema.plain_serializer_function_ser_schema(self.text),
-        )

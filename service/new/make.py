@@ -12,7 +12,6 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import meshio
@@ -149,18 +148,16 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
     trials = compared([draft.trial for draft in drafts])
     chosen = chosen_trial(trials, new.accuracy)
     draft = drafts[chosen]
-    checking = partial(_of_check, progress)
+
+    def checking(share: float, what: str = "") -> None:
+        progress(CHECKING * share, what)
+
     file, check = write(folder, new.name, draft, stop, checking)
     notes = [
         *_notes(new, guess),
         verdict(trials, chosen, new.accuracy, file, check, part.kind != "tetrahedra"),
     ]
     return Made(file, guess, trials, chosen, draft.rate, check, tuple(notes))
-
-
-def _of_check(progress: Progress, share: float, what: str = "") -> None:
-    """Progress of the check of the robot that is written."""
-    progress(CHECKING * share, what)
 
 
 def _notes(new: NewRobot, guess: Guess) -> Iterator[str]:

@@ -42,7 +42,7 @@ class ModelWatch:
         error: the last result [m]; None before the first.
         largest: of all results [m].
         exceeded: results in a row that were beyond the bound.
-        fallen_back: whether the full model has taken over.
+        fallen_back: whether the full model has taken over: nothing is compared any more.
     """
 
     def __init__(
@@ -75,11 +75,6 @@ class ModelWatch:
         self.exceeded = 0
         self.fallen_back = False
 
-    @property
-    def wants_full(self) -> bool:
-        """Whether the full model should take over now."""
-        return self._settings.fall_back and not self.fallen_back and self.exceeded >= _IN_A_ROW
-
     def look(self, controller: Controller) -> None:
         """Read the result if there is one; send a state when it is time. Never blocks, never raises."""
         now = time.monotonic()
@@ -102,10 +97,6 @@ class ModelWatch:
         self._pending, self.error, self._heard = False, error, time.monotonic()
         self.largest = max(self.largest, error)
         self.exceeded = self.exceeded + 1 if error > self._settings.max_tip_error else 0
-
-    def mark_fallen_back(self) -> None:
-        """The full model has taken over: nothing is compared any more."""
-        self.fallen_back = True
 
     def diagnostic(self) -> Diagnostic:
         """As health."""
@@ -170,7 +161,8 @@ class FallBack:
     @property
     def wanted(self) -> bool:
         """Whether the full model should take over now."""
-        return self.full is not None and self.watch.wants_full
+        watch = self.watch
+        return self.full is not None and not watch.fallen_back and watch.exceeded >= _IN_A_ROW
 
     def switch(self, loop: ControlLoop) -> float:
         """Continue with the full model from the state of the reduced one; returns its period [s]."""
@@ -179,7 +171,7 @@ class FallBack:
         full.take_over(reduced, self.reduced.body.lifted(reduced.state))
         loop.take_over(full)
         full.prepare()
-        self.watch.mark_fallen_back()
+        self.watch.fallen_back = True
         log.warning(
             "the reduced model has left the states it was trained with: the full one takes over at %g Hz",
             1.0 / full.robot.h,

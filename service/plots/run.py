@@ -77,9 +77,11 @@ def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
     for panel in axes[: len(positions)]:
         draw_legend(panel)
     if lengths.any():
-        draw_error(run, axes[commanded])
+        unit = ("ml", 1e6) if run.kind == "volume" else ("mm", _MM)
+        draw_error(run, axes[commanded], 0, *unit)
+        draw_legend(axes[commanded])
     if turns.any():
-        draw_rotation_error(run, axes[-2])
+        draw_error(run, axes[-2], 1, "mrad", 1e3)
     draw_step_time(run, axes[-1])
     axes[-1].set_xlabel("time [s]")
     followed = run.time[run.following if run.following.any() else run.active]
@@ -187,24 +189,21 @@ def _colour(actuator: int) -> str:
     return CABLE_COLOURS[actuator % len(CABLE_COLOURS)]
 
 
-def draw_error(run: RecordedRun, axes: Axes) -> None:
-    """Distance of model and plant from the goal."""
-    factor, unit = (1e6, "ml") if run.kind == "volume" else (_MM, "mm")
+def draw_error(run: RecordedRun, axes: Axes, part: int, unit: str, factor: float) -> None:
+    """Distance of model and plant from the goal, or the angle between their frames and that of the goal.
+
+    Args:
+        run: the run.
+        axes: to draw into.
+        part: 0 for the distance, 1 for the angle.
+        unit: that is shown.
+        factor: to it from SI.
+    """
     for series, name, color in ((run.plant, "plant", _PLANT), (run.model, "model", _MODEL)):
         if len(series.time):
-            distance, _ = errors_to_goal(run, series)
-            axes.plot(series.time, factor * distance, color=color, label=name)
+            found = factor * errors_to_goal(run, series)[part]
+            axes.plot(series.time, found, color=color, label=name)
     axes.set_ylabel(f"error [{unit}]")
-    axes.set_ylim(bottom=0.0)
-    draw_legend(axes)
-
-
-def draw_rotation_error(run: RecordedRun, axes: Axes) -> None:
-    """Angle between the frame of model and plant and that of the goal."""
-    for series, color in ((run.plant, _PLANT), (run.model, _MODEL)):
-        if len(series.time):
-            axes.plot(series.time, 1e3 * errors_to_goal(run, series)[1], color=color)
-    axes.set_ylabel("error [mrad]")
     axes.set_ylim(bottom=0.0)
 
 

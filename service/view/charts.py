@@ -49,7 +49,8 @@ class _Chart:
         if found != self._range:
             self._range = found
             self._handle.scales = _scales(found)
-        self._handle.data = (time, *(_gaps_filled(line) for line in lines))
+        # zeros where there is none: uPlot would not draw NaN
+        self._handle.data = (time, *(np.nan_to_num(line, nan=0.0) for line in lines))
 
 
 class Charts:
@@ -122,11 +123,6 @@ def _common_limit(look: RobotLook, group: _Group) -> float | None:
     found = {look.robot.actuators[i].effort[1] for i in group.numbers}
     limit = group.kind.effort.scale * found.pop()
     return limit if not found and np.isfinite(limit) else None
-
-
-def _gaps_filled(values: Array) -> Array:
-    """Values with zeros where there is none: uPlot would not draw NaN."""
-    return np.nan_to_num(values, nan=0.0)
 
 
 def _plot(server: viser.ViserServer, title: str, names: list[str]) -> viser.GuiUplotHandle:

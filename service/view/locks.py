@@ -38,8 +38,8 @@ class LockPanel:
                     min(max(0.0, low), high), hint="Moving it locks the actuator there.",
                 )  # fmt: skip
                 box = gui.add_checkbox("locked", False, hint="Off: it is decided again.")
-                slider.on_update(self._slid(i))
-                box.on_update(self._ticked(i))
+                slider.on_update(self._changed(i))
+                box.on_update(self._changed(i))
                 self._sliders[i], self._boxes[i] = slider, box
 
     def orders(self) -> Iterator[LockOrder]:
@@ -69,20 +69,12 @@ class LockPanel:
         wanted = float(self._sliders[number].value) / one.kind.position.scale
         self._orders.put(LockOrder(one.name, position=min(max(wanted, low), high)))
 
-    def _slid(
-        self, number: int
-    ) -> Callable[[viser.GuiEvent[viser.GuiSliderHandle[float]]], Coroutine[Any, Any, None]]:
-        async def callback(event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
-            if event.client_id is not None:
-                self._order(number, locked=True)
+    def _changed(self, number: int) -> Callable[[viser.GuiEvent[Any]], Coroutine[Any, Any, None]]:
+        """What a browser's change of the slider or the box of an actuator calls."""
 
-        return callback
-
-    def _ticked(
-        self, number: int
-    ) -> Callable[[viser.GuiEvent[viser.GuiCheckboxHandle]], Coroutine[Any, Any, None]]:
-        async def callback(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+        async def callback(event: viser.GuiEvent[Any]) -> None:
             if event.client_id is not None:
-                self._order(number, bool(event.target.value))
+                is_box = isinstance(event.target, viser.GuiCheckboxHandle)
+                self._order(number, not is_box or bool(event.target.value))
 
         return callback

@@ -117,7 +117,7 @@ class ViewSession:
             self.cable = CableDrawing(server.scene, look, robot_file)
             server.scene.on_click()(self._clicked)
         self._scene.on_drag(self._dragged)
-        self._panel.on_follow(self._arm)
+        self._panel.on_follow(self.targets.arm)
         self._panel.on_scalar(self._slid)
         guard.on_operator_left(self._disarm)
         guard.let_all(self._panel.for_all)
@@ -139,7 +139,7 @@ class ViewSession:
 
     def arm(self) -> None:
         """Follow the target from now on."""
-        self._arm(True)
+        self.targets.arm(True)
 
     def follow_path(self, path: TargetPath) -> None:
         """Move the first effector's target along a path from now on, until the operator moves it."""
@@ -293,9 +293,6 @@ class ViewSession:
     def _slid(self, effector: int, percent: Array) -> None:
         """Move the target of a distance, length or volume, in percent of its value at rest."""
         self._dragged(effector, 0.01 * percent * self.source.look.robot.effectors[effector].rest[0])
-
-    def _arm(self, armed: bool) -> None:
-        self.targets.arm(armed)
 
     def _disarm(self) -> None:
         """The dead man's switch: the browser that operated has left."""

@@ -124,13 +124,9 @@ def at_limit(look: RobotLook, frame: ViewFrame) -> list[str]:
         for actuator, travel, force in zip(
             look.robot.actuators, frame.position.tolist(), frame.effort.tolist(), strict=True
         )
-        if travel >= actuator.position[1] - 1e-3 * _span(actuator.position)
+        if travel >= actuator.position[1] - 1e-3 * (actuator.position[1] - actuator.position[0])
         or force >= actuator.effort[1] - 1e-3 * abs(actuator.effort[1])
     ]
-
-
-def _span(limits: tuple[float, float]) -> float:
-    return limits[1] - limits[0]
 
 
 def _advice(mode: Mode, cause: Cause) -> str:
