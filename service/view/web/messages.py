@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 from viser._messages import Message
@@ -70,7 +69,12 @@ def problem(raw: bytes, content: dict[str, Any]) -> str | None:
     fields, part = {key: content[key] for key in content if key != name}, content.get(name, b"")
     if not isinstance(part, bytes) or len(part) > largest or not is_bounded(fields, _DEPTH):
         return "values out of bounds"
-    return None if _SHAPES[kind](fields) and _is_read(raw) else "wrong fields"
+    try:
+        msgspec.convert(fields, _SHAPES[kind])
+        Message.deserialize(raw)  # where viser makes no message of it, it ends the connection
+    except Exception:  # whatever fields of other names and types raise
+        return "wrong fields"
+    return None
 
 
 def picture_size(payload: bytes) -> tuple[int, int] | None:
@@ -87,15 +91,6 @@ def picture_size(payload: bytes) -> tuple[int, int] | None:
             break
         place += 12 + int.from_bytes(payload[place : place + 4], "big")
     return None
-
-
-def _is_read(raw: bytes) -> bool:
-    """Whether viser makes a message of it: where it cannot, it ends the connection."""
-    try:
-        Message.deserialize(raw)
-    except Exception:  # whatever fields of other names and types raise
-        return False
-    return True
 
 
 def is_bounded(value: object, depth: int) -> bool:
@@ -115,101 +110,92 @@ def is_bounded(value: object, depth: int) -> bool:
     return all(is_bounded(one, depth - 1) for one in value)
 
 
-def _is_numbers(value: object, count: int) -> bool:
-    return (
-        isinstance(value, list | tuple)
-        and len(value) == count
-        and all(isinstance(one, int | float) and not isinstance(one, bool) for one in value)
-    )
+_Two = tuple[float, float]
+_Three = tuple[float, float, float]
+_Four = tuple[float, float, float, float]
 
 
-def _is_transform(content: dict[str, Any]) -> bool:
-    return (
-        isinstance(content.get("name"), str)
-        and _is_numbers(content.get("position"), 3)
-        and _is_numbers(content.get("wxyz"), 4)
-    )
+class _Shape(msgspec.Struct, tag_field="type"):
+    """Fields of a correct message that matter here, with their types; those of viser are checked by it."""
 
 
-def _is_drag(content: dict[str, Any]) -> bool:
-    return isinstance(content.get("name"), str)
+class _Transform(_Shape, tag="TransformControlsUpdateMessage"):
+    name: str
+    position: _Three
+    wxyz: _Four
 
 
-def _is_receipt(content: dict[str, Any]) -> bool:
+class _DragStart(_Shape, tag="TransformControlsDragStartMessage"):
+    name: str
+
+
+class _DragEnd(_Shape, tag="TransformControlsDragEndMessage"):
+    name: str
+
+
+class _Receipt(_Shape, tag="FileTransferPartAck"):
     """Of a part of a file that the browser was sent."""
-    return isinstance(content.get("transfer_uuid"), str) and isinstance(
-        content.get("source_component_uuid"), str | None
-    )
+
+    transfer_uuid: str
+    source_component_uuid: str | None = None
 
 
-def _is_file(content: dict[str, Any]) -> bool:
+class _File(_Shape, tag=FILE):
     """A file in one part."""
-    return (
-        isinstance(content.get("source_component_uuid"), str)
-        and content.get("part_count") == 1
-        and isinstance(size := content.get("size_bytes"), int)
-        and 0 < size <= LARGEST_FILE
-    )
+
+    source_component_uuid: str
+    part_count: Literal[1]
+    size_bytes: Annotated[int, msgspec.Meta(gt=0, le=LARGEST_FILE)]
 
 
-def _is_part(content: dict[str, Any]) -> bool:
-    return isinstance(content.get("source_component_uuid"), str) and content.get("part_index") == 0
+class _Part(_Shape, tag=PART):
+    source_component_uuid: str
+    part_index: Literal[0]
 
 
-def _is_update(content: dict[str, Any]) -> bool:
+class _Picture(_Shape, tag=PICTURE):
+    render_uuid: str
+
+
+class _Value(msgspec.Struct, forbid_unknown_fields=True):
     """Only the value of an input may change: no colour, no limit, no callback."""
-    updates = content.get("updates")
-    return (
-        isinstance(content.get("uuid"), str)
-        and isinstance(updates, dict)
-        and set(updates) <= {"value"}
-    )
+
+    value: Any = None
 
 
-def _is_click(content: dict[str, Any]) -> bool:
-    return (
-        content.get("event_type") == "click"
-        and isinstance(content.get("modifier"), str | None)
-        and isinstance(content.get("screen_pos"), list | tuple)
-        and all(_is_numbers(one, 2) for one in content["screen_pos"])
-        and _is_numbers(content.get("ray_origin"), 3)
-        and _is_numbers(content.get("ray_direction"), 3)
-    )
+class _Update(_Shape, tag="GuiUpdateMessage"):
+    uuid: str
+    updates: _Value
 
 
-def _is_picture(content: dict[str, Any]) -> bool:
-    return isinstance(content.get("render_uuid"), str)
+class _Click(_Shape, tag="ScenePointerMessage"):
+    event_type: Literal["click"]
+    screen_pos: list[_Two]
+    ray_origin: _Three
+    ray_direction: _Three
+    modifier: str | None = None
 
 
-def _is_push(content: dict[str, Any]) -> bool:
+class _Push(_Shape, tag="SceneNodeDragMessage"):
     """A drag of the skin with Ctrl."""
-    return (
-        isinstance(content.get("name"), str)
-        and content.get("phase") in ("start", "update", "end")
-        and content.get("button") == "left"
-        and content.get("modifier") == "cmd/ctrl"
-        and all(_is_numbers(content.get(one), 3) for one in ("start_position", "end_position"))
-        and all(_is_numbers(content.get(one), 2) for one in ("start_screen_pos", "end_screen_pos"))
-    )
+
+    name: str
+    phase: Literal["start", "update", "end"]
+    button: Literal["left"]
+    modifier: Literal["cmd/ctrl"]
+    start_position: _Three
+    end_position: _Three
+    start_screen_pos: _Two
+    end_screen_pos: _Two
 
 
-def _is_camera(content: dict[str, Any]) -> bool:
-    vectors = (content.get(name) for name in ("position", "look_at", "up_direction"))
-    return _is_numbers(content.get("wxyz"), 4) and all(_is_numbers(one, 3) for one in vectors)
+class _Camera(_Shape, tag=CAMERA):
+    wxyz: _Four
+    position: _Three
+    look_at: _Three
+    up_direction: _Three
 
 
 # Of messages with content: its name, and its largest size in bytes.
 _CONTENTS = {PART: ("content", LARGEST_FILE), PICTURE: ("payload", LARGEST_PICTURE)}
-_SHAPES: dict[str, Callable[[dict[str, Any]], bool]] = {
-    "TransformControlsUpdateMessage": _is_transform,
-    "TransformControlsDragStartMessage": _is_drag,
-    "TransformControlsDragEndMessage": _is_drag,
-    "FileTransferPartAck": _is_receipt,
-    PART: _is_part,
-    PICTURE: _is_picture,
-    FILE: _is_file,
-    "GuiUpdateMessage": _is_update,
-    "SceneNodeDragMessage": _is_push,
-    "ScenePointerMessage": _is_click,
-    CAMERA: _is_camera,
-}
+_SHAPES = {str(one.__struct_config__.tag): one for one in _Shape.__subclasses__()}
