@@ -6,7 +6,8 @@ share of the way to the plan that actuators go in a tick.
 (T1) with γ > 0 is a damped Gauss-Newton step: the change of effectors and efforts counts γ times as much as
 their values. Where a target is out of reach, the curvature of the effectors' paths that a linearised step
 leaves out is as large as what it contains; an undamped step overshoots, and the next one comes back. Let d be
-the change of the effectors that a decision predicts, compared with what holding would do. A change that
+the change of the effectors that a decision predicts, compared with what holding would do, or with where they
+are if friction would not hold them. A change that
 reverses the one before shows an overshoot: γ grows. One that repeats it shows that nothing stands in the way
 of larger steps: γ decreases, to zero while a moving target is followed. Changes that become smaller and
 smaller converge, and γ remains.
@@ -28,7 +29,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.controller.friction import CutPlan
-from tauten.controller.plan import Aim, Plan, Prepared
+from tauten.controller.plan import Aim, Plan, Prepared, held_back_to
 from tauten.model import ContactForces, ContactSpace, ForceLimits, Grasp, PredictedStep
 from tauten.model.numerics import Array
 
@@ -179,17 +180,18 @@ def effort_scale(prepared: Prepared, weight: float) -> Array:
     return scale
 
 
-def change_of(prepared: Prepared, plan: Plan, scale: Array, root: Array) -> Array:
+def change_of(prepared: Prepared, plan: Plan, aim: Aim, root: Array) -> Array:
     """How a plan differs from holding: (n_e + n_a,) [m], effector rows and efforts as (T1) weighs them.
 
     Args:
         prepared: the step.
         plan: over the horizon.
-        scale: (n_e,) weights times units of the effector rows.
+        aim: targets and weights of the effector rows.
         root: (n_a,) of `effort_scale`.
     """
-    layout, held, planned = prepared.held.step.layout, prepared.held, plan.predicted
-    moved = scale * (planned.delta[layout.effectors] - held.delta[layout.effectors])
+    held, planned = prepared.held, plan.predicted
+    there = planned.delta[held.step.layout.effectors]  # (n_e,)
+    moved = aim.scale * (there - held_back_to(prepared, aim))
     pulled = root * (planned.effort - held.effort)
     return np.concatenate([moved, pulled])
 

@@ -8,11 +8,12 @@ that the actuators reach within one tick; a step of that size is what the linear
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.friction import ALL_TRIED, CutPlan, PlanContacts, PlanSearch
+from tauten.controller.friction import ALL_TRIED, MET, CutPlan, PlanContacts, PlanSearch
 from tauten.controller.inverse import (
     energy_cap,
     energy_scale,
@@ -56,7 +57,6 @@ EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its 
 ENDLESSLY = 1e6  # s, in which every actuator can get everywhere
 NEAREST = 40  # candidates in range that a search for contact looks at
 NEARER = 1e-3  # of the distance of the effectors from their target, that a plan takes off it
-MET = 1e-3  # of the robot's size, distance from a target that needs no contact
 EMPTY = (Status.INFEASIBLE, Status.NOT_FOUND)  # of a QPCC whose limits are relaxed
 
 
@@ -173,11 +173,11 @@ def make_plan(
     shorter than its winch can follow stands in nobody's way. Where other limits leave nothing, those in
     conflict are relaxed as little as possible; the status is RELAXED then.
 
-    Where contacts in range have friction, plans count on a share of it. Where such a plan brings the
-    effectors no nearer, another one with the nearest candidates in range and without rates looks for
-    contact; where that finds none and a limit of contact forces is reached, the status is OK. Where forces
-    within the cones are not found, the friction of the last step is a load. A search that was cut goes on
-    where it was.
+    Where contacts in range have friction, plans count on a share of it. Where such a plan brings effectors
+    that are not at their target no nearer, another one with the nearest candidates in range and without rates
+    looks for contact; where that finds none and a limit of contact forces is reached, the status is OK. Where
+    forces within the cones are not found, the friction of the last step is a load. A search that was cut goes
+    on where it was.
 
     Args:
         robot: limits, time step, weights of the effectors.
@@ -193,7 +193,7 @@ def make_plan(
     if not prepared.farther.frictional:
         return _plan_from(prepared.held.step, robot.h, *given)
     step = _with_held_columns(prepared)
-    plan = _plan_from(step, robot.h, *given)
+    plan = _content(robot, prepared, aim, _plan_from(step, robot.h, *given))
     if plan.status is Status.NOT_FOUND:
         loaded = prepared.held.step
         if loaded.frictional:
@@ -238,7 +238,7 @@ def _plan_from(
     if step.frictional:
         scale = min(scale, energy_cap(W_aa, robot.limits, robot.size))
     weight, share = settings.epsilon * scale, gamma / (1.0 + gamma)
-    away = held.delta[layout.effectors] - aim.target  # (n_e,)
+    away = held_back_to(prepared, aim) - aim.target  # (n_e,)
     target = aim.scale * (aim.target + share * away)  # (n_e,)
     kept = held.delta[layout.actuators]
     loop, guess, cut = EnrichmentLoop(step, settings.enrichment), None, aim.cut
@@ -273,7 +273,7 @@ def _plan_from(
         if loop.step.frictional and len(loop.step.extra) > 0:
             contacts = PlanContacts.of(
                 loop.step, prepared.forces, len(problem.m), settings.friction_share,
-                robot.size, weight * np.diag(W)[places.actuators], settings.search,
+                robot.size, weight * W[places.actuators, places.actuators], settings.search,
             )  # fmt: skip
             before = None if cut is None else cut.on(loop.step, free, len(problem.m))
             search = PlanSearch(contacts, start.lam_a, guess, before)
@@ -295,6 +295,22 @@ def _plan_from(
     return Plan(loop.prediction, *ended, problem, start, cut)
 
 
+def held_back_to(prepared: Prepared, aim: Aim) -> Array:
+    """The effector rows (n_e,) that γ holds a plan back to: those of holding, or as they are now.
+
+    Where contacts with friction give way in a hold, an object falls; that is no motion to hold back to.
+
+    Args:
+        prepared: the step.
+        aim: targets and weights of the rows.
+    """
+    held, now = prepared.held.delta[: len(aim.scale)], prepared.step.rows.effectors.delta
+    if not prepared.farther.frictional:
+        return held
+    lost = _length(aim.scale * (held - aim.target)) > _length(aim.scale * (now - aim.target))
+    return now if lost else held
+
+
 def _with_held_columns(prepared: Prepared) -> CondensedStep:
     """The step over the horizon with friction, and the unit columns that joined in the hold."""
     step, held = prepared.farther, prepared.held.step
@@ -304,14 +320,28 @@ def _with_held_columns(prepared: Prepared) -> CondensedStep:
     return step if len(joined) == 0 else step.with_unit_columns(joined)
 
 
+def _content(robot: Robot, prepared: Prepared, aim: Aim, plan: Plan) -> Plan:
+    """A plan, which seeks no contact where holding leaves the effectors at their target."""
+    seeks = plan.status is Status.SEEKING_CONTACT
+    met = seeks and _distance(aim, prepared.held) <= MET * robot.size
+    return replace(plan, status=Status.OK) if met else plan
+
+
 def _brings_nearer(robot: Robot, prepared: Prepared, aim: Aim, plan: Plan) -> bool:
     """Whether a plan moves the effectors towards a target that they have not met."""
-    effectors = robot.layout.effectors
-    before, after = (
-        float(np.linalg.norm(aim.scale * (step.delta[effectors] - aim.target)))
-        for step in (prepared.held, plan.predicted)
-    )
+    before, after = _distance(aim, prepared.held), _distance(aim, plan.predicted)
     return before <= MET * robot.size or after < (1.0 - NEARER) * before
+
+
+def _distance(aim: Aim, predicted: PredictedStep) -> float:
+    """How far a step leaves the effectors from their target, as they are weighted [m]."""
+    rows = predicted.delta[predicted.step.layout.effectors]
+    return _length(aim.scale * (rows - aim.target))
+
+
+def _length(rows: Array) -> float:
+    """Length of rows (n_e,), also of those whose squares overflow."""
+    return math.hypot(*rows.tolist())
 
 
 def _presses_as_it_may(prepared: Prepared, plan: Plan, grasp: Grasp | None) -> bool:

@@ -209,7 +209,7 @@ def decide(
     )
     after = tick.solved.prediction
     root = effort_scale(prepared, settings.epsilon * prepared.scale)
-    change = change_of(prepared, plan, layout.scale, root)
+    change = change_of(prepared, plan, aim, root)
     before = (
         target if damping.objective is None else layout.row_targets(values, carried.damping.goal)
     )

@@ -1,6 +1,6 @@
 """Inverse control with exact Coulomb friction: problem and solver."""
 
-from tauten.controller.friction.planned import CutPlan, PlanContacts, PlanSearch
+from tauten.controller.friction.planned import MET, CutPlan, PlanContacts, PlanSearch
 from tauten.controller.friction.problem import FrictionInverse, normals_alone
 from tauten.controller.friction.solve import (
     FrictionSettings,
@@ -12,6 +12,7 @@ from tauten.controller.friction.warming import warm_search
 
 __all__ = [
     "ALL_TRIED",
+    "MET",
     "CutPlan",
     "FrictionInverse",
     "FrictionSettings",

@@ -22,6 +22,7 @@ from tauten.model.numerics import Array, Ints
 
 EXACTLY = 1e-7  # of the robot's size, error of contact forces
 ARRIVED = 1e-5  # of the robot's size, distance from a target below which nothing is looked for
+MET = 1e-3  # of the robot's size, distance from a target that needs no contact
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +34,8 @@ class PlanContacts:
         forces: (s + 3 k,) contact forces of the last step.
         exact: error of the natural map up to which forces are exact [m].
         enough: objective that need not become lower [m²].
-        energy: (n_a,) curvatures of the energy of the actuators.
+        near: objective without that of the efforts, up to which no contact is looked for [m²].
+        energy: (n_a, n_a) curvature of the energy of the actuators.
         settings: of the search.
     """
 
@@ -41,6 +43,7 @@ class PlanContacts:
     forces: Array
     exact: float
     enough: float
+    near: float
     energy: Array
     settings: FrictionSettings
 
@@ -63,13 +66,14 @@ class PlanContacts:
             rows: of all contacts.
             share: of the coefficients, that the plan counts on.
             size: of the robot [m].
-            energy: (n_a,) curvatures of the energy of the actuators.
+            energy: (n_a, n_a) curvature of the energy of the actuators.
             settings: of the search.
         """
-        forces, enough = np.zeros(rows), 0.5 * (ARRIVED * size) ** 2
+        forces = np.zeros(rows)
+        enough, near = (0.5 * (share * size) ** 2 for share in (ARRIVED, MET))
         units = unit_start(step, previous)
         forces[rows - len(units) :] = units
-        return cls(share * step.friction, forces, EXACTLY * size, enough, energy, settings)
+        return cls(share * step.friction, forces, EXACTLY * size, enough, near, energy, settings)
 
     def solve(
         self,
@@ -88,7 +92,9 @@ class PlanContacts:
             guess: answer to nearly the same problem, whose rows are the first ones of this.
             before: where the search of nearly the same problem was cut.
         """
-        problem = FrictionInverse(program, self.friction, self.exact, self.enough, self.energy)
+        problem = FrictionInverse(
+            program, self.friction, self.exact, self.enough, self.near, self.energy
+        )
         near = None
         if guess is not None:
             near = guess.lam_a, np.zeros(len(self.forces))

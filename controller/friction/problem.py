@@ -34,7 +34,8 @@ class FrictionInverse:
         friction: (k,) coefficients of the last k contacts, which have three rows each.
         exact: error of the natural map up to which contact forces count as exact [unit of u].
         enough: objective that need not become lower.
-        energy: (n_a,) diagonal of the part of Q that weighs efforts rather than what they move; None: zero.
+        near: objective without that of the efforts, up to which nothing out of sight is looked for.
+        energy: (n_a, n_a) part of Q that weighs efforts rather than what they move; None: zero.
 
     Raises:
         ValueError: shapes or values that do not fit; the message says which.
@@ -44,6 +45,7 @@ class FrictionInverse:
     friction: Array
     exact: float = 1e-8
     enough: float = 0.0
+    near: float = 0.0
     energy: Array | None = None
 
     def __post_init__(self) -> None:

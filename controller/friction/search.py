@@ -77,8 +77,13 @@ class EffortSearch:
             point: exact, of the piece.
         """
         slope, energy = self.slope(point), self.problem.energy
-        energy = np.zeros(len(self.span)) if energy is None else energy
+        energy = np.zeros(len(self.span)) if energy is None else np.diag(energy)
         return effort_reach(self.program.arrays, slope, self.contacts.W_ca, self.span, energy)
+
+    def away(self, point: EffortPoint) -> float:
+        """The objective of a point without the energy of its efforts."""
+        energy, lam = self.problem.energy, point.lam
+        return point.objective - (0.0 if energy is None else 0.5 * float(lam @ energy @ lam))
 
     def bounded(self, lam: Array) -> Array:
         """Efforts (n_a,) within their bounds."""

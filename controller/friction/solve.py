@@ -188,13 +188,15 @@ def _searched(
         return best, False, None
     flat = _flat(search, held, settings.warm)
     trials: tuple[PathTrial, ...] = FLAT if flat else WARM if settings.warm else SLOPED
-    if flat and not search.contacts.W_ca.any():  # efforts move nothing that contacts could move
+    met, apart = search.away(held) <= search.problem.near, not search.contacts.W_ca.any()
+    if flat and (met or apart):  # efforts move nothing that contacts could move
         trials = ()
     if before is not None:
         before = before.on_all_rows(search) if before.flat is flat else None
     best, cut = _best(search, held, trials, settings, before)
-    if flat and best.objective > (1.0 - SLOPING) * held.objective and search.feasible(held):
-        best = held  # crumbs would only make the efforts drift
+    least = (1.0 - SLOPING) * search.away(held)
+    if flat and search.away(best) > least and search.feasible(held):
+        best = held  # crumbs and energy would only make the efforts drift
     if cut is None:
         return best, flat, None
     number, path = cut

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -11,6 +12,7 @@ from support.robots.bodies import box_mesh
 from support.robots.solids import RIGID_CUBE
 
 from tauten.controller import Controller
+from tauten.controller.plan import Aim, make_plan
 from tauten.model import load_robot
 from tauten.model.numerics import Array
 
@@ -102,3 +104,22 @@ def test_friction_carries_a_cube_to_its_target(tmp_path: Path, way: float) -> No
 def test_without_friction_nothing_carries_it(tmp_path: Path) -> None:
     gone = moved(table(tmp_path, 0.0), np.array([2e-3, 0.0, 0.0]), 20)
     assert gone[0] < 1e-3
+
+
+def test_a_plan_is_not_held_back_to_where_an_object_slides(tmp_path: Path) -> None:
+    """γ pulls half of the way to the target back: from holding, or from here where holding would lose it."""
+    controller = table(tmp_path, 0.5)
+    start, way = controller.effector_values, np.array([2e-3, 0.0, 0.0])  # m
+    controller.prepare()
+    prepared, robot = controller._prepared, controller.robot
+    assert prepared is not None
+    now, layout = prepared.step.rows.effectors.delta, robot.effector_layout
+    aim = Aim(layout.row_targets(start, start + way), layout.scale, layout.exact, 1.0, None)
+    for slides, back in ((1e-3, 1.5e-3), (-0.4, 1e-3)):
+        delta = prepared.held.delta.copy()
+        delta[: len(now)], delta[0] = now, now[0] + slides
+        held = replace(prepared, held=replace(prepared.held, delta=delta))
+        plan = make_plan(robot, held, aim, controller.position, controller.settings, None)
+        away = plan.predicted.step.compliance.delta_free[:2] - now[:2] - [back, 0.0]
+        wanted = 0.5 * np.square(away).sum()  # without the height, which has no weight
+        assert plan.problem.constant == pytest.approx(wanted, rel=1e-9)

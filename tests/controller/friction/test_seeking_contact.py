@@ -16,6 +16,28 @@ from tauten.model import load_robot
 LIFT = example("12_lift")
 
 
+@pytest.mark.parametrize("away", [5e-7, 3e-5])
+def test_a_cube_at_its_target_moves_no_actuator(away: float) -> None:
+    """Efforts cannot move what nothing touches: the palm does not fall to spare its own."""
+    controller = Controller(load_robot(LIFT["FILE"]))
+    target = controller.effector_values + np.array([0.0, 0.0, away])
+    for _ in range(2):
+        found = controller.step(target)
+        assert found.status is Status.OK
+    np.testing.assert_allclose(found.position, 0.0, atol=1e-5)  # m, rad
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("noise", "seed"), [(1e-7, 6), (1e-7, 13), (1e-5, 2), (1e-5, 7)])
+def test_noise_of_the_target_loses_no_cube(noise: float, seed: int) -> None:
+    controller, rng = Controller(load_robot(LIFT["FILE"])), np.random.default_rng(seed)
+    start = controller.effector_values
+    for step in range(1, round(LIFT["END"] / controller.period) + 1):
+        goal = LIFT["goal"](step * controller.period, start)
+        controller.step(goal + noise * rng.standard_normal(3))
+    assert np.abs(controller.effector_values - goal).max() < 1e-3
+
+
 @pytest.mark.slow
 def test_a_target_of_the_cube_alone_makes_the_gripper_lift_it() -> None:
     controller = Controller(load_robot(LIFT["FILE"]))
