@@ -11,6 +11,7 @@ from tauten.reduction import ContactBasis
 from tauten.reduction.contact import ReduceSettings, make_basis
 from tauten.reduction.state import StateSettings, reduce_states, reduced_robot
 from tauten.service.bench import (
+    REACH,
     PathAccuracy,
     Sizes,
     path_accuracy,
@@ -107,7 +108,7 @@ def run_mesh(
         basis, _ = make_basis(robot, training, ReduceSettings(k=basis.k))
     states = reduce_states(robot, training, basis, StateSettings())
     reduced, name = reduced_robot(robot, states), f"reduced, k = {basis.k}"
-    targets = reach_targets(robot, seconds)
+    targets = reach_targets(robot, seconds, REACH)
     quick = reduced_robot(load_robot(robot_file, FAST, refinements), states)
     return MeshCase(
         sizes=sizes_of(robot, basis.k),
@@ -116,6 +117,6 @@ def run_mesh(
         training=path_accuracy(reduced, basis, unseen(training)),
         full=time_steps(robot, basis, name, targets),
         reduced=time_steps(reduced, basis, name, targets),
-        fast=time_steps(quick, basis, name, reach_targets(quick, seconds)),
+        fast=time_steps(quick, basis, name, reach_targets(quick, seconds, REACH)),
         fast_hz=FAST,
     )

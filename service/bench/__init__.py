@@ -9,16 +9,16 @@ from tauten.service.bench.comparison import (
     equilibrium,
 )
 from tauten.service.bench.doctor import examine
-from tauten.service.bench.following import Trace, follow, rms, warmed
+from tauten.service.bench.following import Trace, follow, reach_targets, rms, warmed
 from tauten.service.bench.node import Deadlines, NodeBench, NodeBenchSettings, bench_node
 from tauten.service.bench.reduced import (
+    REACH,
     PathAccuracy,
     ReducedBench,
     ReducedCase,
     bench_reduced,
     path_accuracy,
     ramp_snapshots,
-    reach_targets,
     unseen,
 )
 from tauten.service.bench.steps import (
@@ -40,6 +40,7 @@ __all__ = [
     "NodeBench",
     "NodeBenchSettings",
     "PathAccuracy",
+    "REACH",
     "ReducedBench",
     "ReducedCase",
     "Sizes",

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.controller import Controller
-from tauten.model import Robot, Simulator, load_robot, one_blas_thread
+from tauten.model import Simulator, load_robot, one_blas_thread
 from tauten.model.numerics import Array
-from tauten.service.bench.following import Trace, follow, moved, rms, warmed
-from tauten.service.plant import DrivenRobot, PathError, PathSettings, make_path, own_steps
+from tauten.service.bench.following import Trace, follow, reach_targets, rms, warmed
+from tauten.service.plant import DrivenRobot, PathError, own_steps
 from tauten.service.process import HostInfo, Progress, StopFlag, host_info
 from tauten.service.replay import Spread, spread
 from tauten.service.settings import ServiceSettings
@@ -144,13 +144,6 @@ def bench_closed_loop(
     )
 
 
-def reach_targets(robot: Robot, seconds: float) -> Array:
-    """Goal values (s, n_v) along the path of a robot with one effector, one row a tick."""
-    settings = PathSettings(fraction=_REACH, period=1.0)
-    path, ticks = make_path("reach", robot, settings), round(seconds / robot.h)
-    return np.array([path.at(number / ticks) for number in range(1, ticks + 1)])
-
-
 def follow_path(
     controller: Controller, plant: DrivenRobot, period: float, settings: ServiceSettings
 ) -> Following:
@@ -165,7 +158,7 @@ def follow_path(
     Raises:
         PathError: no equilibria.
     """
-    trace = follow(controller, plant, reach_targets(controller.robot, period), settings)
+    trace = follow(controller, plant, reach_targets(controller.robot, period, _REACH), settings)
     fine = fine_tips(controller, plant, trace)
     return Following(
         period_s=period,
@@ -196,7 +189,7 @@ def fine_tips(controller: Controller, plant: DrivenRobot, trace: Trace) -> Array
     simulator.settle_start()
     driven, found = DrivenRobot(simulator, steps), []
     for position, effort in zip(trace.position, trace.effort, strict=True):
-        moved(driven, position, effort)
+        driven.follow(position, effort)
         found.append(simulator.effector[0])
     return np.array(found)
 

@@ -13,9 +13,10 @@ from time import perf_counter, thread_time
 import numpy as np
 
 from tauten.controller import Controller
-from tauten.model.numerics import Array, Bools, FactorisationError
+from tauten.model import Robot
+from tauten.model.numerics import Array, Bools
 from tauten.service.node import LARGEST, ControlLoop, Feedback, Signals
-from tauten.service.plant import Drive, DrivenRobot
+from tauten.service.plant import Drive, DrivenRobot, PathSettings, make_path
 from tauten.service.settings import ServiceSettings
 
 _WARM_UP = 12  # ticks
@@ -70,8 +71,7 @@ def follow(
         targets: (s, n_v) goal values, one row a period.
         settings: of the closed loop and of `ControlLoop`; default: as `ControlLoop`.
         closed: whether measurements correct the targets.
-        drive: what the plant obeys: "tension", efforts; "pull", positions, and efforts of actuators that a
-            hold keeps by these, as of pressure.
+        drive: what the plant obeys, see `DrivenRobot.follow`.
     """
     controller.reset()
     plant.reset()
@@ -87,7 +87,7 @@ def follow(
         action = loop.tick(layout.moved(target, feedback.correction), Signals(target=True))
         decide, thread = perf_counter() - begin, thread_time() - busy
         sent = action.actuation
-        moved(plant, sent.position, sent.effort, drive)
+        plant.follow(sent.position, sent.effort, drive)
         begin, busy = perf_counter(), thread_time()
         loop.prepare()
         step, thread = decide + perf_counter() - begin, thread + thread_time() - busy
@@ -109,20 +109,17 @@ def warmed(controller: Controller, plant: DrivenRobot, settings: ServiceSettings
     return controller
 
 
-def moved(plant: DrivenRobot, position: Array, effort: Array, drive: Drive = "pull") -> None:
-    """Move a plant by what left, as `tauten plant` does; back to its start where it diverges.
+def reach_targets(robot: Robot, seconds: float, fraction: float) -> Array:
+    """Goal values (s, n_v) along the path in reach of a robot with one effector, one row a tick.
 
     Args:
-        plant: the plant.
-        position: (n_a,) positions.
-        effort: (n_a,) efforts.
-        drive: which it obeys, see `follow`.
+        robot: the robot.
+        seconds: of the path, there and back.
+        fraction: of the range of each actuator.
     """
-    by_force = plant.simulator.robot.actuators.laws.held_by_force | (drive == "tension")
-    try:
-        plant.move(np.where(by_force, np.nan, position), np.where(by_force, effort, np.nan))
-    except FactorisationError:
-        plant.reset()
+    path = make_path("reach", robot, PathSettings(period=1.0, fraction=fraction))
+    ticks = round(seconds / robot.h)
+    return np.array([path.at(number / ticks) for number in range(1, ticks + 1)])
 
 
 def rms(values: Array) -> float:

@@ -19,11 +19,12 @@ from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Ranges, Snapshots, latin_hypercube, ramp, run_campaign
 from tauten.reduction.state import StateSettings, held_out_snapshots, reduce_states, reduced_robot
+from tauten.service.bench.following import reach_targets
 from tauten.service.bench.steps import time_control
-from tauten.service.plant import PathSettings, make_path
 from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.replay import Spread
 
+REACH = 0.9  # of the range of each actuator, on the path that is followed
 RAMP_STEPS = 200  # equilibria of the training campaign
 FOREIGN = Ranges(
     position=(0.5, 1.0), tilt=np.radians(20.0), force=0.02
@@ -114,7 +115,7 @@ def bench_reduced(
         design = latin_hypercube(robot, FOREIGN, FOREIGN_RUNS, seed=0, steps=FOREIGN_STEPS)
         foreign = run_campaign(robot, design, folder / "foreign", show_progress=False)
         foreign = foreign.select(foreign.converged)
-        targets = reach_targets(robot, seconds)
+        targets = reach_targets(robot, seconds, REACH)
         cases = []
         for settings in STATE_SETTINGS:
             about = (
@@ -137,12 +138,6 @@ def ramp_snapshots(robot: Robot, folder: Path, steps: int) -> Snapshots:
     design = ramp(robot, float(np.abs(robot.limits.farthest_position).min()) / steps)
     found = run_campaign(robot, design, folder, show_progress=False)
     return found.select(found.converged)
-
-
-def reach_targets(robot: Robot, seconds: float) -> Array:
-    """Targets there and back along what the cables reach: (s, 3) [m]."""
-    path = make_path("reach", robot, PathSettings(period=seconds, fraction=0.9))
-    return np.array([path.at(t) for t in np.arange(0.0, seconds, robot.h)])
 
 
 def run_case(

@@ -9,7 +9,7 @@ import numpy as np
 
 from tauten.controller import warm_controller
 from tauten.model import row_compliance, skin_of
-from tauten.model.numerics import Array, FactorisationError
+from tauten.model.numerics import Array
 from tauten.service.describing import describe
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.node import ControlLoop, Signals
@@ -125,14 +125,8 @@ class SimulatedRobot:
         self._loop.prepare()
         step = time.perf_counter() - begin
         simulator = self._simulator
-        led = simulator.robot.actuators.laws.held(
-            action.actuation.position, action.actuation.effort
-        )
-        try:
-            self._driven.move(led.position, led.effort)
-        except FactorisationError:
-            self._driven.reset()
-            self._resets += 1
+        sent = action.actuation
+        self._resets += not self._driven.follow(sent.position, sent.effort)
         self._steps += 1
         self._seconds += _PACE * (time.perf_counter() - begin - self._seconds)
         if not drawn:

@@ -1,10 +1,9 @@
 """The simulated robot, streams of targets, and the demo."""
 
 from tauten.service.plant.demo import FIGURE, LOG, DemoResult, DemoSettings, run_demo
-from tauten.service.plant.drives import DrivenRobot, own_steps
+from tauten.service.plant.drives import Drive, DrivenRobot, own_steps
 from tauten.service.plant.paths import PathSettings, bending_command, make_path, place_rows
 from tauten.service.plant.plant import (
-    Drive,
     PlantSettings,
     plant_robot,
     quick_enough,

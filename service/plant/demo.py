@@ -20,9 +20,9 @@ from tauten.service.describing import describe
 from tauten.service.link import step_at_start
 from tauten.service.node import ServeSettings, serve
 from tauten.service.plant.copying import robot_copies, write_copies
+from tauten.service.plant.drives import Drive
 from tauten.service.plant.paths import PathSettings, make_path
 from tauten.service.plant.plant import (
-    Drive,
     PlantSettings,
     Steps,
     plant_robot,

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Literal
 
 import numpy as np
 
 from tauten.model import Report, Simulator
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, FactorisationError
+
+Drive = Literal["pull", "tension"]
 
 ALLOWED = 0.005  # of the way of an effector
 MOST = 16  # steps in a period
@@ -69,6 +72,23 @@ class DrivenRobot:
         reach = robot.h * robot.limits.rate  # (n_a,)
         self._position = np.clip(position, before - reach, before + reach)
         return self.simulator.move(self._position, effort, self.steps)
+
+    def follow(self, position: Array, effort: Array, drive: Drive = "pull") -> bool:
+        """One period under what a node sends; False where the motion diverges: it starts again then.
+
+        Args:
+            position: (n_a,) positions.
+            effort: (n_a,) efforts.
+            drive: which it obeys: "tension", efforts; "pull", positions, and efforts of actuators that a hold
+                keeps by these, as of pressure.
+        """
+        by_force = self.simulator.robot.actuators.laws.held_by_force | (drive == "tension")
+        try:
+            self.move(np.where(by_force, np.nan, position), np.where(by_force, effort, np.nan))
+        except FactorisationError:
+            self.reset()
+            return False
+        return True
 
 
 def own_steps(simulator: Simulator) -> OwnSteps:

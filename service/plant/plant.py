@@ -18,7 +18,7 @@ from tauten.model.body import SparseBody
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.describing import describe
 from tauten.service.drive import Measured, run_driver
-from tauten.service.plant.drives import DrivenRobot, OwnSteps, own_steps
+from tauten.service.plant.drives import Drive, DrivenRobot, OwnSteps, own_steps
 from tauten.service.process import StopFlag
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
@@ -38,7 +38,6 @@ from tauten.service.wire import (
 log = logging.getLogger(__name__)
 
 
-Drive = Literal["pull", "tension"]
 Steps = Literal["own", "single", "converged"]
 
 

@@ -17,8 +17,7 @@ from tauten.controller.horizon import (
 )
 from tauten.model import Robot, Simulator, condense_step, no_forces
 from tauten.model.numerics import Array
-from tauten.service.bench.closed_loop import reach_targets
-from tauten.service.bench.following import rms
+from tauten.service.bench.following import reach_targets, rms
 from tauten.service.setup import load_setup
 
 TICKS = 10
@@ -135,7 +134,7 @@ def test_bellows_follow_a_path_smoothly(
     controller = Controller(robot, setup.contact, settings=setup.controller)
     controller.settle_start()
     distances, efforts = list[float](), list[float]()
-    targets = reach_targets(robot, period)
+    targets = reach_targets(robot, period, 0.8)
     for target in targets[: len(targets) // 2]:  # half of the period
         efforts.append(controller.step(target).effort[0])
         distances.append(robot.effector_layout.error(controller.effector_values, target))
@@ -152,7 +151,7 @@ def test_tensions_are_smooth_where_notches_close() -> None:
     controller = Controller(setup.robot, setup.contact, settings=setup.controller)
     controller.settle_start()
     tensions, touching = list[float](), list[bool]()
-    for target in reach_targets(setup.robot, 10.0):
+    for target in reach_targets(setup.robot, 10.0, 0.8):
         tensions.append(controller.step(target).effort[0])
         touching.append(bool((controller.lam_c > 0.0).any()))
     assert any(touching)
