@@ -38,7 +38,8 @@ class StateOrigin:
         sample: number of elements in the sample.
         sample_tolerance: relative residual allowed when they were chosen.
         sample_error: relative residual reached.
-        tip_mean, tip_max: distance of the tip from the full model's on held-out paths [m], or NaN.
+        tip_mean, tip_max: distance of the tip from the full model's on held-out paths, the mean over the
+            range of the actuators [m], or NaN.
         seed: of the random directions.
         created: date and time, ISO 8601 in UTC.
         versions: (package, version) pairs, Python among them.

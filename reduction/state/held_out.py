@@ -9,7 +9,7 @@ from itertools import count
 import numpy as np
 
 from tauten.model import ContactSpace, Robot, default_enrichment
-from tauten.model.numerics import Bools
+from tauten.model.numerics import Array, Bools, Ints
 from tauten.reduction.campaign import Snapshots, pressed_columns
 from tauten.reduction.contact import TipErrors, tip_errors
 from tauten.reduction.reduced_body import StateBasisError
@@ -76,7 +76,8 @@ def checked_on_held_out(
 ) -> StateBasis:
     """The basis with its tip errors on held-out equilibria.
 
-    Where some of them are far beyond the goal, the others are not compared.
+    The mean is that over the range of the actuators, see `range_weights`. Where some equilibria are far
+    beyond the goal, the others are not compared.
 
     Args:
         robot: the full model.
@@ -97,7 +98,8 @@ def checked_on_held_out(
         if first.origin.tip_max > HOPELESS * goal:
             report(1.0 - CHOOSING, "")
             return first
-    checks = spread(held_out, CHECKS)
+    chosen = spread_places(held_out, CHECKS)
+    checks = held_out.select(chosen)
     size = f"{states.r} modes, {len(states.elements)} elements, held-out loads"
     number = count(1)
 
@@ -108,14 +110,48 @@ def checked_on_held_out(
     good = np.isfinite(errors.error)  # (s,)
     if 2 * good.sum() <= len(checks):
         raise StateBasisError(f"converge at only {good.sum()} of {len(checks)} held-out equilibria")
-    found, touched = errors.error[good], errors.error[good & pressed_columns(robot, checks)]
-    pressed = (float(touched.mean()), float(touched.max())) if len(touched) else None
-    return states.with_tip_errors(float(found.mean()), float(found.max()), pressed)
+    weights = range_weights(held_out.run, robot.n_a)[chosen]
+    touched = good & pressed_columns(robot, checks)
+    pressed = _mean_and_largest(errors.error, weights, touched) if touched.any() else None
+    return states.with_tip_errors(*_mean_and_largest(errors.error, weights, good), pressed)
+
+
+def _mean_and_largest(error: Array, weights: Array, chosen: Bools) -> tuple[float, float]:
+    """Weighted mean and largest of the chosen errors (s,) [m]."""
+    found = error[chosen]
+    return float(np.average(found, weights=weights[chosen])), float(found.max())
+
+
+def range_weights(run: Ints, actuators: int) -> Array:
+    """How much of the actuators' range each equilibrium of runs from rest stands for: (s,), 1 at their ends.
+
+    Runs go from rest to random commands, evenly: most of their equilibria are near rest, where a reduced
+    model is better than elsewhere. Of n actuators the commands within a share x of the way to all the ends
+    fill xⁿ of the range, so that an equilibrium at x stands for a part of it as x^(n − 1).
+
+    Args:
+        run: (s,) of each equilibrium, ascending.
+        actuators: their number n.
+    """
+    _, first, counts = np.unique(run, return_index=True, return_counts=True)
+    place = np.arange(len(run)) - np.repeat(first, counts)  # (s,) in its run
+    share: Array = (place + 1.0) / np.repeat(counts, counts)
+    weights: Array = share ** (actuators - 1)
+    return weights
+
+
+def spread_places(held_out: Snapshots, most: int) -> Ints:
+    """Equilibria at even distances among those held out, at most some number of them, the last one included.
+
+    Runs of an even number of equilibria would be left out at their ends otherwise.
+    """
+    places: Ints = np.arange(len(held_out) - 1, -1, (-len(held_out)) // most)[::-1]
+    return places
 
 
 def spread(held_out: Snapshots, most: int) -> Snapshots:
-    """Equilibria at even distances among those held out, at most some number of them."""
-    return held_out.select(np.arange(0, len(held_out), -(-len(held_out) // most)))
+    """The equilibria of `spread_places`."""
+    return held_out.select(spread_places(held_out, most))
 
 
 def modes_suffice(

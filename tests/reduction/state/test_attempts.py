@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tauten.model import Robot
+from tauten.model.numerics import Array
 from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import Snapshots, narrowed, ramp, run_campaign
 from tauten.reduction.contact import ContactBasis
@@ -127,13 +128,42 @@ def test_whole_runs_are_held_out_of_five_and_more(thumb_ramp: Snapshots) -> None
     assert one.sum() == len(steps) // 5
 
 
+@pytest.mark.parametrize("actuators", [1, 3, 8])
+def test_the_mean_error_is_that_over_the_range_of_the_actuators(actuators: int) -> None:
+    """As of points spread evenly in a ball; runs go from its centre to its surface in even steps."""
+    rng = np.random.default_rng(0)
+    ends = rng.standard_normal((2000, actuators))
+    ends /= np.linalg.norm(ends, axis=1, keepdims=True)
+    shares = np.arange(1, 41) / 40.0
+    run = np.repeat(np.arange(len(ends)), len(shares))
+    weights = held_out.range_weights(run, actuators)
+    points = (ends[:, None] * shares[:, None]).reshape(-1, actuators)
+    direction = rng.standard_normal((100_000, actuators))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    even = direction * rng.uniform(size=(len(direction), 1)) ** (1.0 / actuators)
+
+    def error(command: Array) -> Array:
+        return np.sum(command**2, axis=1) + np.maximum(command[:, 0], 0.0)
+
+    mean = np.average(error(points), weights=weights)
+    assert mean == pytest.approx(error(even).mean(), rel=0.05)
+    assert actuators == 1 or mean > 1.3 * error(points).mean(), "most of them are near the centre"
+
+
+def test_equilibria_that_are_compared_have_the_ends_of_runs(thumb_ramp: Snapshots) -> None:
+    """Every second one of runs of eight left all ends out."""
+    even = thumb_ramp.select(np.arange(16))
+    assert held_out.spread_places(even, 10).tolist() == [1, 3, 5, 7, 9, 11, 13, 15]
+    assert held_out.spread_places(even, 16).tolist() == list(range(16))
+
+
 def test_hopeless_attempts_are_compared_at_a_few_equilibria_alone(
     thumb: Robot[NodalBody],
     thumb_ramp: Snapshots,
     thumb_basis: ContactBasis,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(held_out, "FIRST_CHECKS", 2)
+    monkeypatch.setattr(held_out, "FIRST_CHECKS", 3)
     every = int(held_out.held_out_snapshots(thumb_ramp).sum())
     ends: dict[float, set[str]] = {1e-9: set(), 1.0: set()}
     coarse = replace(COARSE, r=1)
@@ -146,5 +176,5 @@ def test_hopeless_attempts_are_compared_at_a_few_equilibria_alone(
                 replace(coarse, goal=goal),
                 lambda share, what, said=said: said.add(what.split(" of ")[-1]),
             )
-    assert {"2"} == ends[1e-9] & {"2", str(every)}
-    assert {"2", str(every)} == ends[1.0] & {"2", str(every)}
+    assert {"3"} == ends[1e-9] & {"3", str(every)}
+    assert {"3", str(every)} == ends[1.0] & {"3", str(every)}
