@@ -32,6 +32,9 @@ CERTIFIED = {
 }
 
 
+_KEPT = 1024  # values of a quantity
+
+
 class Level(IntEnum):
     """Levels of diagnostic_msgs/DiagnosticStatus."""
 
@@ -44,9 +47,9 @@ class Level(IntEnum):
 class Window:
     """The last values of a measured quantity, in fixed memory."""
 
-    def __init__(self, size: int = 1024) -> None:
-        """Keep `size` values."""
-        self._values = np.full(size, np.nan)  # (size,)
+    def __init__(self) -> None:
+        """Start without values."""
+        self._values = np.full(_KEPT, np.nan)
         self._count = 0
         self.largest = 0.0
 

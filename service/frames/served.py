@@ -151,9 +151,9 @@ class ServedRobot:
         self._read()
         return self._frame()
 
-    def await_surface(self, seconds: float = _PATIENCE) -> None:
+    def await_surface(self) -> None:
         """Wait for the first surface, so that the robot is seen from the start."""
-        end = time.monotonic() + seconds
+        end = time.monotonic() + _PATIENCE
         while self._skin is None and time.monotonic() < end:
             self._read()
             time.sleep(0.02)

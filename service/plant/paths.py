@@ -192,13 +192,13 @@ def _settled_or_shortened(simulator: Simulator, command: Command) -> bool:
     return simulator.settle(*held, _SETTLED, _MAX_STEPS).converged
 
 
-def bending_command(robot: Robot, effector: int = 0) -> Command:
+def bending_command(robot: Robot) -> Command:
     """The command that bends a robot as far as its first actuator can.
 
-    Each actuator gets as much of its range as it moves the effector into the direction of the first one;
-    cables on the other side get nothing.
+    Each actuator gets as much of its range as it moves the first effector into the direction of the first
+    one; cables on the other side get nothing.
     """
-    return command_range(robot).command(np.cos(directions(robot, effector)))
+    return command_range(robot).command(np.cos(directions(robot, 0)))
 
 
 def directions(robot: Robot, effector: int) -> Array:

@@ -11,6 +11,7 @@ from matplotlib.collections import PathCollection, PolyCollection
 from tauten.model.numerics import Array, Ints
 
 _MM = 1e3
+_MARGIN = 0.04  # around a body, as a share of its extent
 _SILICONE = np.array([0.80, 0.84, 0.88])
 _LIGHT = np.array([-0.35, -0.80, 0.50])  # from where light falls: front, left, above
 
@@ -90,18 +91,17 @@ def draw_forces(
     )  # fmt: skip
 
 
-def frame(axes: Axes, points: Array, side: Side, margin: float = 0.04) -> None:
+def frame(axes: Axes, points: Array, side: Side) -> None:
     """Set equal scales, and limits around points.
 
     Args:
         axes: to set up; in millimetres.
         points: (P, 3) to show [m].
         side: from which they are seen.
-        margin: around the points, as a share of their extent.
     """
     shown = _MM * points[:, [side.right, side.up]]
     low, high = shown.min(axis=0), shown.max(axis=0)
-    space = margin * float((high - low).max())
+    space = _MARGIN * float((high - low).max())
     axes.set_xlim(low[0] - space, high[0] + space)
     axes.set_ylim(low[1] - space, high[1] + space)
     axes.set_aspect("equal")
