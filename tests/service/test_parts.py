@@ -144,7 +144,7 @@ def test_a_demo_of_parts_is_replayed(
     done = run_demo(settings, StopFlag(), lambda text: None)
     assert done.actuators.names == ("a_lower", "a_upper", "b_lower", "b_upper")
     late = done.report.hindered.get("deadlines missed", 0)  # all of them on a busy machine
-    assert done.report.following + late > 5
+    assert done.report.following + late > 0.5 * done.report.ticks > 1.0  # which is slowed there
     assert replay(out / "log.mcap", 1e-4, against=str(path)).same
 
 
