@@ -136,6 +136,7 @@ class ContactSet:
         blocks = blocks_of([pair.nodes for pair in pairs], n_vertices)
         shaped = np.array([pair.obstacle is not None for pair in pairs], dtype=bool)
         self._blocks: Ints = blocks[~shaped[blocks[:, 2]]]
+        self._most = int(np.diff(self._blocks[:, :2]).sum())  # contacts with surfaces
         # contacts with surfaces are found before those with obstacles
         self._in_order = bool((np.diff(shaped.astype(np.int64)) >= 0).all())
         named = {one.obstacle.name: one.obstacle for one in pairs if one.obstacle is not None}
@@ -261,7 +262,9 @@ class ContactSet:
             near: of some pairs with obstacles, the candidates (k,) that may be in range, ascending.
         """
         near = near or {}
-        x, n = np.ascontiguousarray(x, dtype=float), self.n_slots
+        x, n = np.ascontiguousarray(x, dtype=float), self._most
+        for number in self._obstacle:
+            n += len(near.get(number, self.pairs[number].nodes))
         numbers, values = np.empty((2, n), np.int64), np.empty((2, n))
         vectors, vertices, coefficients = (
             np.empty((2, n, 3)),
@@ -276,7 +279,7 @@ class ContactSet:
             m = self._touching(number, x, near.get(number), found, m)
         every = slice(m) if self._in_order else np.argsort(numbers[0, :m])
         detection = Detection(
-            n, numbers[0][every], numbers[1][every], values[0][every], vectors[0][every],
+            self.n_slots, numbers[0][every], numbers[1][every], values[0][every], vectors[0][every],
             vectors[1][every], values[1][every], vertices[every], coefficients[every],
         )  # fmt: skip
         if self._obstacle and self.poses.move:
@@ -335,13 +338,12 @@ def detect_all(
         blocks: (b, 3) candidates that are treated together, see `blocks_of`.
         surfaces: target surfaces of the pairs.
         distances: the alarm distance, and the one at which surfaces are held [m].
-        out: output: slots and pairs (2, n_c), gaps and friction (2, n_c), points and normals (2, n_c, 3),
-            vertices (n_c, 6), coefficients (n_c, 6).
+        out: output, n at least the contacts: slots and pairs (2, n), gaps and friction (2, n), points and
+            normals (2, n, 3), vertices (n, 6), coefficients (n, 6).
     """
     (reach, held), (nodes, weights, friction) = distances, candidates
     numbers, values, vectors, vertices, coefficients = out
-    found, k = no_closest_points(nodes.shape[0]), 0
-    triangle, inside, triangles = found.triangle, found.weights, surfaces.triangles
+    k, triangles = 0, surfaces.triangles
     for block in range(blocks.shape[0]):
         begin, end, pair = blocks[block]
         points = np.zeros((3, end - begin))
@@ -349,16 +351,19 @@ def detect_all(
             for j in range(3):
                 for i in range(3):
                     points[i, s - begin] += weights[s, j] * x[nodes[s, j], i]
+        found = no_closest_points(end - begin)
+        triangle, inside = found.triangle, found.weights
         search(x, points, surfaces, pair, begin, reach, found)
         for s in range(begin, end):
-            if triangle[s] < 0:
+            i = s - begin
+            if triangle[i] < 0:
                 continue
             numbers[0, k], numbers[1, k] = s, pair
-            values[0, k], values[1, k] = found.gap[s] - held, friction[pair]
+            values[0, k], values[1, k] = found.gap[i] - held, friction[pair]
             for j in range(3):  # entry by entry, which is faster than slices of three
-                vectors[0, k, j], vectors[1, k, j] = points[j, s - begin], found.normal[s, j]
-                vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[triangle[s], j]
-                coefficients[k, j], coefficients[k, 3 + j] = weights[s, j], -inside[s, j]
+                vectors[0, k, j], vectors[1, k, j] = points[j, i], found.normal[i, j]
+                vertices[k, j], vertices[k, 3 + j] = nodes[s, j], triangles[triangle[i], j]
+                coefficients[k, j], coefficients[k, 3 + j] = weights[s, j], -inside[i, j]
             k += 1
     return k
 

@@ -92,7 +92,7 @@ def search(
         pair: which of the surfaces.
         begin: number of the first candidate.
         reach: largest distance [m].
-        found: of all candidates, without contact points yet; written to.
+        found: of the block, without contact points yet; written to.
     """
     near = in_reach(
         points, x, surfaces.triangles, surfaces.first[pair], surfaces.first[pair + 1], reach
@@ -102,24 +102,24 @@ def search(
     # the arrays of the tuple are unpacked here, because passing the tuple on costs more than the work
     triangle, weights, gap, normal = found.triangle, found.weights, found.gap, found.normal
     for i in range(points.shape[1]):
-        s, f, p = begin + i, likely[i], (points[0, i], points[1, i], points[2, i])
+        f, p = likely[i], (points[0, i], points[1, i], points[2, i])
         if f < 0:
             continue
         height, a = plane_distance(p, planes, 0, f), plane_distance(p, planes, 4, f)
         b, c = plane_distance(p, planes, 8, f), plane_distance(p, planes, 12, f)
         inside = a < 0.0 and b < 0.0 and c < 0.0
         if inside and (1.0 + ROUNDING) * height * height <= next_best[i]:
-            triangle[s], gap[s] = near[f], height
-            weights[s, 2], weights[s, 0] = -a * planes[16, f], -b * planes[17, f]
-            weights[s, 1] = 1.0 - weights[s, 2] - weights[s, 0]
-            normal[s, 0], normal[s, 1], normal[s, 2] = planes[0, f], planes[1, f], planes[2, f]
+            triangle[i], gap[i] = near[f], height
+            weights[i, 2], weights[i, 0] = -a * planes[16, f], -b * planes[17, f]
+            weights[i, 1] = 1.0 - weights[i, 2] - weights[i, 0]
+            normal[i, 0], normal[i, 1], normal[i, 2] = planes[0, f], planes[1, f], planes[2, f]
         else:
-            search_all(s, p, x, planes, near, surfaces, reach, found)
+            search_all((begin + i, i), p, x, planes, near, surfaces, reach, found)
 
 
 @kernel
 def search_all(
-    s: int,
+    place: tuple[int, int],
     p: Vector3,
     x: Array,
     planes: Array,
@@ -131,16 +131,17 @@ def search_all(
     """Find the contact point of one candidate by comparing all triangles in reach.
 
     Args:
-        s: number of the candidate.
+        place: number of the candidate, and where it is in `found`.
         p: its position [m].
         x: (v, 3) vertex positions [m].
         planes: of the triangles in reach, see `bounding_planes`.
         near: (t,) their numbers.
         surfaces: target surfaces.
         reach: largest distance [m].
-        found: of all candidates; written to.
+        found: of the block; written to.
     """
-    triangles, square, place = surfaces.triangles, reach * reach, INTERIOR
+    (number, i), nearest = place, INTERIOR
+    triangles, square = surfaces.triangles, reach * reach
     bounds = np.empty(near.shape[0])
     for f in range(near.shape[0]):
         bounds[f] = lower_bound(p, planes, f)
@@ -148,18 +149,19 @@ def search_all(
         t = near[f]
         if not bounds[f] < (1.0 + ROUNDING) * square:
             continue
-        if among(s, surfaces.adjacent, surfaces.adjacent_first[t], surfaces.adjacent_first[t + 1]):
+        first, end = surfaces.adjacent_first[t], surfaces.adjacent_first[t + 1]
+        if among(number, surfaces.adjacent, first, end):
             continue
         a, b, c = row(x, triangles[t, 0]), row(x, triangles[t, 1]), row(x, triangles[t, 2])
         w, feature = closest(p, a, b, c)
         r = subtract(p, combine(w, a, b, c))
         if dot(r, r) < square and is_admissible(r, x, surfaces, t, feature):
-            square, found.triangle[s], place = dot(r, r), t, feature
-            found.weights[s, 0], found.weights[s, 1], found.weights[s, 2] = w
-    if found.triangle[s] >= 0:
-        w = row(found.weights, s)
-        found.gap[s], n = gap_and_normal(p, w, x, surfaces, found.triangle[s], place, reach)
-        found.normal[s, 0], found.normal[s, 1], found.normal[s, 2] = n
+            square, found.triangle[i], nearest = dot(r, r), t, feature
+            found.weights[i, 0], found.weights[i, 1], found.weights[i, 2] = w
+    if found.triangle[i] >= 0:
+        w = row(found.weights, i)
+        found.gap[i], n = gap_and_normal(p, w, x, surfaces, found.triangle[i], nearest, reach)
+        found.normal[i, 0], found.normal[i, 1], found.normal[i, 2] = n
 
 
 @kernel
