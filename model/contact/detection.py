@@ -246,7 +246,9 @@ class ContactSet:
                 continue
             (centre, radius), groups = balls.at(motion), balls.groups
             pose = self.poses.poses[self._obstacle[number]]
-            distance = pair.obstacle.closest(centre, pose, reach + float(radius.max()))[0]
+            distance = pair.obstacle.closest(
+                centre, pose, reach + float(np.maximum.reduce(radius))
+            )[0]
             within = np.ascontiguousarray(distance, dtype=float), radius, reach
             near[number] = near_points(*within, (groups.order, groups.starts), pair.nodes, needed)
         placed = cast(GroupedPoints, vertices).some_placed(motion, needed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import accumulate
 from typing import Any
 
@@ -53,17 +53,15 @@ class PartsPoints:
 
     Attributes:
         groups: the points.
+        spans: where those of each group are among all.
     """
 
     groups: tuple[PointsOfPart, ...]
+    spans: tuple[slice, ...] = field(init=False)
 
-    def __len__(self) -> int:
-        return sum(len(group.points) for group in self.groups)
-
-    @property
-    def spans(self) -> tuple[slice, ...]:
-        """Where the points of each group are among all."""
-        return slices([len(group.points) for group in self.groups])
+    def __post_init__(self) -> None:
+        spans = slices([len(group.points) for group in self.groups])
+        object.__setattr__(self, "spans", spans)
 
     def balls(self, nodes: Ints, weights: Array) -> PartBalls | None:
         """Balls around combinations of the points of one part, see `GroupedPoints`."""

@@ -59,7 +59,7 @@ class ModePoints:
 
     def some_placed(self, motion: ModeMotion, chosen: Bools) -> PlacedByModes:
         """The points at a state, those that are not chosen (p,) at NaN."""
-        y = np.full((len(self), 3), np.nan)
+        y = np.empty((len(chosen), 3))
         place_some(self.rest, self.map, motion.beta, chosen, y)
         return PlacedByModes(y, self.map, motion.J)
 
@@ -234,10 +234,11 @@ def place_some(rest: Array, map: Array, beta: Array, chosen: Bools, y: Array) ->
         map: (3 p, R).
         beta: (R,).
         chosen: (p,) which.
-        y: (p, 3) output, of those that are chosen [m].
+        y: (p, 3) output, NaN of those that are not chosen [m].
     """
     for p in range(len(chosen)):
         if not chosen[p]:
+            y[p, 0] = y[p, 1] = y[p, 2] = np.nan
             continue
         for i in range(3):
             row, position = map[3 * p + i], rest[3 * p + i]
