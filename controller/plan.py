@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.controller.friction import ALL_TRIED, MET, CutPlan, PlanContacts, PlanSearch
+from tauten.controller.friction import ALL_TRIED, MET, CutPlan, PlanContacts, PlanSearch, with_slip
 from tauten.controller.inverse import (
     energy_cap,
     energy_scale,
@@ -268,6 +268,7 @@ def _plan_from(
             met, error = aim.scale * aim.target, EXACTLY * robot.size
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
+        problem = with_slip(problem, loop.step, prepared.forces, float(aim.scale.max()))
         others = len(problem.G)
         problem = with_force_limits(problem, aim.grasp, loop.step, held)
         if loop.step.frictional and len(loop.step.extra) > 0:

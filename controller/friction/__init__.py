@@ -2,6 +2,7 @@
 
 from tauten.controller.friction.planned import MET, CutPlan, PlanContacts, PlanSearch
 from tauten.controller.friction.problem import FrictionInverse, normals_alone
+from tauten.controller.friction.slip import with_slip
 from tauten.controller.friction.solve import (
     FrictionSettings,
     InverseSolution,
@@ -22,4 +23,5 @@ __all__ = [
     "normals_alone",
     "solve_friction_inverse",
     "warm_search",
+    "with_slip",
 ]

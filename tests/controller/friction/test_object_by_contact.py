@@ -9,9 +9,11 @@ import meshio
 import numpy as np
 import pytest
 from support.robots.bodies import box_mesh
+from support.robots.examples import example
 from support.robots.solids import RIGID_CUBE
 
 from tauten.controller import Controller
+from tauten.controller.friction import with_slip
 from tauten.controller.plan import Aim, make_plan
 from tauten.model import load_robot
 from tauten.model.numerics import Array
@@ -123,3 +125,42 @@ def test_a_plan_is_not_held_back_to_where_an_object_slides(tmp_path: Path) -> No
         away = plan.predicted.step.compliance.delta_free[:2] - now[:2] - [back, 0.0]
         wanted = 0.5 * np.square(away).sum()  # without the height, which has no weight
         assert plan.problem.constant == pytest.approx(wanted, rel=1e-9)
+
+
+def test_slip_of_what_carries_an_object_is_weighed(tmp_path: Path) -> None:
+    """A tenth of its mean square; none of a contact that pushed in the last step is left out."""
+    controller = table(tmp_path, 0.1)
+    moved(controller, np.array([2e-3, 0.0, 0.0]), 5)
+    found = controller.contacts
+    controller.prepare()
+    prepared = controller._prepared
+    assert prepared is not None
+    planned = controller.decide(controller.shifted(1e-2))
+    decision = controller.last_decision
+    assert planned.status.usable and decision is not None and decision.plan is not None
+    plan = decision.plan
+    step = plan.predicted.step
+    nothing = replace(plan.problem, Q=0.0 * plan.problem.Q, c=0.0 * plan.problem.c, constant=0.0)
+    z = plan.predicted.lam[step.layout.n_e :]
+    problem = with_slip(nothing, step, prepared.forces, 2.0)
+    slip = plan.predicted.delta[step.layout.contacts].reshape(-1, 3)[:, 1:]  # (k, 2) m
+    pushed = np.isin(step.extra, found.contacts.slots[found.pushing])
+    assert pushed.sum() >= 3
+    weighed = 0.5 * 0.1 * 2.0**2 * np.square(slip[pushed]).sum(axis=1).mean()
+    value = 0.5 * z @ problem.Q @ z + problem.c @ z + problem.constant
+    assert value == pytest.approx(weighed, rel=1e-6) and weighed > 1e-12
+
+
+def test_contacts_of_an_object_that_no_effort_moves_carry_nothing() -> None:
+    """The cube of the lift on its floor, before the fingers touch it."""
+    controller = Controller(load_robot(example("12_lift")["FILE"]))
+    target = controller.shifted(1e-6)
+    controller.step(target)
+    assert controller.contacts.pushing.sum() >= 3
+    controller.prepare()
+    prepared = controller._prepared
+    controller.decide(target)
+    decision = controller.last_decision
+    assert prepared is not None and decision is not None and decision.plan is not None
+    problem, step = decision.plan.problem, decision.plan.predicted.step
+    assert with_slip(problem, step, prepared.forces, 1.0) is problem
