@@ -166,6 +166,17 @@ class Body(ABC, Generic[P]):
             integration: another scheme than the body's. The steps may have any length, but its damping.
         """
 
+    def linearise(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> System:
+        """The system of one step from a state; bodies may need less for it than for steps of several lengths.
+
+        Raises:
+            FactorisationError: A is not positive definite (a state that has blown up).
+        """
+        scheme = integration or self.integration
+        return self.system(self.assemble(state, effort, scheme), scheme)
+
     @abstractmethod
     def system(self, assembled: Assembled, integration: Integration) -> System:
         """The system of one step, `Robot.linearise` where forces and tangents are known.

@@ -30,6 +30,7 @@ from tauten.model.parts.spans import (
     advanced,
     joined_forces,
     joined_state,
+    joined_system,
     scheme_of_part,
     start_of_part,
 )
@@ -255,24 +256,21 @@ class PartsBody(Body[PartsPoints]):
             state, effort, tuple(body.assemble(own, lam, one) for body, own, lam, one in every)
         )
 
+    def linearise(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> System:
+        """The system of one step of all parts from a state, see `Body`."""
+        efforts, schemes = self.actuator_set.split(effort), self.schemes(integration)
+        every = zip(self.bodies, self.states(state), efforts, schemes, strict=True)
+        found = [body.linearise(own, lam, one) for body, own, lam, one in every]
+        return joined_system(found, self.blocks)
+
     def system(self, assembled: Assembled, integration: Integration) -> System:
         """The system of one step of all parts, see `Body`."""
         assert isinstance(assembled, PartsAssembled)
         every = zip(self.bodies, assembled.parts, self.schemes(integration), strict=True)
         found = [body.system(own, scheme) for body, own, scheme in every]
-        if len(found) == 1:
-            return found[0]
-        tangents = [system.tangent.ravel() for system in found if system.tangent is not None]
-        return System(
-            h=integration.h,
-            v=np.concatenate([system.v for system in found]),
-            v_free=np.concatenate([system.v_free for system in found]),
-            residual=float(np.linalg.norm([system.residual for system in found])),
-            factorisation=self.blocks([system.factorisation for system in found]),
-            exact=all(system.exact for system in found),
-            tangent=np.concatenate(tangents) if len(tangents) == len(found) else None,
-            semidefinite=max(system.semidefinite for system in found),
-        )
+        return joined_system(found, self.blocks)
 
     def blocks(self, factors: list[Factorisation]) -> BlockFactors:
         """Factors of each part as those of all parts."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from tauten.model.body import Body
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Factorisation
 from tauten.model.parts.motion import slices
 from tauten.model.state import State, StepStart
-from tauten.model.system import Integration
+from tauten.model.system import Integration, System
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,3 +114,27 @@ def joined_forces(spans: Spans, forces: Sequence[Array | None]) -> Array | None:
         if force is not None:
             total[span] = force
     return total
+
+
+def joined_system(
+    systems: Sequence[System], joined: Callable[[list[Factorisation]], Factorisation]
+) -> System:
+    """The system of one step of all parts.
+
+    Args:
+        systems: of each part, with one time step.
+        joined: gives factors of all parts from those of each.
+    """
+    if len(systems) == 1:
+        return systems[0]
+    tangents = [one.tangent.ravel() for one in systems if one.tangent is not None]
+    return System(
+        h=systems[0].h,
+        v=np.concatenate([one.v for one in systems]),
+        v_free=np.concatenate([one.v_free for one in systems]),
+        residual=float(np.linalg.norm([one.residual for one in systems])),
+        factorisation=joined([one.factorisation for one in systems]),
+        exact=all(one.exact for one in systems),
+        tangent=np.concatenate(tangents) if len(tangents) == len(systems) else None,
+        semidefinite=max(one.semidefinite for one in systems),
+    )

@@ -346,8 +346,7 @@ class Robot(Generic[B_co]):
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """
-        scheme = integration or self.integration
-        return self.body.system(self.body.assemble(state, effort, scheme), scheme)
+        return self.body.linearise(state, effort, integration or self.integration)
 
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None

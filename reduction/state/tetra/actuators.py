@@ -24,6 +24,21 @@ TRIANGLES = 128  # summed at a time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Wound:
+    """The cables on drums at a state, see `tauten.model.constraints.Drums`.
+
+    Attributes:
+        H: (c, n) change of their pulled lengths, less that of what the drums have wound.
+        tension: (c,) [N].
+        tangent: (n, n) of the springs.
+    """
+
+    H: Array
+    tension: Array
+    tangent: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class ModalCurvature:
     """Second derivatives of lengths and volumes in reduced coordinates.
 

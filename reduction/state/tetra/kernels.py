@@ -3,7 +3,8 @@
 **Elements** (`tauten.reduction.state.tetra.elements`) and **cables** contribute rows, the columns of Z
 (r, z), with their images in Y (r, z), so that the product Z Yᵀ is a tangent. It is summed over blocks of
 elements, whose rows fit into the processor's cache. A system needs a sum h b_K D + h² K of the stiffness of
-the material and the tangent: their images are added, so that it costs one product.
+the material and the tangent: their images are added, so that it costs one product. Systems of several lengths
+at one state need other sums: corotational elements have K and D − K of one pass, in which rows are the same.
 
 A cable segment's difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ. Lengths
 of short segments are rounded as in `tauten.model.points.cable`.
@@ -13,10 +14,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.numerics import Array, kernel
+from tauten.model.numerics import LANES, Array, kernel
 from tauten.model.points import blunted
 from tauten.reduction.state.tetra.arrays import Response, SampledElements, Tendons, Work
-from tauten.reduction.state.tetra.elements import add_elements
+from tauten.reduction.state.tetra.elements import add_elements, project
 from tauten.reduction.state.tetra.product import add_symmetric_product
 
 
@@ -52,6 +53,51 @@ def combine(
         work.S[:r, :r] += (of_D + of_K) * body.stiffness
     if exact:
         work.S[:] += of_K * response.curvature
+
+
+@kernel
+def tangents_apart(
+    alpha: Array, effort: Array, response: Response, body: SampledElements, tendons: Tendons,
+    work: Work,
+) -> tuple[Array, Array]:  # fmt: skip
+    """The stiffness of the material D of corotational elements and the derivative K of all: (k, k) each.
+
+    Args:
+        alpha: (k,) state [m]; elements depend on the first of its entries.
+        effort: (n_a,) cable tensions, for their curvature [N].
+        response: of the elements and chambers at the state.
+        body: the elements.
+        tendons: the cables.
+        work: Z, Y, segments and lower are overwritten.
+    """
+    n, r = alpha.shape[0], body.stiffness.shape[0]
+    work.lower[:] = 0.0
+    more = np.zeros(work.lower.shape)  # of D than of K
+    for block in range(body.gradient.shape[0]):
+        lame, carried = body.lame[block], response.carried[block]
+        project(r, body.gradient[block], carried, response.exact[block], lame, work)
+        add_symmetric_product(work.Z, work.Y, work.lower)
+        for j in range(r):  # images of t and a with the rotation held, less those of K
+            z, y = work.Z[j], work.Y[j]
+            for k in range(LANES):
+                a, b, c, mu = LANES + k, 2 * LANES + k, 3 * LANES + k, lame[LANES + k]
+                y[k], y[a] = 0.0, -mu * z[a] - y[a]
+                y[b], y[c] = -mu * z[b] - y[b], -mu * z[c] - y[c]
+        add_symmetric_product(work.Z, work.Y, more)
+    D, K = np.zeros((n, n)), np.zeros((n, n))
+    for i in range(r):
+        for j in range(i + 1):
+            D[i, j] = D[j, i] = work.lower[i, j] + more[i, j]
+    if tendons.map.shape[1] > 0:
+        curve(alpha, effort, tendons, work.segments)
+        add_symmetric_product(tendons.map, work.segments, work.lower)
+    for i in range(n):
+        for j in range(i + 1):
+            K[i, j] = K[j, i] = work.lower[i, j]
+    D[:r, :r] += body.stiffness
+    K[:r, :r] += body.stiffness
+    K[:] += response.curvature
+    return D, K
 
 
 @kernel

@@ -10,7 +10,7 @@ follow with J = ∂β/∂q: Jᵀ f and Jᵀ K J.
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -22,7 +22,7 @@ from tauten.model.points import points_at
 from tauten.model.tetra import TetBody
 from tauten.reduction.dense_step import DenseAssembled, implicit_system
 from tauten.reduction.reduced_body import ReducedBody
-from tauten.reduction.state.tetra.actuators import ModalCurvature
+from tauten.reduction.state.tetra.actuators import ModalCurvature, Wound
 from tauten.reduction.state.tetra.arrays import Response, SampledElements, Work, make_work
 from tauten.reduction.state.tetra.beams import ReducedBeams
 from tauten.reduction.state.tetra.body import ModeMotion, ModePoints, mode_points
@@ -31,7 +31,7 @@ from tauten.reduction.state.tetra.elements import (
     assemble_semidefinite,
     sampled_energy,
 )
-from tauten.reduction.state.tetra.kernels import combine
+from tauten.reduction.state.tetra.kernels import combine, tangents_apart
 from tauten.reduction.state.tetra.node_chart import NodeChart
 from tauten.reduction.state.tetra.own_motion import Derivative, OwnMotion
 
@@ -47,6 +47,8 @@ class SampledAssembled(DenseAssembled):
         wound: cables on drums; None: there are none.
         tension: of each cable [N].
         response: of the elements, in the workspace of the body that assembled it.
+        apart: D and the derivative K of elements, cables and chambers (k, k), for systems of several lengths;
+            None: their sum is made for each system.
     """
 
     motion: ModeMotion
@@ -55,21 +57,7 @@ class SampledAssembled(DenseAssembled):
     wound: Wound | None
     tension: Array
     response: Response
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Wound:
-    """The cables on drums at a state, see `tauten.model.constraints.Drums`.
-
-    Attributes:
-        H: (c, n) change of their pulled lengths, less that of what the drums have wound.
-        tension: (c,) [N].
-        tangent: (n, n) of the springs.
-    """
-
-    H: Array
-    tension: Array
-    tangent: Array
+    apart: tuple[Array, Array] | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -195,18 +183,29 @@ class ModalBody(ReducedBody[ModePoints]):
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
         """Forces without actuators and contacts (n,) [N], and the tangent K (n, n), see `Body`."""
-        at = self.assemble(state, effort, dataclasses.replace(self.integration, static=True))
+        at = self.responding(state, effort, dataclasses.replace(self.integration, static=True))
         return at.force, self.tangent(at, (0.0, 1.0), exact)
 
     def material_stiffness(self, state: State) -> Array:
         """The stiffness of the material (n, n), carried along with the elements."""
-        at = self.assemble(state, None, dataclasses.replace(self.integration, static=True))
+        at = self.responding(state, None, dataclasses.replace(self.integration, static=True))
         return self.tangent(at, (1.0, 0.0), True)
 
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> SampledAssembled:
         """Forces and tangents at a state, see `Body`."""
+        at = self.responding(state, effort, integration)
+        if not self.sampled.corotational or (integration or self.integration).static:
+            return at
+        beta, tendons = at.motion.beta[: self.own_motion.pulled], self.curvature.tendons
+        given = beta, at.tension, at.response, self.sampled, tendons, self.work
+        return dataclasses.replace(at, apart=tangents_apart(*given))
+
+    def responding(
+        self, state: State, effort: Array | None, integration: Integration | None
+    ) -> SampledAssembled:
+        """Forces at a state, and what tangents there are made from; arguments as of `assemble`."""
         scheme, response = integration or self.integration, self.work.response
         actuators, motion = self.actuator_set, self.motion(state)
         beta, J = motion.beta, motion.J
@@ -288,19 +287,18 @@ class ModalBody(ReducedBody[ModePoints]):
             shares: of D and of K.
             exact: whether K is the derivative, or positive semidefinite.
         """
-        beta, J = at.motion.beta, at.motion.J
+        beta, J, response = at.motion.beta, at.motion.J, at.response
         if not (exact or self.sampled.corotational):
             own = self.own_motion.elements
-            assemble_semidefinite(beta[:own], self.sampled, at.response)
+            assemble_semidefinite(beta[:own], self.sampled, response)
         tendons, pulled = self.curvature.tendons, self.own_motion.pulled
-        response = at.response
-        combine(
-            beta[:pulled], at.tension, shares, exact, response, self.sampled, tendons, self.work
-        )
-        tangent: Array = self.work.S.copy()
-        if pulled < len(beta):
-            tangent = np.zeros((len(beta), len(beta)))
-            tangent[:pulled, :pulled] = self.work.S
+        tangent, summed = np.zeros((len(beta), len(beta))), self.work.S
+        if exact and at.apart is not None:
+            summed = shares[0] * at.apart[0] + shares[1] * at.apart[1]
+        else:
+            given = beta[:pulled], at.tension, shares, exact, response
+            combine(*given, self.sampled, tendons, self.work)
+        tangent[:pulled, :pulled] = summed
         if self.springs is not None:
             tangent += (shares[0] + shares[1]) * self.springs.K
         moved, members = self.actuator_set.transmissions, at.members
@@ -375,6 +373,13 @@ class ModalBody(ReducedBody[ModePoints]):
         columns = self.own_motion.modes + drums.regions[drums.owner]
         H[np.arange(len(H)), columns] -= drums.gains
         return Wound(H, tension, H.T @ (drums.held_by(tension)[:, None] * H))
+
+    def linearise(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> System:
+        """The system of one step from this state, see `Body`."""
+        scheme = integration or self.integration
+        return self.system(self.responding(state, effort, scheme), scheme)
 
     def system(self, assembled: Assembled, integration: Integration) -> System:
         """The system of one step, see `Body`."""

@@ -97,11 +97,15 @@ def test_forces_tangent_and_rows_are_those_of_the_full_robot(
     np.testing.assert_allclose(reduced.points(state), robot.points(lifted), atol=1e-14)
 
 
+@pytest.mark.parametrize("alone", [True, False])
 def test_a_step_is_that_of_the_full_robot_in_the_basis(
-    robot: Robot[ConstrainedBody], reduced: Robot[ReducedBody], state: State
+    robot: Robot[ConstrainedBody], reduced: Robot[ReducedBody], state: State, alone: bool
 ) -> None:
+    """The state is linearised for it alone, or for several."""
     calm = State(0.1 * state.q, state.v)
     system, full = reduced.linearise(calm), robot.linearise(reduced.body.lifted(calm))
+    if not alone:
+        system = reduced.system(reduced.assemble(calm), reduced.integration)
     assert system.exact
     assert full.exact
     # A and b of the full system from its solutions; the reduced one has ΦᵀA Φ and Φᵀb

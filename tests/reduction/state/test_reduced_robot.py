@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
@@ -63,19 +65,25 @@ def test_complete_basis_gives_forces_and_tangent(
     np.testing.assert_allclose(tangent, expected, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("longer", [None, 1.0, 10.0])
 @pytest.mark.parametrize("scheme", [DYNAMIC, STATIC])
 def test_complete_basis_gives_the_step(
     thumb: Robot[NodalBody],
     complete: Robot[ReducedBody],
     bent: tuple[State, State],
     scheme: Integration,
+    longer: float | None,
 ) -> None:
+    """The state is linearised for it alone, or for it and one that is longer."""
     full, alpha = bent
     Phi, effort = complete.body.Phi, np.array([2.0])
-    known, found = (
-        thumb.linearise(full, effort, scheme),
-        complete.linearise(alpha, effort, scheme),
-    )
+    if longer is None:
+        found = complete.linearise(alpha, effort, scheme)
+    else:
+        assembled = complete.assemble(alpha, effort, scheme)
+        scheme = replace(scheme, rate=scheme.rate / longer)
+        found = complete.system(assembled, scheme)
+    known = thumb.linearise(full, effort, scheme)
     scale = np.abs(known.v_free).max()
     np.testing.assert_allclose(Phi @ found.v_free, known.v_free, atol=1e-7 * scale)
     np.testing.assert_allclose(Phi @ found.v, known.v, atol=1e-12)
