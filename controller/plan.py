@@ -50,6 +50,7 @@ from tauten.model import (
     Robot,
     forward_step,
     under_friction,
+    unit_start,
 )
 from tauten.model.numerics import Array, Bools
 
@@ -273,8 +274,8 @@ def _plan_from(
         problem = with_force_limits(problem, aim.grasp, loop.step, held)
         if loop.step.frictional and len(loop.step.extra) > 0:
             contacts = PlanContacts.of(
-                loop.step, prepared.forces, len(problem.m), settings.friction_share,
-                robot.size, weight * W[places.actuators, places.actuators], settings.search,
+                loop.step, _forces_of_hold(prepared, loop.step), settings.friction_share, robot.size,
+                weight * W[places.actuators, places.actuators], settings.search,
             )  # fmt: skip
             before = None if cut is None else cut.on(loop.step, free, len(problem.m))
             search = PlanSearch(contacts, start.lam_a, guess, before)
@@ -294,6 +295,26 @@ def _plan_from(
         loop.check(lam, solution.status.usable)
     ended = solution.status, solution.certificate, solution.conflict
     return Plan(loop.prediction, *ended, problem, start, cut)
+
+
+def _forces_of_hold(prepared: Prepared, step: CondensedStep) -> Array:
+    """Contact forces (s + 3 k,) of a hold with all of the friction; where there are none, of the last step.
+
+    Over the horizon the forces of the last step are those of another motion: from them the forces of the hold
+    with a share of the friction are not always found.
+
+    Args:
+        prepared: the step.
+        step: that of the hold, or with more unit columns.
+    """
+    held, forces = prepared.held, np.zeros(len(step.compliance) - step.layout.contacts.start)
+    if held.step.frictional:
+        known = held.lam[held.step.layout.contacts]
+        forces[: len(known)] = known
+    else:
+        units = unit_start(step, prepared.forces)
+        forces[len(forces) - len(units) :] = units
+    return forces
 
 
 def held_back_to(prepared: Prepared, aim: Aim) -> Array:

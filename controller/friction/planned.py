@@ -31,7 +31,7 @@ class PlanContacts:
 
     Attributes:
         friction: (k,) coefficients that it counts on.
-        forces: (s + 3 k,) contact forces of the last step.
+        forces: (s + 3 k,) contact forces from which those of holding are looked for.
         exact: error of the natural map up to which forces are exact [m].
         enough: objective that need not become lower [m²].
         near: objective without that of the efforts, up to which no contact is looked for [m²].
@@ -51,8 +51,7 @@ class PlanContacts:
     def of(
         cls,
         step: CondensedStep,
-        previous: Forces,
-        rows: int,
+        start: Array,
         share: float,
         size: float,
         energy: Array,
@@ -62,18 +61,14 @@ class PlanContacts:
 
         Args:
             step: with the contacts that have friction.
-            previous: forces of the last step.
-            rows: of all contacts.
+            start: (s + 3 k,) contact forces from which those of holding are looked for.
             share: of the coefficients, that the plan counts on.
             size: of the robot [m].
             energy: (n_a, n_a) curvature of the energy of the actuators.
             settings: of the search.
         """
-        forces = np.zeros(rows)
-        enough, near = (0.5 * (share * size) ** 2 for share in (ARRIVED, MET))
-        units = unit_start(step, previous)
-        forces[rows - len(units) :] = units
-        return cls(share * step.friction, forces, EXACTLY * size, enough, near, energy, settings)
+        enough, near = (0.5 * (distance * size) ** 2 for distance in (ARRIVED, MET))
+        return cls(share * step.friction, start, EXACTLY * size, enough, near, energy, settings)
 
     def solve(
         self,
@@ -88,7 +83,7 @@ class PlanContacts:
         Args:
             program: limits and objective; its rows are the contacts.
             lam: (n_a,) efforts of holding.
-            forces: (s + 3 k,) contact forces to start from; None: those of the last step.
+            forces: (s + 3 k,) contact forces to start from; None: `forces`.
             guess: answer to nearly the same problem, whose rows are the first ones of this.
             before: where the search of nearly the same problem was cut.
         """

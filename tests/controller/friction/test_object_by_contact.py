@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import meshio
 import numpy as np
@@ -13,9 +14,12 @@ from support.robots.examples import example
 from support.robots.solids import RIGID_CUBE
 
 from tauten.controller import Controller
-from tauten.controller.friction import with_slip
+from tauten.controller.friction import FrictionInverse, PlanContacts, with_slip
+from tauten.controller.friction.exact import forces_error
+from tauten.controller.friction.search import effort_search
 from tauten.controller.plan import Aim, make_plan
-from tauten.model import load_robot
+from tauten.controller.qpcc import Budget, Qpcc, TimeLimit
+from tauten.model import load_robot, unit_start
 from tauten.model.numerics import Array
 
 CUBE = (
@@ -164,3 +168,33 @@ def test_contacts_of_an_object_that_no_effort_moves_carry_nothing() -> None:
     assert prepared is not None and decision is not None and decision.plan is not None
     problem, step = decision.plan.problem, decision.plan.predicted.step
     assert with_slip(problem, step, prepared.forces, 1.0) is problem
+
+
+def test_a_search_begins_at_the_forces_of_holding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With all of the friction they are exact. Those of the last tick are forces of another motion."""
+    controller = table(tmp_path, 0.1)
+    moved(controller, np.array([2e-3, 0.0, 0.0]), 5)
+    controller.prepare()
+    prepared, solve, asked = controller._prepared, PlanContacts.solve, []
+    assert prepared is not None
+
+    def asks(contacts: PlanContacts, program: Qpcc, lam: Array, *others: Any, **known: Any) -> Any:
+        asked.append((contacts, program, lam))
+        return solve(contacts, program, lam, *others, **known)
+
+    monkeypatch.setattr(PlanContacts, "solve", asks)
+    controller.settings = replace(controller.settings, friction_share=1.0)
+    controller.decide(controller.shifted(1e-3))
+    contacts, program, lam = asked[0]
+    search = effort_search(
+        FrictionInverse(program, contacts.friction), "daqp", Budget(1, TimeLimit())
+    )
+    start = np.zeros((2, len(search.contacts.q)))
+    start[0, search.place], start[1, search.place] = (
+        contacts.forces,
+        unit_start(prepared.farther, prepared.forces),
+    )
+    now, before = (forces_error(search.contacts, lam, r) for r in start)
+    assert now <= contacts.exact < 10.0 * contacts.exact < before

@@ -28,7 +28,7 @@ def test_a_cube_at_its_target_moves_no_actuator(away: float) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("noise", "seed"), [(1e-7, 6), (1e-7, 13), (1e-5, 7), (1e-5, 17)])
+@pytest.mark.parametrize(("noise", "seed"), [(1e-7, 6), (1e-7, 13), (1e-5, 12), (1e-5, 17)])
 def test_noise_of_the_target_loses_no_cube(noise: float, seed: int) -> None:
     controller, rng = Controller(load_robot(LIFT["FILE"])), np.random.default_rng(seed)
     start = controller.effector_values
