@@ -171,6 +171,11 @@ class Body(ABC, Generic[P]):
     ) -> System:
         """The system of one step from a state; bodies may need less for it than for steps of several lengths.
 
+        Args:
+            state: where the step starts.
+            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
+            integration: another scheme than the body's.
+
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """

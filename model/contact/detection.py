@@ -153,9 +153,7 @@ class ContactSet:
         )
         self._sides: dict[int, Sides] = {}  # of pairs, in the step that is taken
         self._balls: dict[int, Balls] = {}  # around candidates of pairs with obstacles
-        self._placed: Bools = np.zeros(
-            n_vertices, np.bool_
-        )  # where there are balls: of other pairs
+        self._placed: Bools = np.zeros(n_vertices, np.bool_)  # of pairs without such balls
         self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
             [pair.nodes.astype(np.int64) for pair in pairs],
@@ -216,15 +214,15 @@ class ContactSet:
 
     def over(self, vertices: object) -> ContactSet:
         """The same contacts with balls around candidates, where the points that are vertices have any."""
-        other = copy(self)
+        other, every = copy(self), dict[int, Balls | None]()
         if isinstance(vertices, GroupedPoints):
-            named = ((k, self.pairs[k]) for k in self._obstacle)
-            every = {k: vertices.balls(pair.nodes, pair.weights) for k, pair in named}
-            other._balls = {number: balls for number, balls in every.items() if balls is not None}
-        others = [pair for number, pair in enumerate(self.pairs) if number not in other._balls]
+            pairs = {k: self.pairs[k] for k in self._obstacle}
+            every = {k: vertices.balls(pair.nodes, pair.weights) for k, pair in pairs.items()}
+        other._balls = {number: balls for number, balls in every.items() if balls is not None}
         other._placed = np.zeros(self.n_vertices, np.bool_)
-        for ids in (ids for pair in others for ids in (pair.nodes, pair.triangles)):
-            other._placed[ids] = True
+        for number, pair in enumerate(self.pairs):
+            if number not in other._balls:
+                other._placed[pair.nodes] = other._placed[pair.triangles] = True
         return other
 
     def found(self, motion: Motion[P], vertices: P) -> tuple[Detection, Placed]:
@@ -246,10 +244,9 @@ class ContactSet:
                 continue
             (centre, radius), groups = balls.at(motion), balls.groups
             pose = self.poses.poses[self._obstacle[number]]
-            distance = pair.obstacle.closest(
-                centre, pose, reach + float(np.maximum.reduce(radius))
-            )[0]
-            within = np.ascontiguousarray(distance, dtype=float), radius, reach
+            farthest = reach + float(np.maximum.reduce(radius))
+            distance = np.ascontiguousarray(pair.obstacle.closest(centre, pose, farthest)[0])
+            within = distance.astype(float, copy=False), radius, reach
             near[number] = near_points(*within, (groups.order, groups.starts), pair.nodes, needed)
         placed = cast(GroupedPoints, vertices).some_placed(motion, needed)
         return self.detect(placed.y, near), placed
@@ -263,8 +260,7 @@ class ContactSet:
             x: the positions [m].
             near: of some pairs with obstacles, the candidates (k,) that may be in range, ascending.
         """
-        near = near or {}
-        x, n = np.ascontiguousarray(x, dtype=float), self._most
+        x, n, near = np.ascontiguousarray(x, dtype=float), self._most, near or {}
         for number in self._obstacle:
             n += len(near.get(number, self.pairs[number].nodes))
         numbers, values = np.empty((2, n), np.int64), np.empty((2, n))

@@ -1,4 +1,4 @@
-"""Beams of a robot in reduced coordinates: their nodes keep their positions and rotations."""
+"""Beams and springs of a robot in reduced coordinates: nodes of beams keep their positions and rotations."""
 
 from __future__ import annotations
 
@@ -14,6 +14,19 @@ from tauten.reduction.state.tetra.node_chart import NodeChart
 from tauten.reduction.state.tetra.own_motion import Derivative, OwnMotion
 
 ROUNDING = 1e-12  # of E, whose entries are of the order of one
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReducedSprings:
+    """Springs between points of a body in reduced coordinates, energy ½ βᵀ K β + pᵀ β.
+
+    Attributes:
+        K: (R, R) [N/m].
+        p: (R,) [N].
+    """
+
+    K: Array
+    p: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)

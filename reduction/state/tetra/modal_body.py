@@ -24,7 +24,7 @@ from tauten.reduction.dense_step import DenseAssembled, implicit_system
 from tauten.reduction.reduced_body import ReducedBody
 from tauten.reduction.state.tetra.actuators import ModalCurvature, Wound
 from tauten.reduction.state.tetra.arrays import Response, SampledElements, Work, make_work
-from tauten.reduction.state.tetra.beams import ReducedBeams
+from tauten.reduction.state.tetra.beams import ReducedBeams, ReducedSprings
 from tauten.reduction.state.tetra.body import ModeMotion, ModePoints, mode_points
 from tauten.reduction.state.tetra.elements import (
     assemble_response,
@@ -58,19 +58,6 @@ class SampledAssembled(DenseAssembled):
     tension: Array
     response: Response
     apart: tuple[Array, Array] | None = field(default=None, kw_only=True)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ReducedSprings:
-    """Springs between points of a body in reduced coordinates, energy ½ βᵀ K β + pᵀ β.
-
-    Attributes:
-        K: (R, R) [N/m].
-        p: (R,) [N].
-    """
-
-    K: Array
-    p: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,7 +192,13 @@ class ModalBody(ReducedBody[ModePoints]):
     def responding(
         self, state: State, effort: Array | None, integration: Integration | None
     ) -> SampledAssembled:
-        """Forces at a state, and what tangents there are made from; arguments as of `assemble`."""
+        """Forces at a state, and what tangents there are made from.
+
+        Args:
+            state: where steps start.
+            effort: (n_a,) last efforts of the actuators; None: zero.
+            integration: another scheme than the body's; None: that one.
+        """
         scheme, response = integration or self.integration, self.work.response
         actuators, motion = self.actuator_set, self.motion(state)
         beta, J = motion.beta, motion.J

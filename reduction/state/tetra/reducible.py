@@ -17,11 +17,11 @@ from tauten.model.tetra import NodalBody, TetBody
 from tauten.reduction.reduced_body import ElementSample, StateBasisError
 from tauten.reduction.state.tetra.actuators import modal_curvature, reduced_actuators
 from tauten.reduction.state.tetra.arrays import make_work
-from tauten.reduction.state.tetra.beams import reduced_beams
+from tauten.reduction.state.tetra.beams import ReducedSprings, reduced_beams
 from tauten.reduction.state.tetra.body import contact_surface, mode_points, sampled_body
 from tauten.reduction.state.tetra.ecsw import sample_elements
 from tauten.reduction.state.tetra.lifting import Lifting, make_lifting
-from tauten.reduction.state.tetra.modal_body import ModalBody, ReducedSprings, chart_weight
+from tauten.reduction.state.tetra.modal_body import ModalBody, chart_weight
 from tauten.reduction.state.tetra.node_chart import NONE, NodeChart
 from tauten.reduction.state.tetra.points import integration_points
 
