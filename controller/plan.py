@@ -269,7 +269,8 @@ def _plan_from(
             met, error = aim.scale * aim.target, EXACTLY * robot.size
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
-        problem = with_slip(problem, loop.step, prepared.forces, float(aim.scale.max()))
+        if loop.step.frictional:
+            problem = with_slip(problem, loop.step, prepared.forces, float(aim.scale.max()))
         others = len(problem.G)
         problem = with_force_limits(problem, aim.grasp, loop.step, held)
         if loop.step.frictional and len(loop.step.extra) > 0:

@@ -125,8 +125,8 @@ def take_tick(
         )  # fmt: skip
         if not changed:
             break
-    within = np.minimum(np.maximum(delta, reach.lower), reach.upper)
-    position = np.where(command.by_force, within, command.position)
+    by_force, position = command.by_force, command.position.copy()
+    position[by_force] = np.minimum(np.maximum(delta, reach.lower), reach.upper)[by_force]
     return FirstTick(solved, command, position)
 
 
@@ -140,10 +140,10 @@ def given_in(tick: FirstTick, supplied: Bools, limits: Limits) -> Command:
     """
     step, command = tick.solved.prediction.step, tick.command
     lam = tick.solved.prediction.lam[step.layout.actuators]
-    effort = np.minimum(np.maximum(lam, limits.effort_min), limits.effort_max)
-    return Command(
-        np.where(supplied, np.nan, command.position), np.where(supplied, effort, command.effort)
-    )
+    within = np.minimum(np.maximum(lam, limits.effort_min), limits.effort_max)
+    position, effort = command.position.copy(), command.effort.copy()
+    position[supplied], effort[supplied] = np.nan, within[supplied]
+    return Command(position, effort)
 
 
 def first_tick(
@@ -179,7 +179,7 @@ def first_tick(
         there = position + share * (there - position)
         effort = np.where(slack, effort, before + share * (effort - before))
     free = slack | (laws.held_by_force & robot.actuators.are_forces)
-    wanted = Command(np.where(free, np.nan, there), np.where(free, effort, np.nan))
+    wanted = Command.either(free, there, effort)
     if locks is None:
         return wanted, reach
     locked = locks.by_position | locks.by_force

@@ -27,12 +27,10 @@ def with_slip(problem: Qpcc, step: CondensedStep, previous: Forces, scale: float
 
     Args:
         problem: whose last rows are those of the unit columns of the step.
-        step: the step.
+        step: the step, in which contacts in range have friction.
         previous: forces of the last step.
         scale: largest weight times unit of an effector row.
     """
-    if not step.frictional:
-        return problem
     normal = unit_start(step, previous)[::3]  # (k,)
     u = len(problem.m) - 3 * len(normal) + 3 * np.arange(len(normal))[:, None] + np.arange(3)
     moved = problem.M[u, : len(problem.lb)].any(axis=(1, 2))  # (k,)

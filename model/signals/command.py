@@ -29,6 +29,19 @@ class Command:
             return cls(np.nan * effort, effort)
         return cls(position, np.nan * position if effort is None else effort)
 
+    @classmethod
+    def either(cls, by_force: Bools, position: Array, effort: Array) -> Command:
+        """The efforts of some actuators and the positions of the others.
+
+        Args:
+            by_force: (n_a,) which of them get efforts.
+            position: (n_a,) positions [m, m³].
+            effort: (n_a,) efforts [N, Pa].
+        """
+        position, effort = position.copy(), effort.copy()
+        position[by_force], effort[~by_force] = np.nan, np.nan
+        return cls(position, effort)
+
     @property
     def by_force(self) -> Bools:
         """Which efforts are given: (n_a,) bool."""

@@ -78,8 +78,7 @@ class Laws:
 
     def held(self, position: Array, effort: Array) -> Command:
         """What a hold keeps of positions and efforts (n_a,)."""
-        by_force = self.held_by_force
-        return Command(np.where(by_force, np.nan, position), np.where(by_force, effort, np.nan))
+        return Command.either(self.held_by_force, position, effort)
 
     def motors(self, delta: Array, lam: Array) -> Array:
         """Positions of the motors (n_a,) of positions delta and efforts lam of what they move."""
