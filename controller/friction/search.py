@@ -77,7 +77,7 @@ class EffortSearch:
             point: exact, of the piece.
         """
         slope, energy = self.slope(point), self.problem.energy
-        energy = np.zeros(len(self.span)) if energy is None else np.diag(energy)
+        energy = np.zeros(len(self.span)) if energy is None else energy.diagonal().copy()
         return effort_reach(self.program.arrays, slope, self.contacts.W_ca, self.span, energy)
 
     def away(self, point: EffortPoint) -> float:
