@@ -7,10 +7,9 @@ share of the way to the plan that actuators go in a tick.
 their values. Where a target is out of reach, the curvature of the effectors' paths that a linearised step
 leaves out is as large as what it contains; an undamped step overshoots, and the next one comes back. Let d be
 the change of the effectors that a decision predicts, compared with what holding would do, or with where they
-are if friction would not hold them. A change that
-reverses the one before shows an overshoot: γ grows. One that repeats it shows that nothing stands in the way
-of larger steps: γ decreases, to zero while a moving target is followed. Changes that become smaller and
-smaller converge, and γ remains.
+are if friction would not hold them. A change that reverses the one before shows an overshoot: γ grows. One
+that repeats it shows that nothing stands in the way of larger steps: γ decreases, to zero while a moving
+target is followed. Changes that become smaller and smaller converge, and γ remains.
 
 Where a cable is taut in one plan and slack in the next, plans jump between two pieces of the problem, and no
 γ ends that: commands go to and fro for ever. While the target is constant, actuators therefore go a share of

@@ -169,16 +169,7 @@ class Body(ABC, Generic[P]):
     def linearise(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> System:
-        """The system of one step from a state; bodies may need less for it than for steps of several lengths.
-
-        Args:
-            state: where the step starts.
-            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
-            integration: another scheme than the body's.
-
-        Raises:
-            FactorisationError: A is not positive definite (a state that has blown up).
-        """
+        """The system of one step from a state, see `Robot`; it may take less than several of them."""
         scheme = integration or self.integration
         return self.system(self.assemble(state, effort, scheme), scheme)
 

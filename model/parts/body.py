@@ -259,7 +259,7 @@ class PartsBody(Body[PartsPoints]):
     def linearise(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> System:
-        """The system of one step of all parts from a state, see `Body`."""
+        """The system of one step of all parts from a state, see `Robot`."""
         efforts, schemes = self.actuator_set.split(effort), self.schemes(integration)
         every = zip(self.bodies, self.states(state), efforts, schemes, strict=True)
         found = [body.linearise(own, lam, one) for body, own, lam, one in every]

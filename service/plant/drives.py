@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model import Report, Simulator
+from tauten.model import Command, Report, Simulator
 from tauten.model.numerics import Array, FactorisationError
 
 Drive = Literal["pull", "tension"]
@@ -83,8 +83,9 @@ class DrivenRobot:
                 keeps by these, as of pressure.
         """
         by_force = self.simulator.robot.actuators.laws.held_by_force | (drive == "tension")
+        given = Command.either(by_force, position, effort)
         try:
-            self.move(np.where(by_force, np.nan, position), np.where(by_force, effort, np.nan))
+            self.move(given.position, given.effort)
         except FactorisationError:
             self.reset()
             return False
@@ -123,12 +124,11 @@ def _trial(simulator: Simulator, steps: int) -> tuple[Array, float]:
     start_position, start_effort = simulator.position, simulator.effort
     begin = perf_counter()
     for share in 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(1, ticks + 1) / ticks):
-        position = np.where(by_force, np.nan, start_position)
-        effort = np.where(by_force, start_effort, np.nan)
+        given = Command.either(by_force, start_position, start_effort)
         if by_force[0]:
-            effort[0] += share * _SHARE * (robot.limits.effort_max[0] - start_effort[0])
+            given.effort[0] += share * _SHARE * (robot.limits.effort_max[0] - start_effort[0])
         else:
-            position[0] += share * _SHARE * far
-        simulator.move(position, effort, steps)
+            given.position[0] += share * _SHARE * far
+        simulator.move(given.position, given.effort, steps)
         found.append(simulator.effector)
     return np.array(found), perf_counter() - begin

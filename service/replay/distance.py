@@ -23,7 +23,7 @@ from typing import Literal
 import numpy as np
 
 from tauten.controller import load_contact, load_controller_settings, substeps_of
-from tauten.model import Simulator, default_enrichment, load_robot, one_blas_thread
+from tauten.model import Command, Simulator, default_enrichment, load_robot, one_blas_thread
 from tauten.model.load import robot_path
 from tauten.service.log import LogError, LogReader
 from tauten.service.process import Progress
@@ -138,11 +138,11 @@ def simulated(
     positions = []
     for position, lam in zip(run.position.value, efforts.value, strict=True):
         lam = np.where(simulator.robot.actuators.laws.bilateral, lam, np.maximum(lam, 0.0))
-        given = np.where(by_force, np.nan, position), np.where(by_force, lam, np.nan)
+        given = Command.either(by_force, position, lam)
         if isinstance(steps, int):
-            simulator.move(*given, steps)
+            simulator.move(given.position, given.effort, steps)
         else:
-            simulator.step(*given, converged=steps == "converged")
+            simulator.step(given.position, given.effort, converged=steps == "converged")
         positions.append(simulator.effector[0])
     return Series(run.position.time, np.array(positions))
 

@@ -370,7 +370,7 @@ class ModalBody(ReducedBody[ModePoints]):
     def linearise(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> System:
-        """The system of one step from this state, see `Body`."""
+        """The system of one step from this state, see `Robot`."""
         scheme = integration or self.integration
         return self.system(self.responding(state, effort, scheme), scheme)
 
