@@ -38,11 +38,11 @@ body: in a thinner wall a candidate of one side is also behind the other side.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TypeAlias, TypeVar, cast
+from typing import TypeAlias
 
 import numpy as np
 
@@ -55,10 +55,8 @@ from tauten.model.contact.sides import Sides, joined, sides_of
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Bools, Ints, kernel
-from tauten.model.points import Balls, GroupedPoints, Motion, Placed, near_points
 from tauten.model.rows import PairSlots
 
-P = TypeVar("P")
 _Found: TypeAlias = tuple[Ints, Array, Array, Ints, Array]  # what `detect_all` writes
 
 
@@ -136,7 +134,6 @@ class ContactSet:
         blocks = blocks_of([pair.nodes for pair in pairs], n_vertices)
         shaped = np.array([pair.obstacle is not None for pair in pairs], dtype=bool)
         self._blocks: Ints = blocks[~shaped[blocks[:, 2]]]
-        self._most = int(np.diff(self._blocks[:, :2]).sum())  # contacts with surfaces
         # contacts with surfaces are found before those with obstacles
         self._in_order = bool((np.diff(shaped.astype(np.int64)) >= 0).all())
         named = {one.obstacle.name: one.obstacle for one in pairs if one.obstacle is not None}
@@ -152,8 +149,6 @@ class ContactSet:
             if pair.obstacle is not None and not isinstance(pair.obstacle.shape, PlaneShape)
         )
         self._sides: dict[int, Sides] = {}  # of pairs, in the step that is taken
-        self._balls: dict[int, Balls] = {}  # around candidates of pairs with obstacles
-        self._placed: Bools = np.zeros(n_vertices, np.bool_)  # of pairs without such balls
         self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
             [pair.nodes.astype(np.int64) for pair in pairs],
@@ -212,57 +207,12 @@ class ContactSet:
         positions: Array = np.einsum("mj,mji->mi", self._weights, x[self._nodes])
         return positions
 
-    def over(self, vertices: object) -> ContactSet:
-        """The same contacts with balls around candidates, where the points that are vertices have any."""
-        other, every = copy(self), dict[int, Balls | None]()
-        if isinstance(vertices, GroupedPoints):
-            pairs = {k: self.pairs[k] for k in self._obstacle}
-            every = {k: vertices.balls(pair.nodes, pair.weights) for k, pair in pairs.items()}
-        other._balls = {number: balls for number, balls in every.items() if balls is not None}
-        other._placed = np.zeros(self.n_vertices, np.bool_)
-        for number, pair in enumerate(self.pairs):
-            if number not in other._balls:
-                other._placed[pair.nodes] = other._placed[pair.triangles] = True
-        return other
-
-    def found(self, motion: Motion[P], vertices: P) -> tuple[Detection, Placed]:
-        """Gaps of the candidates in range, and their vertices.
-
-        Args:
-            motion: the state of a body.
-            vertices: its points; those that no candidate or triangle within reach has may be at NaN.
-        """
-        if not self._balls:
-            placed = motion.placed(vertices)
-            return self.detect(placed.y), placed
-        near, needed = dict[int, Ints](), self._placed.copy()
-        for number, balls in self._balls.items():
-            pair, reach = self.pairs[number], self.alarm_distance
-            assert pair.obstacle is not None
-            if number in self._sides:  # which candidates beyond its reach may have
-                needed[pair.nodes] = True
-                continue
-            (centre, radius), groups = balls.at(motion), balls.groups
-            pose = self.poses.poses[self._obstacle[number]]
-            farthest = reach + float(np.maximum.reduce(radius))
-            distance = np.ascontiguousarray(pair.obstacle.closest(centre, pose, farthest)[0])
-            within = distance.astype(float, copy=False), radius, reach
-            near[number] = near_points(*within, (groups.order, groups.starts), pair.nodes, needed)
-        placed = cast(GroupedPoints, vertices).some_placed(motion, needed)
-        return self.detect(placed.y, near), placed
-
-    def detect(self, x: Array, near: Mapping[int, Ints] | None = None) -> Detection:
+    def detect(self, x: Array) -> Detection:
         """Gaps of the candidates in range at vertex positions x (n_vertices, 3) [m].
 
         Never fails: a candidate or a triangle at a position that is not finite is out of range.
-
-        Args:
-            x: the positions [m].
-            near: of some pairs with obstacles, the candidates (k,) that may be in range, ascending.
         """
-        x, n, near = np.ascontiguousarray(x, dtype=float), self._most, near or {}
-        for number in self._obstacle:
-            n += len(near.get(number, self.pairs[number].nodes))
+        x, n = np.ascontiguousarray(x, dtype=float), self.n_slots
         numbers, values = np.empty((2, n), np.int64), np.empty((2, n))
         vectors, vertices, coefficients = (
             np.empty((2, n, 3)),
@@ -274,31 +224,29 @@ class ContactSet:
         distances = self.alarm_distance, self.distance
         m = detect_all(x, of_candidates, self._blocks, self._surfaces, distances, found)
         for number in self._obstacle:
-            m = self._touching(number, x, near.get(number), found, m)
+            m = self._touching(number, x, found, m)
         every = slice(m) if self._in_order else np.argsort(numbers[0, :m])
         detection = Detection(
-            self.n_slots, numbers[0][every], numbers[1][every], values[0][every], vectors[0][every],
+            n, numbers[0][every], numbers[1][every], values[0][every], vectors[0][every],
             vectors[1][every], values[1][every], vertices[every], coefficients[every],
         )  # fmt: skip
         if self._obstacle and self.poses.move:
             return replace(detection, surface=self._surface(detection))
         return detection
 
-    def _touching(self, number: int, x: Array, chosen: Ints | None, found: _Found, m: int) -> int:
+    def _touching(self, number: int, x: Array, found: _Found, m: int) -> int:
         """Add the candidates within reach of the obstacle of a pair to m others; how many there are then.
 
         Args:
             number: of the pair.
             x: (n_vertices, 3) positions [m].
-            chosen: (k,) those of its candidates that may be in range; None: all.
             found: of `detect_all`.
             m: contacts in it.
         """
         pair, first = self.pairs[number], int(self._first[number])
         assert pair.obstacle is not None
-        k = len(pair.nodes if chosen is None else chosen)
-        place, points = np.empty(k, np.int64), np.zeros((k, 3))
-        count = finite_candidates(x, (pair.nodes, pair.weights), chosen, place, points)
+        place, points = np.empty(len(pair.nodes), np.int64), np.zeros((len(pair.nodes), 3))
+        count = finite_candidates(x, pair.nodes, pair.weights, place, points)
         near, reach = points[:count], self.alarm_distance
         pose = self.poses.poses[self._obstacle[number]]
         gap, normal = pair.obstacle.closest(near, pose, reach)
@@ -336,8 +284,8 @@ def detect_all(
         blocks: (b, 3) candidates that are treated together, see `blocks_of`.
         surfaces: target surfaces of the pairs.
         distances: the alarm distance, and the one at which surfaces are held [m].
-        out: output, n at least the contacts: slots and pairs (2, n), gaps and friction (2, n), points and
-            normals (2, n, 3), vertices (n, 6), coefficients (n, 6).
+        out: output: slots and pairs (2, n_c), gaps and friction (2, n_c), points and normals (2, n_c, 3),
+            vertices (n_c, 6), coefficients (n_c, 6).
     """
     (reach, held), (nodes, weights, friction) = distances, candidates
     numbers, values, vectors, vertices, coefficients = out

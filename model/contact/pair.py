@@ -127,21 +127,18 @@ def obstacle_sums(pairs: Sequence[ContactPair], first: int = 0) -> tuple[Largest
 
 
 @kernel
-def finite_candidates(
-    x: Array, of_pair: tuple[Ints, Array], chosen: Ints | None, place: Ints, points: Array
-) -> int:
+def finite_candidates(x: Array, nodes: Ints, weights: Array, place: Ints, points: Array) -> int:
     """How many candidates are at finite positions.
 
     Args:
         x: (n_vertices, 3) positions [m].
-        of_pair: vertices (m, 3) of the candidates of a pair, and their weights.
-        chosen: (k,) those of the candidates that count, ascending; None: all.
-        place: (k,) output, the numbers of those.
-        points: (k, 3) zeros, to which their positions are added [m].
+        nodes: (m, 3) vertices of the candidates of a pair.
+        weights: (m, 3) their weights.
+        place: (m,) output, the numbers of those.
+        points: (m, 3) zeros, to which their positions are added [m].
     """
-    (nodes, weights), count = of_pair, 0
-    for k in range(len(points)):
-        s = k if chosen is None else chosen[k]
+    count = 0
+    for s in range(len(nodes)):
         point = points[count]
         for j in range(3):
             w, corner = weights[s, j], x[nodes[s, j]]

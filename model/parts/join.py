@@ -50,7 +50,7 @@ def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
         actuators=motors.actuators,
         limits=motors.limits,
         effectors=effectors,
-        contacts=parts_contacts(assembly, parts).over(vertices),
+        contacts=parts_contacts(assembly, parts),
         vertices=vertices,
         body=parts_body(assembly, parts, motors.coupling),
     )

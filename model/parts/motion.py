@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.numerics import Array, Bools, Ints, kernel
+from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.parts.part import Placement
 from tauten.model.points import (
-    Balls,
     Entries,
-    GroupedPoints,
-    Groups,
     Motion,
     Placed,
     sparse_units,
@@ -53,61 +50,9 @@ class PartsPoints:
 
     Attributes:
         groups: the points.
-        spans: where those of each group are among all.
     """
 
     groups: tuple[PointsOfPart, ...]
-    spans: tuple[slice, ...] = field(init=False)
-
-    def __post_init__(self) -> None:
-        spans = slices([len(group.points) for group in self.groups])
-        object.__setattr__(self, "spans", spans)
-
-    def balls(self, nodes: Ints, weights: Array) -> PartBalls | None:
-        """Balls around combinations of the points of one part, see `GroupedPoints`."""
-        for group, span in zip(self.groups, self.spans, strict=True):
-            if not (isinstance(group.points, GroupedPoints) and len(nodes) > 0):
-                continue
-            if span.start <= nodes.min() and nodes.max() < span.stop:
-                own = group.points.balls(nodes - span.start, weights)
-                return None if own is None else PartBalls(group.part, group.placement, own)
-        return None
-
-    def some_placed(self, motion: PartsMotion, chosen: Bools) -> PlacedOnParts:
-        """The points at a state, some of those that are not chosen (p,) at NaN."""
-        placed = []
-        for group, span in zip(self.groups, self.spans, strict=True):
-            own = motion.parts[group.part]
-            if hasattr(group.points, "some_placed"):  # faster than to ask for the protocol
-                placed.append(group.points.some_placed(own, chosen[span]))
-            else:
-                placed.append(own.placed(group.points))
-        return motion.joined(self.groups, tuple(placed))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PartBalls:
-    """Balls around groups of points of one part; a `Balls`.
-
-    Attributes:
-        part: its number.
-        placement: where its frame stands; None: it is the robot's.
-        own: the balls in that frame.
-    """
-
-    part: int
-    placement: Placement | None
-    own: Balls
-
-    @property
-    def groups(self) -> Groups:
-        """The groups of the points."""
-        return self.own.groups
-
-    def at(self, motion: PartsMotion) -> tuple[Array, Array]:
-        """Centres (g, 3) and radii (g,) of the balls at a state [m]."""
-        centre, radius = self.own.at(motion.parts[self.part])
-        return centre if self.placement is None else self.placement.points(centre), radius
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,11 +79,8 @@ class PartsMotion:
 
     def placed(self, points: PartsPoints) -> PlacedOnParts:
         """Points of the parts at this state."""
-        placed = tuple(self.parts[group.part].placed(group.points) for group in points.groups)
-        return self.joined(points.groups, placed)
-
-    def joined(self, groups: tuple[PointsOfPart, ...], placed: tuple[Placed, ...]) -> PlacedOnParts:
-        """Points of the parts, of which each group is placed in the frame of its part."""
+        groups = points.groups
+        placed = tuple(self.parts[group.part].placed(group.points) for group in groups)
         y = [
             one.y if group.placement is None else group.placement.points(one.y)
             for group, one in zip(groups, placed, strict=True)

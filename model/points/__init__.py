@@ -9,14 +9,6 @@ from tauten.model.points.attached_points import (
     join_attached_points,
     no_attached_points,
 )
-from tauten.model.points.balls import (
-    GROUP,
-    Balls,
-    GroupedPoints,
-    Groups,
-    groups_of,
-    near_points,
-)
 from tauten.model.points.beam_cables import add_beam_cable_stiffness, add_lever_stiffness
 from tauten.model.points.cable import add_cable_stiffness, segment_nodes, segment_weights
 from tauten.model.points.entries import (
@@ -41,12 +33,8 @@ from tauten.model.points.outer import OuterForces
 from tauten.model.points.paths import Paths, Segments, blunted, make_paths, path_lengths
 
 __all__ = [
-    "GROUP",
     "AttachedPoints",
-    "Balls",
     "Entries",
-    "GroupedPoints",
-    "Groups",
     "MeanPoints",
     "Motion",
     "CsrArrays",
@@ -67,12 +55,10 @@ __all__ = [
     "blunted",
     "combinations",
     "dense_units",
-    "groups_of",
     "join_attached_points",
     "make_paths",
     "mapped_rows",
     "mean_points",
-    "near_points",
     "no_attached_points",
     "path_lengths",
     "points_at",

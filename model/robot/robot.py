@@ -313,8 +313,8 @@ class Robot(Generic[B_co]):
 
     def contact_rows(self, motion: Motion[Any]) -> ContactRows:
         """Gaps and H_c of the candidates in range."""
-        found, placed = self.contacts.found(motion, self.vertices)
-        return contact_rows(found, placed, self.contacts.frictional)
+        placed = motion.placed(self.vertices)
+        return contact_rows(self.contacts.detect(placed.y), placed, self.contacts.frictional)
 
     def no_contact_rows(self, motion: Motion[Any]) -> ContactRows:
         """Contact rows with no candidate in range."""

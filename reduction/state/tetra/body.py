@@ -9,16 +9,13 @@ import numpy as np
 from tauten.model import Robot
 from tauten.model.contact import ContactSet
 from tauten.model.materials import COROTATIONAL, N_CONSTANTS
-from tauten.model.numerics import LANES, Array, Bools, Ints, kernel
+from tauten.model.numerics import LANES, Array, Ints
 from tauten.model.points import (
-    GROUP,
     Entries,
-    Groups,
     MeanPoints,
     NodePoints,
     Placed,
     dense_units,
-    groups_of,
     mapped_rows,
     points_at,
     segment_nodes,
@@ -40,52 +37,6 @@ class ModePoints:
 
     rest: Array
     map: Array
-
-    def __len__(self) -> int:
-        return len(self.rest) // 3
-
-    def balls(self, nodes: Ints, weights: Array) -> ModeBalls | None:
-        """Balls around combinations of the points, see `GroupedPoints`."""
-        if len(nodes) < 2 * GROUP:
-            return None
-        R, every = self.map.shape[1], zip(nodes.T, weights.T, strict=True)
-        moved = np.concatenate([self.map.reshape(-1, 3, R), self.rest.reshape(-1, 3, 1)], axis=2)
-        of_points = sum(w[:, None, None] * moved[at] for at, w in every)  # (m, 3, R + 1)
-        groups = groups_of(of_points[:, :, R])
-        centre = groups.mean(of_points)
-        spread = groups.largest(np.linalg.norm(of_points - centre[groups.owner], axis=1))
-        of_centres = ModePoints(centre[:, :, R].ravel(), centre[:, :, :R].reshape(-1, R).copy())
-        return ModeBalls(groups, of_centres, spread[:, R].copy(), spread[:, :R].copy())
-
-    def some_placed(self, motion: ModeMotion, chosen: Bools) -> PlacedByModes:
-        """The points at a state, those that are not chosen (p,) at NaN."""
-        y = np.empty((len(chosen), 3))
-        place_some(self.rest, self.map, motion.beta, chosen, y)
-        return PlacedByModes(y, self.map, motion.J)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ModeBalls:
-    """Balls around groups of points that modes move; a `Balls`.
-
-    A point of a group moves by at most Σ_j spread_j |β_j| more or less than the centre.
-
-    Attributes:
-        groups: of the points.
-        centres: of the balls, the means of their points.
-        radius: (g,) at rest [m].
-        spread: (g, R) by how much each mode moves a point of the group more than the centre, at most.
-    """
-
-    groups: Groups
-    centres: ModePoints
-    radius: Array
-    spread: Array
-
-    def at(self, motion: ModeMotion) -> tuple[Array, Array]:
-        """Centres (g, 3) and radii (g,) of the balls at a state [m]."""
-        radius: Array = self.radius + self.spread @ np.abs(motion.beta)
-        return motion.placed(self.centres).y, radius
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -221,27 +172,4 @@ def contact_surface(robot: Robot[TetBody], Phi: Array) -> tuple[ModePoints, Cont
         for pair in old.pairs
     ]
     surface = mode_points(robot.body.tetrahedra, Phi, points_at(used))
-    contacts = ContactSet(pairs, len(used), old.alarm_distance, old.distance, old.sums)
-    return surface, contacts.over(surface)
-
-
-@kernel
-def place_some(rest: Array, map: Array, beta: Array, chosen: Bools, y: Array) -> None:
-    """Positions of some points at rest + map β.
-
-    Args:
-        rest: (3 p,) [m].
-        map: (3 p, R).
-        beta: (R,).
-        chosen: (p,) which.
-        y: (p, 3) output, NaN of those that are not chosen [m].
-    """
-    for p in range(len(chosen)):
-        if not chosen[p]:
-            y[p, 0] = y[p, 1] = y[p, 2] = np.nan
-            continue
-        for i in range(3):
-            row, position = map[3 * p + i], rest[3 * p + i]
-            for j in range(len(beta)):
-                position += row[j] * beta[j]
-            y[p, i] = position
+    return surface, ContactSet(pairs, len(used), old.alarm_distance, old.distance, old.sums)
