@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -134,13 +135,6 @@ def integration_of(config: RobotConfig) -> Integration:
     )
 
 
-def semidefinite_shares(integration: Integration) -> tuple[float, ...]:
-    """Shares of the semidefinite tangent that a step tries, ascending."""
-    if not integration.static:
-        return SHARES
-    return tuple(share for share in STATIC_SHARES if share >= integration.semidefinite)
-
-
 def tried_tangents(
     integration: Integration, exact: Array, semidefinite: Callable[[], Array]
 ) -> Iterator[Tangent]:
@@ -151,13 +145,21 @@ def tried_tangents(
         exact: the derivative of the forces.
         semidefinite: gives the positive semidefinite tangent, asked once at most.
     """
-    other: Array | None = None
-    for share in semidefinite_shares(integration):
-        if share > 0.0 and other is None:
-            other = semidefinite()
-        if other is None:
-            yield Tangent(exact, True, share)
-        elif share < 1.0:
+    shares: tuple[float, ...] = SHARES
+    if integration.static:
+        shares = tuple(share for share in STATIC_SHARES if share >= integration.semidefinite)
+    if shares[0] > 0.0:
+        return _softer(shares, exact, semidefinite)
+    return chain((Tangent(exact, True, 0.0),), _softer(shares[1:], exact, semidefinite))
+
+
+def _softer(
+    shares: tuple[float, ...], exact: Array, semidefinite: Callable[[], Array]
+) -> Iterator[Tangent]:
+    """Tangents with shares of the positive semidefinite one, all of which are positive."""
+    other = semidefinite()
+    for share in shares:
+        if share < 1.0:
             yield Tangent((1.0 - share) * exact + share * other, False, share)
         else:
             yield Tangent(other, False, share)

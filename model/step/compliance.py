@@ -42,9 +42,7 @@ class Compliance:
 
     def velocity_change(self, system: System, lam: Array) -> Array:
         """Dv of a step under constraint forces lam (m,): (n,) [m/s]."""
-        pushed = lam @ self.Y if self.halves is None else self.pushed(lam)
-        change: Array = system.v_free - system.v + system.h * pushed
-        return change
+        return system.v_free - system.v + system.h * self.pushed(lam)
 
     @property
     def X(self) -> Array:
