@@ -43,13 +43,13 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.gap)
 
-    def tangents(self, chosen: Ints | None = None) -> Array:
-        """Two unit directions across each normal and each other, right-handed with it: (m, 2, 3).
+    def axes(self, chosen: Ints | None = None) -> Array:
+        """The normal and two tangents, unit directions across it and each other, right-handed: (m, 3, 3).
 
         Continuous where the normal is but for the direction −z (Duff et al., Building an orthonormal basis,
-        revisited, 2017). Of some of the contacts (r,), by their places, they are (r, 2, 3).
+        revisited, 2017). Of some of the contacts (r,), by their places, they are (r, 3, 3).
         """
-        return _tangents(self.normal if chosen is None else self.normal[chosen])
+        return _axes(self.normal if chosen is None else self.normal[chosen])
 
     def at(self, chosen: Ints) -> Contacts:
         """Some of the contacts (r,), by their places."""
@@ -111,14 +111,15 @@ def no_contacts(n_slots: int) -> Contacts:
 
 
 @kernel
-def _tangents(normal: Array) -> Array:
-    """`Contacts.tangents` of unit normals (m, 3): (m, 2, 3)."""
-    found = np.empty((len(normal), 2, 3))
+def _axes(normal: Array) -> Array:
+    """`Contacts.axes` of unit normals (m, 3): (m, 3, 3)."""
+    found = np.empty((len(normal), 3, 3))
     for k in range(len(normal)):
         x, y, z = normal[k, 0], normal[k, 1], normal[k, 2]
         sign = np.copysign(1.0, z)
         a = -1.0 / (sign + z)
         b = x * y * a
-        found[k, 0, 0], found[k, 0, 1], found[k, 0, 2] = 1.0 + sign * x * x * a, sign * b, -sign * x
-        found[k, 1, 0], found[k, 1, 1], found[k, 1, 2] = b, sign + y * y * a, -y
+        found[k, 0, 0], found[k, 0, 1], found[k, 0, 2] = x, y, z
+        found[k, 1, 0], found[k, 1, 1], found[k, 1, 2] = 1.0 + sign * x * x * a, sign * b, -sign * x
+        found[k, 2, 0], found[k, 2, 1], found[k, 2, 2] = b, sign + y * y * a, -y
     return found

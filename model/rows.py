@@ -135,11 +135,11 @@ class EffectorRows(Rows):
 NO_EFFECTOR_ROWS = EffectorRows(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros((0, 3)))
 
 
-class TangentRows(Protocol):
-    """Rows of the relative motion across the normals of contacts."""
+class RelativeMotion(Protocol):
+    """Motion of contacts relative to what they touch; rows are made of those that are asked for."""
 
-    def chosen(self, rows: Ints) -> Array:
-        """Two rows for each of some contacts (r,), in the order of `Contacts.tangents`: (2 r, n)."""
+    def along(self, directions: Array, chosen: Ints) -> Array:
+        """Rows of the motion of some contacts (r,) along unit directions (r, d, 3) of each: (r d, n)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,13 +149,13 @@ class ContactRows:
     Attributes:
         rows: H (m, n) and signed gaps delta (m,) [m]; positive = apart.
         found: the contacts, in the order of the rows.
-        tangents: rows across the normals; None where no contact in range has friction.
+        relative: motion in any direction; None where no contact in range has friction.
         frictional: whether any contact pair of the robot has friction.
     """
 
     rows: Rows | ChainedRows
     found: Contacts
-    tangents: TangentRows | None = None
+    relative: RelativeMotion | None = None
     frictional: bool = False
 
     @classmethod
@@ -192,12 +192,18 @@ class ContactRows:
 
     def rows_of(self, slots: Ints) -> Ints:
         """Numbers of the rows of some slots, those in range, ascending."""
-        if len(slots) == 0 or len(self.slots) == 0:
-            return np.zeros(0, dtype=np.int64)
-        slots = np.sort(slots)
-        rows = np.minimum(np.searchsorted(self.slots, slots), len(self.slots) - 1)
-        found: Ints = rows[self.slots[rows] == slots]
-        return found
+        return _rows_of(self.found.slots, slots)
+
+
+@kernel
+def _rows_of(own: Ints, slots: Ints) -> Ints:
+    """`ContactRows.rows_of`, of rows with ascending slots (m,)."""
+    among = np.zeros(len(own), np.bool_)
+    for slot in slots:
+        row = np.searchsorted(own, slot)
+        if row < len(own) and own[row] == slot:
+            among[row] = True
+    return np.flatnonzero(among)
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Rows of the candidates in range: of their gaps, and across the normals where there is friction.
+"""Rows of the candidates in range: of their gaps, and of their relative motion where there is friction.
 
 Most candidates are vertices, and an obstacle has no vertices that move: of the six vertices that a gap may
 depend on, only those with a coefficient have an entry.
@@ -17,7 +17,7 @@ from tauten.model.rows import ContactRows, dense
 
 
 def contact_rows(detection: Detection, placed: Placed, frictional: bool = False) -> ContactRows:
-    """Contact rows H_c (m, n) with the gaps (T2), and rows across the normals where there is friction.
+    """Contact rows H_c (m, n) with the gaps (T2), and their relative motion where there is friction.
 
     Args:
         detection: candidates in range.
@@ -28,12 +28,12 @@ def contact_rows(detection: Detection, placed: Placed, frictional: bool = False)
     rows = placed.many_rows(relative_motion(detection, every, normal), detection.gap)
     if not (frictional and detection.friction.any()):
         return ContactRows(rows, detection, frictional=frictional)
-    return ContactRows(rows, detection, PlacedTangents(detection, placed), frictional)
+    return ContactRows(rows, detection, PlacedContacts(detection, placed), frictional)
 
 
 @dataclass(frozen=True, slots=True)
-class PlacedTangents:
-    """Rows of the relative motion across the normals; those are computed that are used.
+class PlacedContacts:
+    """Candidates in range at one state, a `RelativeMotion`.
 
     Attributes:
         detection: candidates in range.
@@ -43,10 +43,9 @@ class PlacedTangents:
     detection: Detection
     placed: Placed
 
-    def chosen(self, rows: Ints) -> Array:
-        """Two rows for each of some candidates (r,), in the order of `Contacts.tangents`: (2 r, n)."""
-        directions = self.detection.tangents(rows)  # (r, 2, 3)
-        return dense(self.placed.rows(relative_motion(self.detection, rows, directions)))
+    def along(self, directions: Array, chosen: Ints) -> Array:
+        """Rows of the motion of some candidates along unit directions, see `RelativeMotion`."""
+        return dense(self.placed.rows(relative_motion(self.detection, chosen, directions)))
 
 
 def relative_motion(detection: Detection, chosen: Ints, directions: Array) -> Entries:

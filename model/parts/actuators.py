@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -24,17 +24,17 @@ class PartsActuators:
         placements: where the parts stand.
         columns: unknowns of each part.
         coupling: of the actuators of all parts; None: each is a motor of its own.
+        spans: the actuators of each part among those of all, before they are coupled.
     """
 
     parts: tuple[ActuatorRows, ...]
     placements: tuple[Placement, ...]
     columns: tuple[slice, ...]
     coupling: Coupling | None
+    spans: tuple[slice, ...] = field(init=False)
 
-    @property
-    def spans(self) -> tuple[slice, ...]:
-        """The actuators of each part among those of all, before they are coupled."""
-        return slices([part.n_a for part in self.parts])
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "spans", slices([part.n_a for part in self.parts]))
 
     @property
     def n_a(self) -> int:

@@ -32,10 +32,10 @@ def smooth_contact_forces(robot: Robot, state: State, forces: Forces) -> Array:
     a, c = layout.actuators, layout.contacts
     W = response.W[c, c]
     delta = response.delta_free[c] + response.W[c, a] @ forces.effort
-    if forces.friction is not None and contacts.tangents is not None:
+    if forces.friction is not None and contacts.relative is not None:
         _, own, at = np.intersect1d(contacts.slots, forces.extra, return_indices=True)
-        tangents = contacts.found.tangents(own)
-        across = np.einsum("rti,ri->rt", tangents, forces.friction.force[at]).ravel()
-        delta += system.h**2 * (response.X[c] @ (contacts.tangents.chosen(own).T @ across))
+        axes = contacts.found.axes(own)
+        across = np.einsum("rti,ri->rt", axes, forces.friction.force[at]).ravel()
+        delta += system.h**2 * (response.X[c] @ (contacts.relative.along(axes, own).T @ across))
     lam_c[contacts.slots] = solve_lcp(W, delta, rho=SMOOTHING).lam
     return lam_c

@@ -24,6 +24,7 @@ from tauten.model.step.forces import Forces, TangentialForces
 from tauten.model.system import Integration, System
 
 NO_FRICTION = np.zeros(0)
+NO_AXES = np.zeros((0, 3, 3))
 STILL = 1e-7  # of the largest displacement without contact, slip that counts as none
 
 
@@ -37,6 +38,7 @@ class CondensedStep:
         rows: effectors, actuators, contacts in range.
         reduced: contact rows of the basis.
         extra: (r,) rows of `rows.contacts` that have a unit column.
+        axes: (r, 3, 3) of these, see `Contacts.axes`; none where no contact in range has friction.
         compliance: of effectors (all or none), actuators, reduced contacts, unit columns, in this order.
         layout: where they are in it.
         laws: of the actuators.
@@ -51,6 +53,7 @@ class CondensedStep:
     rows: RobotRows
     reduced: ReducedContacts
     extra: Ints
+    axes: Array
     compliance: Compliance
     layout: Layout
     laws: Laws
@@ -92,11 +95,12 @@ class CondensedStep:
 
     def with_unit_columns(self, chosen: Ints) -> CondensedStep:
         """The step with unit columns for more rows (r,) of `rows.contacts`."""
-        added = unit_rows(self.rows.contacts, chosen, self.system.h, self.slid)
+        H, delta, axes = unit_rows(self.rows.contacts, chosen, self.system.h, self.slid)
         return replace(
             self,
             extra=np.concatenate([self.extra, chosen]),
-            compliance=extended(self.system, self.compliance, *added),
+            axes=np.concatenate([self.axes, axes]),
+            compliance=extended(self.system, self.compliance, H, delta),
         )
 
     def pushing(self, forces: Forces) -> Bools:
@@ -118,15 +122,14 @@ class CondensedStep:
             return Forces(lam[self.layout.actuators], beta, slots, units)
         first = self.layout.n_e + self.layout.n_a + len(modes)
         W, q = self.compliance.W, self.compliance.delta_free
-        tangents = self.rows.contacts.found.tangents(self.extra)
-        normal, force, sliding, margin = _coulomb(W, q, lam, first, self.friction, tangents)
+        normal, force, sliding, margin = _coulomb(W, q, lam, first, self.friction, self.axes)
         friction = TangentialForces(force, sliding, margin)
         return Forces(lam[self.layout.actuators], beta, slots, normal, friction)
 
 
 @kernel
 def _coulomb(
-    W: Array, q: Array, lam: Array, first: int, mu: Array, tangents: Array
+    W: Array, q: Array, lam: Array, first: int, mu: Array, axes: Array
 ) -> tuple[Array, Array, Bools, Array]:
     """Normal forces (r,) of the unit columns, and the arrays of their `TangentialForces`.
 
@@ -138,7 +141,7 @@ def _coulomb(
         lam: (m,) forces on all rows [N].
         first: row of the first unit column.
         mu: (r,) coefficients of friction.
-        tangents: (r, 2, 3) directions of the rows.
+        axes: (r, 3, 3) directions of the rows.
     """
     r = len(mu)
     normal, force, margin = np.empty(r), np.zeros((r, 3)), np.zeros(r)
@@ -155,7 +158,7 @@ def _coulomb(
             slip, across = slip + moved * moved, across + lam[at + t] * lam[at + t]
             unit = max(unit, W[at + t, at + t])
             for i in range(3):
-                force[k, i] += lam[at + t] * tangents[k, t - 1, i]
+                force[k, i] += lam[at + t] * axes[k, t, i]
         slip, reserve = np.sqrt(slip), mu[k] * normal[k] - np.sqrt(across)
         if normal[k] > 0.0:
             sliding[k] = slip > STILL * largest and slip > unit * reserve
@@ -215,7 +218,7 @@ def condensed(
         slid: (n,) see `CondensedStep`.
     """
     rows = robot.rows(state, contacts, effectors)
-    reduced, extra = space.reduce(rows.contacts), forces.extra
+    reduced, extra, axes = space.reduce(rows.contacts), forces.extra, NO_AXES
     if len(extra) > 0:
         extra = rows.contacts.rows_of(forces.pushing)
     H, delta = [rows.actuators.dense(), reduced.H], [rows.actuators.delta, reduced.delta]
@@ -223,16 +226,16 @@ def condensed(
         H.insert(0, rows.effectors.dense())
         delta.insert(0, rows.effectors.delta)
     if len(extra) > 0:
-        units = unit_rows(rows.contacts, extra, system.h, slid)
-        H.append(units[0])
-        delta.append(units[1])
+        of_units, values, axes = unit_rows(rows.contacts, extra, system.h, slid)
+        H.append(of_units)
+        delta.append(values)
     layout = robot.layout if effectors else robot.layout.without_effectors()
-    frictional = rows.contacts.tangents is not None
+    frictional = rows.contacts.relative is not None
     compliance = row_compliance(system, np.concatenate(H), np.concatenate(delta), frictional)
     if robot.actuators.laws.springs is not None:
         compliance.spring(robot.actuators.laws.springs, layout.actuators)
     return CondensedStep(
-        state, system, rows, reduced, extra, compliance, layout, robot.actuators.laws,
+        state, system, rows, reduced, extra, axes, compliance, layout, robot.actuators.laws,
         frictional, slid,
     )  # fmt: skip
 
@@ -261,53 +264,58 @@ def recondensed(
     if rows.contacts.found.surface is not None:
         rows = replace(rows, contacts=rows.contacts.later(later))
         reduced = space.reduce(rows.contacts)
-    delta = [rows.effectors.delta[:n_e], rows.actuators.delta, reduced.delta]
+    H, delta = step.compliance.H, [rows.effectors.delta[:n_e], rows.actuators.delta, reduced.delta]
     if len(step.extra) > 0:
-        delta.append(unit_rows(rows.contacts, step.extra, system.h, slid)[1])
-    H, delta_free = step.compliance.H, np.concatenate(delta)
-    compliance = row_compliance(system, H, delta_free, step.frictional)
+        units = step.extra, step.axes, H[n_e + step.layout.n_a + len(reduced) :]
+        delta.append(unit_values(rows.contacts, *units, system.h, slid))
+    compliance = row_compliance(system, H, np.concatenate(delta), step.frictional)
     if step.laws.springs is not None:
         compliance.spring(step.laws.springs, step.layout.actuators)
     return CondensedStep(
-        step.state, system, rows, reduced, step.extra, compliance, step.layout, step.laws,
-        step.frictional, slid, rho,
+        step.state, system, rows, reduced, step.extra, step.axes, compliance, step.layout,
+        step.laws, step.frictional, slid, rho,
     )  # fmt: skip
 
 
 def unit_rows(
     contacts: ContactRows, chosen: Ints, h: float, slid: Array | None = None
-) -> tuple[Array, Array]:
-    """Dense H and values [m] of single candidates: gaps (r,), and with friction slip too (3 r,).
+) -> tuple[Array, Array, Array]:
+    """Rows of single candidates: of their gaps (r,), and with friction of their slip too (3 r,).
 
     Args:
         contacts: candidates in range.
         chosen: (r,) some of them.
         h: time step [s].
         slid: (n,) displacement since the start of the step [m]; None: none.
+
+    Returns:
+        Dense H, values [m], and the axes (r, 3, 3) of rows with friction.
     """
-    normal = contacts.rows.chosen(chosen)
-    if contacts.tangents is None:
-        return normal, contacts.rows.delta[chosen]
-    across, n = contacts.tangents.chosen(chosen), normal.shape[1]
-    H = np.concatenate([normal[:, None], across.reshape(-1, 2, n)], axis=1).reshape(-1, n)
-    delta = unit_values(contacts, chosen, h)
-    if slid is not None:
-        delta.reshape(-1, 3)[:, 1:] += (across @ slid).reshape(-1, 2)
-    return H, delta
+    if contacts.relative is None:
+        return contacts.rows.chosen(chosen), contacts.rows.delta[chosen], NO_AXES
+    axes = contacts.found.axes(chosen)
+    H = contacts.relative.along(axes, chosen)
+    return H, unit_values(contacts, chosen, axes, H, h, slid), axes
 
 
-def unit_values(contacts: ContactRows, chosen: Ints, h: float) -> Array:
+def unit_values(
+    contacts: ContactRows, chosen: Ints, axes: Array, H: Array, h: float, slid: Array | None
+) -> Array:
     """Gaps (r,) of single candidates, and with friction their slip without motion of the robot (3 r,) [m].
 
     Args:
         contacts: candidates in range.
         chosen: (r,) some of them.
+        axes: (r, 3, 3) of rows with friction.
+        H: their rows.
         h: time step, in which obstacles move [s].
+        slid: (n,) displacement since the start of the step [m]; None: none.
     """
-    gaps, found = contacts.rows.delta[chosen], contacts.found
-    if contacts.tangents is None:
+    gaps, surface = contacts.rows.delta[chosen], contacts.found.surface
+    if contacts.relative is None:
         return gaps
-    slip = np.zeros((len(chosen), 2))
-    if found.surface is not None:
-        slip -= h * np.einsum("rti,ri->rt", found.tangents(chosen), found.surface[chosen])
-    return np.concatenate([gaps[:, None], slip], axis=1).ravel()
+    values: Array = np.zeros(3 * len(chosen)) if slid is None else H @ slid
+    if surface is not None:
+        values -= h * np.einsum("rti,ri->rt", axes, surface[chosen]).ravel()
+    values[::3] = gaps
+    return values

@@ -234,7 +234,7 @@ def friction_sums(step: CondensedStep, limited: LimitedPairs) -> Array:
     across = np.linalg.svd(mean[None])[2][1:]  # (2, 3) across the mean normal
     angle = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     along = np.stack([np.cos(angle), np.sin(angle)], axis=1) @ across  # (DIRECTIONS, 3)
-    parts = np.einsum("rti,ki->krt", touching.tangents(), along) / np.cos(np.pi / DIRECTIONS)
+    parts = np.einsum("rti,ki->krt", touching.axes()[:, 1:], along) / np.cos(np.pi / DIRECTIONS)
     first = step.gap_rows[len(step.reduced) + own] - step.layout.contacts.start
     for tangent in range(2):
         rows[:, first + 1 + tangent] = parts[:, :, tangent]

@@ -156,19 +156,18 @@ def unit_start(step: CondensedStep, previous: Forces) -> Array:
     """
     if not step.frictional:
         return np.zeros(len(step.extra))
-    found, friction = step.rows.contacts.found, previous.friction
-    across = NO_FORCES if friction is None else friction.force
-    tangents, known = found.tangents(step.extra), (previous.extra, previous.extra_beta, across)
-    return _start_of(found.slots[step.extra], tangents, known)
+    across = NO_FORCES if previous.friction is None else previous.friction.force
+    known = previous.extra, previous.extra_beta, across
+    return _start_of(step.rows.contacts.slots[step.extra], step.axes, known)
 
 
 @kernel
-def _start_of(slots: Ints, tangents: Array, known: tuple[Ints, Array, Array]) -> Array:
+def _start_of(slots: Ints, axes: Array, known: tuple[Ints, Array, Array]) -> Array:
     """Forces (3 r,) that contacts had [N].
 
     Args:
         slots: (r,) of the contacts.
-        tangents: (r, 2, 3) directions of their rows.
+        axes: (r, 3, 3) directions of their rows.
         known: (p,) slots, (p,) normal forces and (p, 3) friction that are known; (0, 3): none is.
     """
     others, normal, across = known
@@ -177,7 +176,7 @@ def _start_of(slots: Ints, tangents: Array, known: tuple[Ints, Array, Array]) ->
         for p in range(len(others)):
             if others[p] == slots[k]:
                 start[3 * k] = normal[p]
-                for t in range(2 if len(across) > 0 else 0):
+                for t in range(1, 3 if len(across) > 0 else 1):
                     for i in range(3):
-                        start[3 * k + 1 + t] += tangents[k, t, i] * across[p, i]
+                        start[3 * k + t] += axes[k, t, i] * across[p, i]
     return start

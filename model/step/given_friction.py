@@ -17,7 +17,7 @@ from tauten.model.friction import (
     moving_contacts,
 )
 from tauten.model.step.compliance import Compliance
-from tauten.model.step.condensed_step import CondensedStep
+from tauten.model.step.condensed_step import NO_AXES, CondensedStep
 from tauten.model.step.enrichment import PredictedStep
 from tauten.model.step.forces import Forces
 from tauten.model.step.friction_law import unit_start
@@ -74,8 +74,9 @@ def under_friction(step: CondensedStep, previous: Forces) -> CondensedStep:
     )
     v_free = system.v_free + system.h * known.pushed(load, across)
     pushed = replace(system, v_free=v_free)
-    contacts = replace(step.rows.contacts, tangents=None)
+    contacts = replace(step.rows.contacts, relative=None)
     rows = replace(step.rows, contacts=contacts)
     return replace(
-        step, system=pushed, rows=rows, compliance=compliance, frictional=False, slid=None
-    )
+        step, system=pushed, rows=rows, axes=NO_AXES, compliance=compliance, frictional=False,
+        slid=None,
+    )  # fmt: skip

@@ -16,17 +16,19 @@ def record(normal: Array, slots: list[int], n_slots: int) -> Contacts:
     )
 
 
-def test_normal_and_tangents_are_a_right_handed_frame() -> None:
+def test_normal_and_tangents_are_right_handed_axes() -> None:
     rng = np.random.default_rng(0)
     normal = rng.normal(size=(50, 3))
     normal[0], normal[1], normal[2] = (0, 0, 1), (0, 0, -1), (1e-9, 0, -1)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    frames = record(normal, list(range(50)), 50).tangents()
-    frames = np.concatenate([frames, normal[:, None]], axis=1)  # (50, 3, 3)
+    found = record(normal, list(range(50)), 50)
+    axes = found.axes()
+    np.testing.assert_array_equal(axes[:, 0], normal)
     np.testing.assert_allclose(
-        frames @ frames.transpose(0, 2, 1), np.tile(np.eye(3), (50, 1, 1)), atol=1e-12
+        axes @ axes.transpose(0, 2, 1), np.tile(np.eye(3), (50, 1, 1)), atol=1e-12
     )
-    np.testing.assert_allclose(np.linalg.det(frames), 1.0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(axes), 1.0, atol=1e-12)
+    np.testing.assert_array_equal(found.axes(np.array([2, 0])), axes[[2, 0]])
 
 
 def test_a_mode_pushes_no_candidate_out_of_range() -> None:
