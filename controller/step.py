@@ -37,6 +37,7 @@ from tauten.controller.winches import (
     exceeded,
     first_tick,
     given_in,
+    jammed,
     reach_held,
     reach_of,
     stalled_locks,
@@ -220,6 +221,10 @@ def decide(
     names = exceeded(robot, tick)
     status = Status.RELAXED if names else plan.status
     conflict = tuple(dict.fromkeys((*plan.conflict, *names)))
+    if jammed(robot, tick):
+        none = np.zeros(robot.n_a, np.bool_)
+        left = after, tick.position, Status.INFEASIBLE, certificate, conflict
+        return Decision(*left, none, plan, Carried(damping, carried.grasp, plan.cut))
     stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.laws.held_by_force
     if locks is not None:
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position

@@ -201,6 +201,12 @@ def exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
     return found if tick.solved.converged else (*found, *NO_PIECE)
 
 
+def jammed(robot: Robot, tick: FirstTick) -> bool:
+    """Whether contacts are deeper than the tolerance after a tick because no forces open them."""
+    solved = tick.solved
+    return not solved.converged and solved.prediction.deepest_gap < -robot.tolerance
+
+
 def stalled_locks(locks: Command, tick: FirstTick, robot: Robot) -> Bools:
     """Which locks (n_a,) do not get where they are to be in a tick."""
     short = ROUNDING * robot.h * robot.limits.rate

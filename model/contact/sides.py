@@ -23,6 +23,7 @@ from tauten.model.numerics import Array, Ints
 ADVANCES = (
     64  # steps to the place where a candidate meets an obstacle; those that graze it need most
 )
+ROUNDING = 1e-9  # of depths
 MET = 1e-3  # of the way of a candidate, distance at which it meets an obstacle
 
 
@@ -60,7 +61,8 @@ class Sides:
         side = self.normal @ pose.Q.T  # (k, 3)
         against = np.einsum("ki,ki->k", side, normal[self.place]) <= 0.0
         before = np.einsum("ki,ki->k", self.normal, own - self.point)  # (k,) negative behind planes
-        wrong = (against | np.isinf(gap[self.place])) & (before < gap[self.place])
+        deeper = before < gap[self.place] + ROUNDING * np.abs(before)  # halfway both are as deep
+        wrong = (against | np.isinf(gap[self.place])) & deeper
         there = self.place[wrong]
         gap[there] = before[wrong]
         normal[there] = side[wrong]

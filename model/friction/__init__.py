@@ -3,7 +3,7 @@
 from tauten.model.friction.certificate import PROJECTIONS, FrictionCertificate, certify_friction
 from tauten.model.friction.padded_rows import moving_contacts, padded_places, padded_rows
 from tauten.model.friction.problem import Cones, FrictionProblem, error_of, velocities
-from tauten.model.friction.proximal_newton import NewtonForces, newton_forces
+from tauten.model.friction.proximal_newton import NewtonForces, newton_forces, newton_round
 from tauten.model.friction.smoothed_law import (
     LinearLaw,
     Widths,
@@ -32,6 +32,7 @@ __all__ = [
     "linear_law",
     "moving_contacts",
     "newton_forces",
+    "newton_round",
     "padded_places",
     "padded_rows",
     "shortened",

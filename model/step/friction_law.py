@@ -18,6 +18,7 @@ from tauten.model.friction import (
     NewtonForces,
     error_of,
     newton_forces,
+    newton_round,
     padded_places,
     padded_rows,
 )
@@ -30,6 +31,9 @@ LEAST = 1e-13  # m, the same where all row values are small
 ACCEPTED = 1e-8  # m, of an answer that does not become better; as deep as pointwise contact may be
 BUDGET = 40  # Newton steps of an attempt
 CLIMB, ROUGH = 9, 1e-5  # shares of the friction on the way from none, and tolerance there
+SOFTNESS = 1e-6  # compliance that contacts have where no forces solve the problem, of their own
+SOFT_STEPS = 60  # Newton steps of that problem
+WORSE = 2.0  # times the error, up to which its forces are preferred
 NO_FORCES = np.zeros((0, 3))
 CLOSINGS = 10  # times that contacts join because they close
 
@@ -142,7 +146,30 @@ def _climbed(cones: Cones, start: Array, enough: float) -> Array:
         part = Cones(cones.W, cones.q, share * cones.mu, cones.W_ii)
         limit = enough if step == CLIMB - 1 else ROUGH * largest
         climbed = newton_forces(part, climbed.r, limit, limit, BUDGET, False)
-    return climbed.r if climbed.error < found.error else found.r
+    best = climbed if climbed.error < found.error else found
+    return best.r if best.error <= max(enough, ACCEPTED) else _softened(cones, best, enough)
+
+
+@kernel
+def _softened(cones: Cones, best: NewtonForces, enough: float) -> Array:
+    """Forces (3 k,) where Newton's steps have failed: exact ones from a start with soft contacts, or these.
+
+    Contacts that are jammed between obstacles which close have no solution, and forces that Newton's steps
+    leave may be of any size. Those of contacts that are slightly soft are as small as the depth permits.
+
+    Args:
+        cones: the contacts that take part.
+        best: the best forces so far.
+        enough: error that is small enough [m].
+    """
+    none = np.zeros_like(best.r)
+    soft, _, _ = newton_round(cones, none, SOFTNESS, 1.0, 0.0, SOFT_STEPS)
+    again = newton_forces(cones, soft, enough, enough, BUDGET, False)
+    if again.error <= max(enough, ACCEPTED):
+        return again.r
+    if error_of(cones, soft) <= WORSE * min(best.error, again.error):
+        return soft
+    return again.r if again.error < best.error else best.r
 
 
 def unit_start(step: CondensedStep, previous: Forces) -> Array:
