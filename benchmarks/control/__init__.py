@@ -2,7 +2,7 @@
 
 from benchmarks.control.bench import CaseRunner, CaseRuns, ContactLoops, bench_cases, planned
 from benchmarks.control.contact import ContactBench, bench_contact
-from benchmarks.control.lift import LiftBench
+from benchmarks.control.lift import WRONG, LiftBench, LiftRun, ReserveRun
 from benchmarks.control.outcome import Outcome
 from benchmarks.control.still import StillBench, StillRun, StillSettings, bench_still
 from benchmarks.control.targets import CASES, Case, make_cases
@@ -16,7 +16,10 @@ __all__ = [
     "ContactBench",
     "ContactLoops",
     "LiftBench",
+    "LiftRun",
     "Outcome",
+    "ReserveRun",
+    "WRONG",
     "StillBench",
     "StillRun",
     "StillSettings",

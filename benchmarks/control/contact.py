@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import product
 
-from benchmarks.control.lift import CUBES, MODELS, LiftBench, LiftRun
+from benchmarks.control.lift import CUBES, MODELS, RESERVES, LiftBench, LiftRun, ReserveRun
 from benchmarks.control.wall import CONTROLLERS, WallBench, WallRun
 from tauten.model import one_blas_thread
 from tauten.service.process import HostInfo, Progress, StopFlag, host_info
@@ -26,6 +26,7 @@ class ContactBench:
         lift_plant_steps: the same.
         wall: one a controller, in open and closed loop.
         lift: one a model and a cube, in open and closed loop.
+        reserves: lifts whose decisions leave more or less of the friction.
         complete: whether all runs were done.
     """
 
@@ -35,6 +36,7 @@ class ContactBench:
     lift_plant_steps: int
     wall: tuple[WallRun, ...]
     lift: tuple[LiftRun, ...]
+    reserves: tuple[ReserveRun, ...]
     complete: bool
 
 
@@ -45,8 +47,9 @@ def bench_contact(stop: StopFlag, progress: Progress) -> ContactBench:
         stop: raised to end early.
         progress: called with the share of the work that has just been done, and what comes next.
     """
-    walls, lifts = list[WallRun](), list[LiftRun]()
-    share = 1.0 / (2 * len(CONTROLLERS) + 2 * len(MODELS) * len(CUBES) + 2)
+    walls, lifts, reserves = list[WallRun](), list[LiftRun](), list[ReserveRun]()
+    runs = 2 * len(CONTROLLERS) + 2 * len(MODELS) * len(CUBES) + len(RESERVES)
+    share = 1.0 / (runs + 2)
     with one_blas_thread():
         progress(0.0, "how far behind the wall")
         wall, lift = WallBench(), LiftBench()
@@ -62,6 +65,11 @@ def bench_contact(stop: StopFlag, progress: Progress) -> ContactBench:
                 progress(0.0, f"{model}, cube, mass x {mass:g}, friction x {friction:g}")
                 lifts.append(lift.run(model, mass, friction, closed))
                 progress(share, "cube")
+        for friction_share, min_slip_margin in RESERVES:
+            if not stop.requested:
+                progress(0.0, f"full, cube, share of friction {friction_share:g}")
+                reserves.append(lift.with_reserve(friction_share, min_slip_margin))
+                progress(share, "cube")
     return ContactBench(
         machine=host_info(),
         wall_depth_mm=1e3 * wall.depth,
@@ -69,5 +77,6 @@ def bench_contact(stop: StopFlag, progress: Progress) -> ContactBench:
         lift_plant_steps=lift.plant_steps or 0,
         wall=tuple(walls),
         lift=tuple(lifts),
+        reserves=tuple(reserves),
         complete=not stop.requested,
     )

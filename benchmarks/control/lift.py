@@ -22,6 +22,9 @@ QUICK = EXAMPLES / "quick_lift.toml"  # the file of a controller with a reduced 
 # Mass and friction of the plant, relative to those of the controller's model.
 CUBES = ((1.0, 1.0), (1.2, 0.8), (0.8, 1.2))
 MODELS: tuple[Literal["full", "reduced"], ...] = ("full", "reduced")
+# What decisions at full order leave of the friction: `friction_share`, and `min_slip_margin` [N].
+RESERVES = ((0.8, 0.0), (0.66, 0.0), (0.66, 0.05), (0.6, 0.05))
+WRONG = (1.2, 0.8)  # of `CUBES`, the one that they are tried with
 
 _GRAVITY = 9.81  # m/s²
 _HELD = 0.02  # of the weight, within which the fingers carry it
@@ -60,6 +63,21 @@ class LiftRun:
     unusable: int
 
 
+@dataclass(frozen=True, slots=True)
+class ReserveRun:
+    """A run of the lift at full order in open loop, with a heavier cube of less friction.
+
+    Attributes:
+        friction_share: of the friction, that decisions count on.
+        min_slip_margin: that decisions keep [N].
+        run: what came of it.
+    """
+
+    friction_share: float
+    min_slip_margin: float
+    run: LiftRun
+
+
 class LiftBench:
     """The controllers of two files, and plants that differ from them.
 
@@ -80,6 +98,26 @@ class LiftBench:
             "reduced": Controller.of(QUICK, "reduced"),
         }
 
+    def with_reserve(
+        self, friction_share: float, min_slip_margin: float, seconds: float | None = None
+    ) -> ReserveRun:
+        """A run of a controller whose file leaves another share of the friction.
+
+        Args:
+            friction_share: that decisions count on.
+            min_slip_margin: that they keep, 0: none [N].
+            seconds: of the run; None: until the target has rested.
+        """
+        margin = f"min_slip_margin = {min_slip_margin}" if min_slip_margin > 0.0 else ""
+        changes = {
+            "min_slip_margin = 0.05": margin,
+            "rate = 50.0": f"rate = 50.0\nfriction_share = {friction_share}",
+        }
+        with TemporaryDirectory() as folder:
+            controller = Controller.of(changed_example("lift.toml", Path(folder), changes), "full")
+        run = self._run(controller, "full", WRONG, False, seconds)
+        return ReserveRun(friction_share, min_slip_margin, run)
+
     def run(
         self,
         model: Literal["full", "reduced"],
@@ -97,7 +135,17 @@ class LiftBench:
             closed: whether measurements correct the targets.
             seconds: of the run; None: until the target has rested.
         """
-        controller = self._controllers[model]
+        return self._run(self._controllers[model], model, (mass, friction), closed, seconds)
+
+    def _run(
+        self,
+        controller: Controller,
+        model: Literal["full", "reduced"],
+        cube: tuple[float, float],
+        closed: bool,
+        seconds: float | None,
+    ) -> LiftRun:
+        mass, friction = cube
         with TemporaryDirectory() as folder:
             changes = {
                 "density = 1000.0": f"density = {1000.0 * mass}",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.control import ContactBench
+from benchmarks.control import WRONG, ContactBench, LiftRun
 from tauten.service.tables import Numbers, Page, measured_on
 
 
@@ -13,7 +13,11 @@ def contact_loop_page(result: ContactBench) -> Page:
         f"wall in its model a controller has targets {result.wall_depth_mm:.1f} mm behind it. Times: "
         f"{measured_on(result.machine)}"
     )
-    return Page("python -m benchmarks contact-loop", about, (_wall(result), _lift(result)))
+    return Page(
+        "python -m benchmarks contact-loop",
+        about,
+        (_wall(result), _lift(result), _reserves(result)),
+    )
 
 
 def _wall(result: ContactBench) -> Numbers:
@@ -45,7 +49,7 @@ def _lift(result: ContactBench) -> Numbers:
             _loop(one.closed),
             f"{one.rms_mm:.2f} / {one.max_mm:.2f}",
             f"{one.end_mm:.2f}",
-            f"{one.carried:.3f}" if one.held else f"{one.carried:.3f}, not held",
+            _carried(one),
             f"{one.thread_ms.p50:.1f} / {one.thread_ms.p99:.0f}",
             f"{one.step_ms.p50:.0f} / {one.step_ms.p99:.0f}",
             f"{one.unusable}",
@@ -59,6 +63,33 @@ def _lift(result: ContactBench) -> Numbers:
     return Numbers(
         "a cube that is to be lifted, of other mass and friction than believed", columns, rows
     )
+
+
+def _reserves(result: ContactBench) -> Numbers:
+    rows = tuple(
+        (
+            f"{one.friction_share:g}",
+            f"{one.min_slip_margin:g}",
+            f"{one.run.rms_mm:.2f} / {one.run.max_mm:.2f}",
+            f"{one.run.end_mm:.2f}",
+            _carried(one.run),
+        )
+        for one in result.reserves
+    )
+    columns = (
+        "share of friction", "least margin to slip [N]", "error of the cube, RMS / max [mm]",
+        "at the end [mm]", "carried of its weight",
+    )  # fmt: skip
+    mass, friction = WRONG
+    return Numbers(
+        f"the full claw in open loop, mass x {mass:g} and friction x {friction:g}, by what decisions leave",
+        columns,
+        rows,
+    )
+
+
+def _carried(run: LiftRun) -> str:
+    return f"{run.carried:.3f}" if run.held else f"{run.carried:.3f}, not held"
 
 
 def _loop(closed: bool) -> str:

@@ -7,8 +7,7 @@ from typing import Literal
 
 import pytest
 
-from benchmarks.control import ContactBench, LiftBench, WallBench
-from benchmarks.control.lift import LiftRun
+from benchmarks.control import ContactBench, LiftBench, LiftRun, ReserveRun, WallBench
 from benchmarks.control.plants import changed_example
 from benchmarks.tables import contact_loop_page
 from tauten.model import load_robot
@@ -33,8 +32,10 @@ def test_the_page_says_what_is_not_held() -> None:
         LiftRun("full", 1.2, 0.8, False, 2.0, 5.0, 1.3, 1.001, True, times, times, 0),
         LiftRun("reduced", 1.2, 0.2, True, 2.0, 5.0, 1.3, 0.2, False, times, times, 1),
     )
-    page = contact_loop_page(ContactBench(host_info(), 20.0, 1, 1, (), runs, True))
-    assert [row[6] for row in page.tables[1].rows] == ["1.001", "0.200, not held"]
+    reserves = tuple(ReserveRun(0.8, 0.0, run) for run in runs)
+    page = contact_loop_page(ContactBench(host_info(), 20.0, 1, 1, (), runs, reserves, True))
+    for table, column in ((page.tables[1], 6), (page.tables[2], 4)):
+        assert [row[column] for row in table.rows] == ["1.001", "0.200, not held"]
 
 
 @pytest.mark.slow
@@ -57,3 +58,10 @@ def test_a_cube_that_is_heavier_and_more_slippery_than_believed_is_lifted(
     run = LiftBench(steps=1).run(model, 1.2, 0.8, closed)
     assert run.held and run.unusable == 0
     assert run.end_mm < 3.0
+
+
+@pytest.mark.slow
+def test_decisions_that_count_on_less_friction_lose_less_of_a_slippery_cube() -> None:
+    bench = LiftBench(steps=1)
+    most, least = (bench.with_reserve(*reserve).run for reserve in ((0.8, 0.0), (0.66, 0.0)))
+    assert least.held and least.end_mm < 1.0 < most.end_mm
