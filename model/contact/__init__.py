@@ -14,7 +14,13 @@ from tauten.model.contact.obstacle import (
     velocity_between,
 )
 from tauten.model.contact.outlines import RodOutline
-from tauten.model.contact.pair import ContactPair, ForceBounds, LargestSum, obstacle_sums
+from tauten.model.contact.pair import (
+    ContactPair,
+    ForceBounds,
+    LargestSum,
+    loose_bodies,
+    obstacle_sums,
+)
 from tauten.model.contact.self_contact import (
     ALARM_EDGES,
     EDGES_AWAY,
@@ -46,6 +52,7 @@ __all__ = [
     "blocks_of",
     "contact_rows",
     "heights_of_file",
+    "loose_bodies",
     "mean_edge",
     "mesh_of_file",
     "neighbours_at_rest",

@@ -23,7 +23,8 @@ the target triangle's vertices y.
 The gap to an obstacle (`tauten.model.contact.obstacle`) is its signed distance, at any depth, with the
 gradient nᵀ Σ_j w_j dx_j. Obstacles that move are where they are at the end of the step that is taken: the gap
 after it is then gap + h n · v of the candidate, as of one that stands still. In a step that began with
-`stepping`, candidates stay on the side of an obstacle where they were (`tauten.model.contact.sides`).
+`stepping`, candidates stay on the side of obstacles and of other bodies where they were
+(`tauten.model.contact.sides`).
 
 **Open surfaces.** A face selected from a body has a border, and the side of a point beyond the border is
 undefined. By rule 2 a candidate beyond the border, above or below the face, has no row: the border does
@@ -51,7 +52,7 @@ from tauten.model.contact.narrow_phase import no_closest_points, search
 from tauten.model.contact.obstacle import ObstaclePoses, poses_at_start
 from tauten.model.contact.pair import ContactPair, LargestSum, check_pair, finite_candidates
 from tauten.model.contact.shapes import PlaneShape
-from tauten.model.contact.sides import Sides, joined, sides_of
+from tauten.model.contact.sides import FAST, Hits, Sides, add_hits, hits_of, joined, sides_of
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Bools, Ints, kernel
@@ -86,6 +87,7 @@ class ContactSet:
         n_slots: number of candidates n_c.
         frictional: whether any pair has friction.
         sided: numbers of the pairs with obstacles that have more than one side, as all but planes have.
+        loose: numbers of the pairs of bodies that may move far relative to each other.
         poses: where the obstacles are.
     """
 
@@ -148,7 +150,9 @@ class ContactSet:
             for number, pair in enumerate(pairs)
             if pair.obstacle is not None and not isinstance(pair.obstacle.shape, PlaneShape)
         )
+        self.loose = tuple(number for number, pair in enumerate(pairs) if pair.loose)
         self._sides: dict[int, Sides] = {}  # of pairs, in the step that is taken
+        self._hits: dict[int, Hits] = {}  # likewise
         self._surfaces: SurfaceTopology = join_surfaces(
             [pair.triangles.astype(np.int64) for pair in pairs],
             [pair.nodes.astype(np.int64) for pair in pairs],
@@ -171,8 +175,12 @@ class ContactSet:
     def placed(self, poses: ObstaclePoses) -> ContactSet:
         """The same contacts with the obstacles (those of `poses`) elsewhere."""
         other = copy(self)
-        other.poses, other._sides = poses, {}
+        other.poses, other._sides, other._hits = poses, {}, {}
         return other
+
+    def far(self, way: float) -> bool:
+        """Whether bodies move farther relative to each other in a step than detection at its end allows."""
+        return way > FAST * self.alarm_distance
 
     def stepping(
         self, x: Array, ends: Sequence[Array], before: ObstaclePoses, far: bool = False
@@ -186,7 +194,7 @@ class ContactSet:
             far: whether candidates beyond the alarm distance of any obstacle may meet it.
         """
         other = copy(self)
-        other._sides = {}
+        other._sides, other._hits = {}, {}
         reach = self.alarm_distance if far else np.inf
         for number in self._obstacle if far else self.sided:
             pair, obstacle = self.pairs[number], self._obstacle[number]
@@ -200,6 +208,12 @@ class ContactSet:
             ]
             if any(len(one.place) for one in found):
                 other._sides[number] = joined(found)
+        for number in self.loose:
+            pair = self.pairs[number]
+            arrays = pair.nodes, pair.weights, pair.triangles
+            hits = hits_of(x, ends[0], arrays, pair.loose, self.alarm_distance)
+            if hits is not None:
+                other._hits[number] = hits
         return other
 
     def positions(self, x: Array) -> Array:
@@ -223,9 +237,15 @@ class ContactSet:
         of_candidates = self._nodes, self._weights, self._friction
         distances = self.alarm_distance, self.distance
         m = detect_all(x, of_candidates, self._blocks, self._surfaces, distances, found)
+        for number, hits in self._hits.items():
+            pair = self.pairs[number]
+            of_pair = (number, self._first[number], pair.friction), (pair.nodes, pair.weights)
+            of_hits = hits.place, hits.vertices, hits.weights
+            m = add_hits(x, of_hits, of_pair, self.distance, found, m)
         for number in self._obstacle:
             m = self._touching(number, x, found, m)
-        every = slice(m) if self._in_order else np.argsort(numbers[0, :m])
+        in_order = self._in_order and not self._hits
+        every = slice(m) if in_order else np.argsort(numbers[0, :m])
         detection = Detection(
             n, numbers[0][every], numbers[1][every], values[0][every], vectors[0][every],
             vectors[1][every], values[1][every], vertices[every], coefficients[every],

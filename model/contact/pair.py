@@ -60,6 +60,8 @@ class ContactPair:
         obstacle: the target instead of triangles; None: these are.
         friction: coefficient of friction.
         bounds: of its forces.
+        loose: numbers of candidates (c,) and of triangles (f,) of bodies that nothing but contact joins; they
+            may move far relative to each other in a step.
         owner: name of the part that the candidates belong to; "": the robot has no parts.
         other: name of the part that they may touch; "": an obstacle, or the robot has no parts.
     """
@@ -72,6 +74,7 @@ class ContactPair:
     obstacle: Obstacle | None = None
     friction: float = 0.0
     bounds: ForceBounds = ForceBounds()
+    loose: tuple[tuple[Ints, Ints], ...] = ()
     owner: str = ""
     other: str = ""
 
@@ -105,6 +108,19 @@ def check_pair(pair: ContactPair, n_vertices: int) -> None:
             f"{pair.name}: candidate {worst} has weights {weights[worst].tolist()}, "
             "they must not be negative and sum to 1"
         )
+
+
+def loose_bodies(body: Ints, nodes: Ints, triangles: Ints) -> tuple[tuple[Ints, Ints], ...]:
+    """The candidates and triangles of a pair that belong to different bodies, see `ContactPair`.
+
+    Args:
+        body: (v,) number of the body that each vertex belongs to.
+        nodes: (m, 3) vertices of the triangles that the candidates lie in.
+        triangles: (t, 3) of the target.
+    """
+    own, other = body[nodes[:, 0]], body[triangles[:, 0]]
+    found = [(np.flatnonzero(own != one), np.flatnonzero(other == one)) for one in np.unique(other)]
+    return tuple(bodies for bodies in found if len(bodies[0]) > 0)
 
 
 def obstacle_sums(pairs: Sequence[ContactPair], first: int = 0) -> tuple[LargestSum, ...]:

@@ -1,4 +1,4 @@
-"""On which side of an obstacle candidates are: on that where they were at the start of the step.
+"""On which side of an obstacle or of another body candidates are: where they were at the start of the step.
 
 A signed distance knows where a point is, not where it came from. A plate that moves by half of its thickness
 in a step has candidates nearer to its far side then, and a fast part may have passed it. So where a candidate
@@ -8,22 +8,49 @@ relative to the obstacle as it moves, and straight in its frame. The first place
 long as the distance that remains (conservative advancement; Mirtich, Impulse-based dynamic simulation of
 rigid body systems, 1996), which needs nothing of a shape but its distance. Steps that detect contacts at
 their start meet what is beyond the alarm distance there in the same way.
+
+Of two bodies that move fast relative to each other, each candidate has the triangle of the other one that it
+meets first, with vertices that move straight and evenly in the step. At its end the candidate is to be before
+the plane of this triangle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
+from tauten.model.contact.closest_point import face_normal
 from tauten.model.contact.obstacle import Obstacle, ObstaclePose
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import (
+    Array,
+    Ints,
+    Vector3,
+    add,
+    cross,
+    dot,
+    kernel,
+    length,
+    row,
+    scale,
+    subtract,
+)
+
+_Found: TypeAlias = tuple[Ints, Array, Array, Ints, Array]  # what detection writes
 
 ADVANCES = (
     64  # steps to the place where a candidate meets an obstacle; those that graze it need most
 )
 ROUNDING = 1e-9  # of depths
+FAST = 0.02  # of the alarm distance, way of two bodies relative to each other that counts as far
+GRAZING = 0.05  # of the way of a candidate, depth at the end below which it has not met a triangle
+BEHIND = 0.02  # of it, depth at the start that is rounding
+BESIDE = 1e-9  # barycentric weight of a point that is on the edge of a triangle
+ALIKE = (
+    0.5  # cosine of the angle between normals from which on a contact is that with the triangle met
+)
 MET = 1e-3  # of the way of a candidate, distance at which it meets an obstacle
 
 
@@ -120,3 +147,215 @@ def sides_of(
         moving = moving[share[moving] < 1.0]
         point[moving] = start[place[moving]] + share[moving, None] * way[moving]
     return Sides(place[met], surface[met], normals[met])
+
+
+@dataclass(frozen=True, slots=True)
+class Hits:
+    """Triangles that candidates of a pair meet first in a step.
+
+    Attributes:
+        place: (k,) numbers of these candidates in their pair.
+        vertices: (k, 3) of the triangles.
+        weights: (k, 3) of the points of the triangles that are met.
+    """
+
+    place: Ints
+    vertices: Ints
+    weights: Array
+
+
+@kernel
+def swept(start: Array, end: Array, ids: Ints) -> Array:
+    """Box around points (r, c) at two times, and around their displacements: (2, 2, 3), lower corners first.
+
+    Args:
+        start: (v, 3) [m].
+        end: (v, 3) [m].
+        ids: (r, c) of the points.
+    """
+    box = np.empty((2, 2, 3))
+    box[:, 0], box[:, 1] = np.inf, -np.inf
+    for r in range(ids.shape[0]):
+        for c in range(ids.shape[1]):
+            for i in range(3):
+                one, other = start[ids[r, c], i], end[ids[r, c], i]
+                box[0, 0, i] = min(box[0, 0, i], one, other)
+                box[0, 1, i] = max(box[0, 1, i], one, other)
+                box[1, 0, i] = min(box[1, 0, i], other - one)
+                box[1, 1, i] = max(box[1, 1, i], other - one)
+    return box
+
+
+@kernel
+def apart(one: Array, other: Array) -> bool:
+    """Whether two boxes, lower and upper corners (2, 3), have no point in common."""
+    found = False
+    for i in range(3):
+        found = found or not (one[0, i] <= other[1, i] and other[0, i] <= one[1, i])
+    return found
+
+
+@kernel
+def relative_way(one: Array, other: Array) -> float:
+    """Largest difference of vectors in two boxes, lower and upper corners (2, 3)."""
+    square = 0.0
+    for i in range(3):
+        square += max(one[1, i] - other[0, i], other[1, i] - one[0, i]) ** 2
+    return float(square**0.5)
+
+
+@kernel
+def triangles_met(
+    x: Array, end: Array, of_pair: tuple[Ints, Array, Ints], bodies: tuple[Ints, Ints], alarm: float
+) -> tuple[Ints, Ints, Array]:
+    """The arrays of `Hits`, of candidates of one body and triangles of another one.
+
+    Args:
+        x: (v, 3) vertices at the start of a step [m], and
+        end: (v, 3) at its end, where nothing touches.
+        of_pair: vertices (m, 3) and weights (m, 3) of its candidates, and its triangles (t, 3).
+        bodies: numbers of the candidates (c,) and of the triangles (f,) that may meet.
+        alarm: the alarm distance [m].
+    """
+    (nodes, weights, triangles), (places, faces) = of_pair, bodies
+    met, points, n = np.empty(len(places), np.int64), np.zeros((2, 3)), 0
+    vertices, inside = np.empty((len(places), 3), np.int64), np.empty((len(places), 3))
+    one, other = swept(x, end, nodes[places]), swept(x, end, triangles[faces])
+    if apart(one[0], other[0]) or not relative_way(one[1], other[1]) > FAST * alarm:
+        return met[:0], vertices[:0], inside[:0]
+    boxes = np.empty((len(faces), 2, 3))
+    for f in range(len(faces)):
+        boxes[f] = swept(x, end, triangles[faces[f] : faces[f] + 1])[0]
+    near = np.array([f for f in range(len(faces)) if not apart(boxes[f], one[0])])
+    for place in places:
+        points[:] = 0.0
+        for j in range(3):
+            points[0] += weights[place, j] * x[nodes[place, j]]
+            points[1] += weights[place, j] * end[nodes[place, j]]
+        own, first = np.empty((2, 3)), np.inf
+        for i in range(3):
+            own[0, i], own[1, i] = min(points[:, i]), max(points[:, i])
+        for f in near:
+            if apart(boxes[f], own):
+                continue
+            share, w = meeting(points, x, end, triangles, faces[f])
+            if share < first:
+                first, met[n], vertices[n] = share, place, triangles[faces[f]]
+                inside[n, 0], inside[n, 1], inside[n, 2] = w
+        n += first < np.inf
+    return met[:n], vertices[:n], inside[:n]
+
+
+@kernel
+def meeting(points: Array, x: Array, end: Array, triangles: Ints, t: int) -> tuple[float, Vector3]:
+    """Share of a step after which a point passes a triangle inwards, +inf: not; weights of the place.
+
+    Args:
+        points: (2, 3) the point at the start and at the end [m].
+        x: (v, 3) vertices at the start [m].
+        end: (v, 3) at the end [m].
+        triangles: (f, 3) vertex ids.
+        t: number of the triangle.
+    """
+    never = (np.inf, (0.0, 0.0, 0.0))
+    i, j, k = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+    a, b, c, to = row(x, i), row(x, j), row(x, k), (row(end, i), row(end, j), row(end, k))
+    p, q = row(points, 0), row(points, 1)
+    before = dot(face_normal(x, triangles, t), subtract(p, a))
+    after = dot(face_normal(end, triangles, t), subtract(q, to[0]))
+    way = length(subtract(subtract(q, p), subtract(to[0], a)))
+    if not (before >= -BEHIND * way and after < -GRAZING * way):
+        return never
+    share = max(before, 0.0) / (max(before, 0.0) - after)
+    p, a, b, c = (
+        between(p, q, share),
+        between(a, to[0], share),
+        between(b, to[1], share),
+        between(c, to[2], share),
+    )
+    along, across, away = subtract(b, a), subtract(c, a), subtract(p, a)
+    normal = cross(along, across)
+    square = dot(normal, normal)
+    if not square > 0.0:
+        return never
+    w_b, w_c = dot(cross(away, across), normal) / square, dot(cross(along, away), normal) / square
+    if min(1.0 - w_b - w_c, w_b, w_c) < -BESIDE:
+        return never
+    return share, (1.0 - w_b - w_c, w_b, w_c)
+
+
+@kernel
+def between(a: Vector3, b: Vector3, share: float) -> Vector3:
+    """The point at a share of the way between two points.
+
+    Args:
+        a: from here.
+        b: to here.
+        share: of the way.
+    """
+    return (
+        a[0] + share * (b[0] - a[0]),
+        a[1] + share * (b[1] - a[1]),
+        a[2] + share * (b[2] - a[2]),
+    )
+
+
+def hits_of(
+    x: Array, end: Array, of_pair: tuple[Ints, Array, Ints],
+    loose: Sequence[tuple[Ints, Ints]], alarm: float,
+) -> Hits | None:  # fmt: skip
+    """The triangles that candidates of a pair meet first in a step; None where none does.
+
+    Args:
+        x: (v, 3) vertices at its start [m].
+        end: (v, 3) at its end, where nothing touches [m].
+        of_pair: see `triangles_met`.
+        loose: its bodies, see `ContactPair`.
+        alarm: the alarm distance [m].
+    """
+    found = [triangles_met(x, end, of_pair, bodies, alarm) for bodies in loose]
+    place, vertices, weights = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return Hits(place, vertices, weights) if len(place) > 0 else None
+
+
+@kernel
+def add_hits(
+    x: Array, hits: tuple[Ints, Ints, Array],
+    pair: tuple[tuple[int, int, float], tuple[Ints, Array]], held: float, out: _Found, m: int,
+) -> int:  # fmt: skip
+    """Number of contacts after those with triangles that were met are written over or behind m others.
+
+    A contact that was found stays where its normal is about that of the triangle, or it is deeper.
+
+    Args:
+        x: (v, 3) positions [m].
+        hits: the arrays of `Hits`.
+        pair: its number, first slot and friction; vertices (n, 3) of its candidates and their weights.
+        held: distance at which surfaces are held [m].
+        out: of `detect_all`.
+        m: contacts in it.
+    """
+    (place, corners, inside), ((number, first, friction), (nodes, weights)) = hits, pair
+    numbers, values, vectors, vertices, coefficients = out
+    known = m
+    for k in range(len(place)):
+        s, gap = place[k], -held
+        point, normal = (0.0, 0.0, 0.0), face_normal(x, corners, k)
+        for j in range(3):
+            point = add(point, scale(weights[s, j], row(x, nodes[s, j])))
+            gap += weights[s, j] * dot(normal, row(x, nodes[s, j]))
+            gap -= inside[k, j] * dot(normal, row(x, corners[k, j]))
+        at = m
+        for other in range(known):
+            if numbers[0, other] == first + s:
+                at = other
+        if at < m and (dot(normal, row(vectors[1], at)) >= ALIKE or values[0, at] <= gap):
+            continue
+        numbers[0, at], numbers[1, at] = first + s, number
+        values[0, at], values[1, at] = gap, friction
+        for j in range(3):
+            vectors[0, at, j], vectors[1, at, j] = point[j], normal[j]
+            vertices[at, j], vertices[at, 3 + j] = nodes[s, j], corners[k, j]
+            coefficients[at, j], coefficients[at, 3 + j] = weights[s, j], -inside[k, j]
+        m = max(m, at + 1)
+    return m

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from tauten.model.actuators import winding
 from tauten.model.contact import (
@@ -25,6 +27,7 @@ from tauten.model.contact import (
     PoseStream,
     Shape,
     heights_of_file,
+    loose_bodies,
     mean_edge,
     mesh_of_file,
     neighbours_at_rest,
@@ -94,6 +97,7 @@ def contact_set(
             targets,
             alarm,
             config.contact.tolerance,
+            bodies_of(surfaces[None], len(vertices)),
         )
         for index, contact in enumerate(config.contacts)
     ]
@@ -255,6 +259,7 @@ def contact_pair(
     targets: Mapping[str | None, Ints | Obstacle],
     alarm: float,
     tolerance: float,
+    body: Ints,
 ) -> ContactPair:
     """One contact.
 
@@ -265,6 +270,7 @@ def contact_pair(
         targets: triangles of each surface, and the obstacles, by name.
         alarm: the alarm distance [m].
         tolerance: depth of obstacles in the surfaces at rest that is accepted [m].
+        body: (v,) number of the body that each vertex belongs to.
 
     Raises:
         RobotFileError: a surface without area, or an obstacle within the robot.
@@ -277,7 +283,10 @@ def contact_pair(
         name = f"{contact.candidates or 'skin'} on {contact.against}"
         target = targets[contact.against]
         if isinstance(target, np.ndarray):
-            return ContactPair(name, nodes, weights, target, friction=mu, bounds=bounds)
+            loose = loose_bodies(body, nodes, target)
+            return ContactPair(
+                name, nodes, weights, target, friction=mu, bounds=bounds, loose=loose
+            )
         points = np.einsum("mj,mji->mi", weights, vertices[nodes])
         check_obstacle(target, points, tolerance, where)
         return ContactPair(
@@ -287,7 +296,23 @@ def contact_pair(
     along = contact.neighbour_distance or max(EDGES_AWAY * edge, 2.0 * alarm)
     apart = neighbours_at_rest(vertices, triangles, nodes, weights, along, WALL_ALARMS * alarm)
     name = f"{contact.candidates or 'skin'} on itself"
-    return ContactPair(name, nodes, weights, triangles, apart, friction=mu, bounds=bounds)
+    loose = loose_bodies(body, nodes, triangles)
+    return ContactPair(
+        name, nodes, weights, triangles, apart, friction=mu, bounds=bounds, loose=loose
+    )
+
+
+def bodies_of(triangles: Ints, n_vertices: int) -> Ints:
+    """The number of the body that each vertex belongs to: (v,), one for each closed surface.
+
+    Args:
+        triangles: (t, 3) of the surfaces of all bodies.
+        n_vertices: number of vertices.
+    """
+    links = np.concatenate([triangles[:, :2], triangles[:, 1:]])
+    graph = sp.coo_array((np.ones(len(links)), links.T), shape=(n_vertices, n_vertices))
+    body: Ints = connected_components(graph, directed=False)[1]
+    return body
 
 
 def candidates_on(

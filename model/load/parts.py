@@ -271,7 +271,8 @@ def contact_between(
         mu, bounds = contact.friction, force_bounds(contact)
         if against is not None:
             other = renumbered(against)
-            pair = ContactPair(name, nodes, weights, other, friction=mu, bounds=bounds)
+            loose = ((np.arange(len(nodes)), np.arange(len(other))),)
+            pair = ContactPair(name, nodes, weights, other, friction=mu, bounds=bounds, loose=loose)
             pairs.append(replace(pair, owner=contact.candidates.part, other=names[against[0]]))
             continue
         assert isinstance(contact.against, str)

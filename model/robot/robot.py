@@ -220,7 +220,7 @@ class Robot(Generic[B_co]):
         end: State | None = None,
         far: bool = False,
     ) -> Robot[B_co]:
-        """The same robot in a step: what touches obstacles stays on the side of them where it was.
+        """The same robot in a step: what touches obstacles or other bodies stays on their side where it was.
 
         Args:
             state: where the step starts.
@@ -230,12 +230,17 @@ class Robot(Generic[B_co]):
             far: whether what is beyond the alarm distance where it starts may touch at its end.
         """
         poses, h = self.contacts.poses, self.h if seconds is None else seconds
-        if not (poses.poses if far else self.contacts.sided):
+        of_obstacles = bool(poses.poses if far else self.contacts.sided)
+        if not (of_obstacles or self.contacts.loose):
             return self
         linearised_here = end is None
         if end is None:
             moves = not self.integration.static and bool(state.v.any())
             end = self.advance(state, state.v, h) if moves else state
+        if not of_obstacles and not self.contacts.far(
+            2.0 * max(self.displacement(at, h * at.v) for at in (state, end))
+        ):
+            return self
         if end is state and not poses.change:
             return self.with_contacts(self.contacts.placed(poses))
         x, led = (self.motion(at).placed(self.vertices).y for at in (state, end))

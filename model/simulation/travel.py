@@ -18,8 +18,8 @@ Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems*, 2008, chapter 10
 The first stage does not show every impact. A body that rests on an obstacle which starts to move is pushed
 before and after, and would be thrown up with 1/γ − 1 = 2.4 times the velocity of the obstacle; one that meets
 an obstacle between y₁ and s would be pushed out of it. In both, other contacts push at the end of the second
-stage than at that of the first one. There robots among obstacles repeat the second stage from y₁: after an
-impact they have the velocity of the obstacle, and no more.
+stage than at that of the first one. There robots among obstacles, and bodies that only contact joins, repeat
+the second stage from y₁: after an impact they have the velocity of the obstacle, and no more.
 
 Where a stage moves a node far from where the velocity alone leads, one linearisation is not enough: the
 period is travelled again in twice as many steps, up to four times as many. Where a stage moves a node several
@@ -195,14 +195,15 @@ def _second(
 ) -> Travel:
     """The second stage of a step: from s of (S1), or where something is struck over the rest, from y₁.
 
-    Whether an obstacle is struck is seen at the end of the second stage only: where s lies beyond the
-    obstacle, or moves away from it.
+    Whether an obstacle or another body is struck is seen at the end of the second stage only: where s lies
+    beyond it, or moves away from it.
     """
     robot = stages.robot
     if not struck:
         beyond = _beyond(robot, start, first.state, stages.scheme.h)
         end = stages.solve(beyond, first.forces, command, share, start)
-        if not robot.obstacles.poses or not _struck(first.forces, end, PUSHES * stages.size):
+        among = bool(robot.obstacles.poses or robot.contacts.loose)
+        if not among or not _struck(first.forces, end, PUSHES * stages.size):
             return end
     return stages.over_the_rest().solve(first.state, first.forces, command, share)
 
