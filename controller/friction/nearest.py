@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from tauten.controller.friction.dual_qp import solve_dual
-from tauten.controller.friction.path import LAW_STEPS, displacement_scale, lifted, meet_law
+from tauten.controller.friction.path import LAW_STEPS, displacement_scale, meet_law
 from tauten.controller.friction.problem import EffortPoint
 from tauten.controller.friction.search import EffortSearch
 from tauten.controller.qpcc import UNBOUNDED
@@ -110,8 +110,8 @@ def _slope(search: EffortSearch, point: EffortPoint, share: float) -> Array:
     if share == 0.0:
         return search.slope(point)
     width = widths(search.contacts.w, point.r, share, displacement_scale(search, point))
-    start, begin = lifted(search.contacts.w, point.r, width), search.budget.time.clock()
-    _, slope, _, systems = meet_law(search.contacts, point.lam, start, width, LAW_STEPS)
+    begin = search.budget.time.clock()
+    _, slope, _, systems = meet_law(search.contacts, point.lam, point.r, width, LAW_STEPS)
     search.budget.count(systems, begin)
     return slope
 

@@ -35,11 +35,9 @@ from tauten.model.numerics import Array, kernel
 
 NARROWEST = 1e-2  # κ at the end
 ENOUGH_NARROW = 2  # steps that meet the law there
-AT_ONCE = 8  # steps between two looks at the clock
+AT_ONCE = 4  # steps between two looks at the clock
 SHRINK = 0.6  # of κ, in the nested form
 ASTRAY = 20.0  # the same above which the efforts wait
-LEFT = 0.1  # of a normal force, by a step
-INSIDE = 0.05  # the same, of the nested form
 SHORTEST = 1.0 / 32.0
 TRUST = 0.1  # of the span of the efforts, a step at first
 WIDEST = 4.0  # of that, later
@@ -153,45 +151,9 @@ def _begin(
         share: κ at first.
         before: where the path was cut; None: it begins.
     """
-    contacts, length = search.contacts, displacement_scale(search, start)
     if before is None:
-        r = lifted(contacts.w, start.r, widths(contacts.w, start.r, share, length))
-        return PathState(start.lam, r, TRUST * search.span, share, 0), 0
-    state = before.state
-    r = lifted(contacts.w, state.r, widths(contacts.w, state.r, state.share, length))
-    return state._replace(lam=search.bounded(state.lam), r=r), before.steps
-
-
-@kernel
-def lifted(W_ii: Array, r: Array, width: Widths) -> Array:
-    """Forces (3 m,) with normal forces that are positive, as the smoothed law has them.
-
-    Args:
-        W_ii: (m,) largest compliance of each contact's rows.
-        r: (3 m,) forces.
-        width: of the law.
-    """
-    lifted = r.copy()
-    for i in range(len(W_ii)):
-        least = 0.1 * width.share * width.normal[i] / W_ii[i]
-        lifted[3 * i] = max(r[3 * i], least)
-    return lifted
-
-
-@kernel
-def inside(r: Array, change: Array, left: float) -> float:
-    """The longest step, at most 1, that leaves a share of each normal force.
-
-    Args:
-        r: (3 m,) forces.
-        change: (3 m,) of them.
-        left: share that is left at least.
-    """
-    longest = 1.0
-    for i in range(0, len(r), 3):
-        if change[i] < 0.0:
-            longest = min(longest, (1.0 - left) * max(r[i], 0.0) / -change[i])
-    return longest
+        return PathState(start.lam, start.r, TRUST * search.span, share, 0), 0
+    return before.state._replace(lam=search.bounded(before.state.lam)), before.steps
 
 
 @kernel
@@ -262,14 +224,13 @@ def line_search(
     """
     follow = law.residual + np.dot(law.slope, change)
     du = (np.dot(W_ca, change) + np.dot(cones.W, follow)).reshape(law.u.shape)
-    taken, before = inside(r, follow, LEFT), law_size(width, law.F)
-    least = taken * SHORTEST
+    taken, before = 1.0, law_size(width, law.F)
     while True:
         there = r + taken * follow
         F = smoothed_law(cones, law.u + taken * du, there, width)
         error = law_error(width, F)
         better = error <= gate or law_size(width, F) < (1.0 - 1e-4 * taken) * before
-        if better or 0.5 * taken < least:
+        if better or 0.5 * taken < SHORTEST:
             return taken, error, lam + taken * change, there
         taken *= 0.5
 
@@ -297,7 +258,6 @@ def nested_path(
             if step is None or step.gain < 1e-3 * objective:
                 break
             ahead = r + slope @ step.change
-            ahead[::3] = np.maximum(ahead[::3], 0.05 * r[::3])
             there = lam + step.change
             found, turned, met = _meet(search, there, ahead, width)
             value = search.program.measures(there, found)[0]
@@ -351,7 +311,7 @@ def meet_law(
     law = linear_law(cones, contacts.G, r, width, contacts.W_ca)
     spent, error = 1, law_error(width, law.F)
     while error > MET and spent < systems:
-        _, r, _ = shortened(cones, r, law, width, inside(r, law.residual, INSIDE))
+        _, r, _ = shortened(cones, r, law, width)
         law = linear_law(cones, contacts.G, r, width, contacts.W_ca)
         spent, error = spent + 1, law_error(width, law.F)
     return r, law.slope, error, spent

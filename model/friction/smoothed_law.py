@@ -1,13 +1,15 @@
 """A smoothed law of contact with friction, and how forces follow what pushes the contacts under it.
 
-With w the compliance of a contact, x = w r_n, y = u_n, and widths k for the normal and l for the slip:
+With w the compliance of a contact, x = w r_n, y = u_n, z = w r_t − u_t and a width k of the contact:
 
     p = (x − y + sqrt((x − y)² + 4 (κ k)²)) / 2,   F_n = x − p,
-    F_t = w r_t + μ p u_t / sqrt(|u_t|² + (κ l)²)                                              (F2)
+    s = (|z| + μ p + sqrt((|z| − μ p)² + 4 (κ k)²)) / 2,   F_t = w r_t − μ p z / s              (F2)
 
-F = 0 is contact with friction where κ = 0: x y = (κ k)² is the central path of the normal law, x = p is
-positive, and slip is against its force with a friction that rises over the width l. Friction is that of p
-rather than of x, so that forces on the way to a solution may have any sign.
+F = 0 is contact with friction where κ = 0: p is the larger one of x − y and zero, and μ p z / s the
+projection of z on the disc of radius μ p. x y = (κ k)² is the central path of the normal law. Where the
+exact law holds, |F| is at most (1 + μ) κ k, also of contacts that are between two pieces: so a path
+leaves exact forces with full steps. Friction is that of p rather than of x, so that forces on the way to
+a solution may have any sign.
 """
 
 from __future__ import annotations
@@ -25,13 +27,11 @@ class Widths(NamedTuple):
 
     Attributes:
         share: κ.
-        normal: (m,) k of each contact.
-        slip: l.
+        each: (m,) k of each contact.
     """
 
     share: float
-    normal: Array
-    slip: float
+    each: Array
 
 
 @kernel
@@ -47,8 +47,7 @@ def widths(W_ii: Array, r: Array, share: float, length: float) -> Widths:
         length: displacement that matters.
     """
     largest = max(r[::3].max(), 0.0)
-    normal = np.sqrt(length * np.maximum(length, W_ii * largest))
-    return Widths(share, normal, length)
+    return Widths(share, np.sqrt(length * np.maximum(length, W_ii * largest)))
 
 
 @kernel
@@ -56,7 +55,7 @@ def law_error(width: Widths, F: Array) -> float:
     """Largest |F| (m, 3) relative to the width of the contact."""
     largest = 0.0
     for i in range(len(F)):
-        k = width.share * width.normal[i]
+        k = width.share * width.each[i]
         for j in range(3):
             largest = np.maximum(largest, abs(F[i, j]) / k)
     return largest
@@ -68,7 +67,7 @@ def law_size(width: Widths, F: Array) -> float:
     total = 0.0
     for i in range(len(F)):
         for j in range(3):
-            total += (F[i, j] / width.normal[i]) ** 2
+            total += (F[i, j] / width.each[i]) ** 2
     return float(np.sqrt(total))
 
 
@@ -88,6 +87,43 @@ class LinearLaw(NamedTuple):
     slope: Array
 
 
+class Disc(NamedTuple):
+    """The smoothed projection z ↦ μ p z / s of one contact, and its derivatives.
+
+    Attributes:
+        share: μ p / s.
+        rest: one less that share.
+        along: ∂ |μ p z / s| / ∂ |z|.
+        rest_along: one less that.
+        growth: ∂ (μ p |z| / s) / ∂ (μ p).
+    """
+
+    share: float
+    rest: float
+    along: float
+    rest_along: float
+    growth: float
+
+
+@kernel
+def smoothed_disc(length: float, radius: float, k: float) -> Disc:
+    """The smoothed projection on a disc.
+
+    Args:
+        length: |z|.
+        radius: μ p, positive.
+        k: width of the law at the contact, κ k.
+    """
+    beyond = length - radius
+    root = np.sqrt(beyond * beyond + 4.0 * k * k)
+    # s − μ p without cancellation where the contact sticks
+    left = 0.5 * (root + beyond) if beyond > 0.0 else 2.0 * k * k / (root - beyond)
+    s, s_length = radius + left, 0.5 * (1.0 + beyond / root)
+    share, rest, bent = radius / s, left / s, length * s_length / s
+    growth = length * (left + radius * s_length) / (s * s)
+    return Disc(share, rest, share * (1.0 - bent), rest + share * bent, growth)
+
+
 @kernel
 def smoothed_law(cones: Cones, u: Array, r: Array, width: Widths) -> Array:
     """F (m, 3) of (F2).
@@ -99,14 +135,15 @@ def smoothed_law(cones: Cones, u: Array, r: Array, width: Widths) -> Array:
         width: of the law.
     """
     w, mu, F = cones.W_ii, cones.mu, np.empty(u.shape)
-    slip = width.share * width.slip
     for i in range(len(w)):
-        z, k = w[i] * r[3 * i] - u[i, 0], width.share * width.normal[i]
-        pushed = 0.5 * (z + np.sqrt(z * z + 4.0 * k * k))
-        F[i, 0] = w[i] * r[3 * i] - pushed
-        speed = np.sqrt(u[i, 1] ** 2 + u[i, 2] ** 2 + slip * slip)
-        for j in range(1, 3):
-            F[i, j] = w[i] * r[3 * i + j] + mu[i] * pushed * u[i, j] / speed
+        x, x_1, x_2 = w[i] * r[3 * i], w[i] * r[3 * i + 1], w[i] * r[3 * i + 2]
+        open_, k = u[i, 0] - x, width.share * width.each[i]
+        pushed = 0.5 * (np.sqrt(open_ * open_ + 4.0 * k * k) - open_)
+        z_1, z_2 = x_1 - u[i, 1], x_2 - u[i, 2]
+        length, radius = np.sqrt(z_1 * z_1 + z_2 * z_2), mu[i] * pushed
+        beyond = length - radius
+        share = 2.0 * radius / (length + radius + np.sqrt(beyond * beyond + 4.0 * k * k))
+        F[i, 0], F[i, 1], F[i, 2] = x - pushed, x_1 - share * z_1, x_2 - share * z_2
     return F
 
 
@@ -157,26 +194,32 @@ def law_blocks(cones: Cones, u: Array, r: Array, width: Widths, F: Array) -> tup
         F: (m, 3) of (F2).
     """
     w, mu = cones.W_ii, cones.mu
-    first, blocks, slip = np.empty(len(r)), np.zeros((len(w), 3, 3)), width.share * width.slip
+    first, blocks = np.empty(len(r)), np.zeros((len(w), 3, 3))
     for i in range(len(w)):
-        row, k = 3 * i, width.share * width.normal[i]
+        row, k, yields = 3 * i, width.share * width.each[i], 1.0 / w[i]
         z = w[i] * r[row] - u[i, 0]
         root = z * z + 4.0 * k * k
         s = z / np.sqrt(root)
         # 1 − s without cancellation where the contact is closed
         away = 1.0 - s if s < 0.9 else 4.0 * k * k / (root * (1.0 + s))
-        speed = np.sqrt(u[i, 1] ** 2 + u[i, 2] ** 2 + slip * slip)
+        z_1, z_2 = w[i] * r[row + 1] - u[i, 1], w[i] * r[row + 2] - u[i, 2]
+        length = np.sqrt(z_1 * z_1 + z_2 * z_2)
+        e_1, e_2 = (z_1 / length, z_2 / length) if length > 0.0 else (1.0, 0.0)
+        disc = smoothed_disc(length, mu[i] * (w[i] * r[row] - F[i, 0]), k)
         # where F_n is met to first order p is x: friction is that of x + dx
-        push = mu[i] * (r[row] - F[i, 0] / w[i]) / speed
-        e_1, e_2 = u[i, 1] / speed, u[i, 2] / speed
-        h_1, h_2 = mu[i] * e_1, mu[i] * e_2
-        ratio = (1.0 + s) / (w[i] * away)
-        first[row] = F[i, 0] / (0.5 * w[i] * away)
-        first[row + 1] = (F[i, 1] + h_1 * F[i, 0]) / w[i] - h_1 * first[row]
-        first[row + 2] = (F[i, 2] + h_2 * F[i, 0]) / w[i] - h_2 * first[row]
-        blocks[i, 0, 0], blocks[i, 1, 0], blocks[i, 2, 0] = ratio, -h_1 * ratio, -h_2 * ratio
-        blocks[i, 1, 1], blocks[i, 2, 2] = push * (1.0 - e_1 * e_1), push * (1.0 - e_2 * e_2)
-        blocks[i, 1, 2] = blocks[i, 2, 1] = -push * e_1 * e_2
+        h = mu[i] * disc.growth / disc.rest_along
+        ratio = (1.0 + s) * yields / away
+        first[row] = 2.0 * F[i, 0] * yields / away
+        along = (e_1 * F[i, 1] + e_2 * F[i, 2]) / disc.rest_along - h * F[i, 0]
+        along = along * yields + h * first[row]
+        across = (e_1 * F[i, 2] - e_2 * F[i, 1]) / disc.rest * yields
+        first[row + 1], first[row + 2] = along * e_1 - across * e_2, along * e_2 + across * e_1
+        blocks[i, 0, 0] = ratio
+        blocks[i, 1, 0], blocks[i, 2, 0] = h * e_1 * ratio, h * e_2 * ratio
+        t_along, t_across = disc.along / disc.rest_along * yields, disc.share / disc.rest * yields
+        blocks[i, 1, 1] = t_along * e_1 * e_1 + t_across * e_2 * e_2
+        blocks[i, 2, 2] = t_along * e_2 * e_2 + t_across * e_1 * e_1
+        blocks[i, 1, 2] = blocks[i, 2, 1] = (t_along - t_across) * e_1 * e_2
     return first, blocks
 
 

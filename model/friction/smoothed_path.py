@@ -23,7 +23,10 @@ from tauten.model.friction.smoothed_law import (
 )
 from tauten.model.numerics import Array, kernel
 
-NARROWEST = 1e-7  # of the largest |q|, width κ l of the slip at the end
+NARROWEST = (
+    1e-5  # of the largest |q|, width κ k at the end: contacts that stick yield by its square
+)
+GATE = 0.3  # error of the law, of its widths, up to which it counts as met
 SHORTEST = 1.0 / 64.0  # of a step's line search
 FULL = 0.9  # share of a step above which it counts as a full one
 
@@ -56,25 +59,23 @@ def smoothed_forces(
         steps: at most.
     """
     narrowest = NARROWEST * np.abs(cones.q).max() / wide.length
-    normal, none, r = np.full(len(cones.mu), wide.length), np.empty((len(start), 0)), start
-    width = Widths(wide.share, normal, wide.length)
+    each, none, r = np.full(len(cones.mu), wide.length), np.empty((len(start), 0)), start
+    width = Widths(wide.share, each)
     for step in range(steps):
         law = linear_law(cones, G, r, width, none)
         if not np.isfinite(law.residual).all():
             return r, step + 1
-        F, r, share = shortened(cones, r, law, width, 1.0)
-        if law_error(width, F) <= 1.0:
+        F, r, share = shortened(cones, r, law, width)
+        if law_error(width, F) <= GATE:
             if width.share <= narrowest:
                 return r, step + 1
             factor = wide.shrink if share > FULL else np.sqrt(wide.shrink)
-            width = Widths(factor * width.share, normal, wide.length)
+            width = Widths(factor * width.share, each)
     return r, steps
 
 
 @kernel
-def shortened(
-    cones: Cones, r: Array, law: LinearLaw, width: Widths, longest: float
-) -> tuple[Array, Array, float]:
+def shortened(cones: Cones, r: Array, law: LinearLaw, width: Widths) -> tuple[Array, Array, float]:
     """A step of the forces by line search on |F|: F (m, 3) and r (3 m,) after it, and its share.
 
     Args:
@@ -82,17 +83,14 @@ def shortened(
         r: (3 m,) forces.
         law: linearised at these.
         width: of the law.
-        longest: share that is tried first.
     """
     change = law.residual
-    share, before = longest, law_size(width, law.F)
+    share, before = 1.0, law_size(width, law.F)
     du = np.dot(cones.W, change).reshape(law.u.shape)
     while True:
         there = r + share * change
         after = smoothed_law(cones, law.u + share * du, there, width)
-        if (
-            law_size(width, after) < (1.0 - 1e-4 * share) * before
-            or 0.5 * share < longest * SHORTEST
-        ):
+        lower = law_size(width, after) < (1.0 - 1e-4 * share) * before
+        if lower or 0.5 * share < SHORTEST:
             return after, there, share
         share *= 0.5

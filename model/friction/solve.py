@@ -20,9 +20,9 @@ TOLERANCE = 1e-9  # of the natural map, relative to the largest |q|
 BUDGET = 1000  # linear systems
 FIRST = 60  # Newton steps before a path
 LAST = 40  # Newton steps from its end
-LENGTHS = (0.1, 1.0, 0.3, 10.0)  # of the largest |q|: widths of the paths at first
+LENGTHS = (0.1, 1.0, 0.3, 10.0, 0.03, 3.0)  # of the largest |q|: widths of the paths at first
 SHRINK = 0.5  # of κ, after a full step of a path
-PATH = 120  # steps of a path, at most
+PATH = 60  # steps of a path, at most
 
 
 @dataclass(frozen=True, slots=True)

@@ -248,7 +248,7 @@ def test_whenever_time_is_up_the_answer_is_exact_within_limits_and_no_worse_than
             assert violation(stored[name], one) <= LIMIT
             assert one.objective <= one.held
     assert solves == sorted(solves)
-    assert solves[0] < 0.3 * solves[-1]
+    assert solves[0] < 0.4 * solves[-1]
 
 
 @pytest.mark.parametrize(

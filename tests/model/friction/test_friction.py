@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from benchmarks.friction import read_problem
-from tauten.model.friction import FrictionProblem, certify_friction, solve_friction
+from tauten.model.friction import (
+    Cones,
+    FrictionProblem,
+    certify_friction,
+    smoothed_law,
+    solve_friction,
+    widths,
+)
 from tauten.model.numerics import Array
 
 H = 1e-2  # s, step
@@ -178,6 +185,20 @@ def test_redundant_contacts_are_solved_where_newtons_steps_fail(dim: int) -> Non
             missed.append(seed)
     assert len(failed) >= 2
     assert len(missed) <= 1
+
+
+def test_exact_forces_meet_the_smoothed_law_within_its_widths() -> None:
+    """At every width, and whether contacts are open, stick or slip."""
+    for seed in range(12):
+        problem = redundant(seed, 3)
+        found = solve_friction(problem)
+        cones = Cones(problem.W, problem.q, problem.mu, problem.diagonal)
+        for share in (1.0, 1e-2, 1e-4):
+            width = widths(problem.diagonal, found.r, share, float(np.abs(problem.q).max()))
+            F = smoothed_law(cones, found.u.reshape(-1, 3), found.r, width)
+            allowed = (1.0 + 1e-6) * share * width.each
+            assert (np.abs(F[:, 0]) <= allowed).all()
+            assert (np.linalg.norm(F[:, 1:], axis=1) <= (1.0 + problem.mu) * allowed).all()
 
 
 def test_a_path_does_not_depend_on_the_unit_of_force() -> None:
