@@ -21,6 +21,7 @@ def descend(
     held: EffortPoint,
     forwards: int,
     at_least: int = 0,
+    credible: float = np.inf,
 ) -> EffortPoint:
     """The lowest exact point within the limits that some steps find.
 
@@ -30,6 +31,7 @@ def descend(
         held: that of holding.
         forwards: exact solutions, at most.
         at_least: of these, whatever the budget.
+        credible: largest predicted gain, of the objective, that is believed.
     """
     best, slope, trust = start, search.slope(start), TRUST * search.span
     for number in range(forwards):
@@ -37,7 +39,7 @@ def descend(
         if spent or best.objective <= GONE * held.objective:
             break
         step = search.step(best.lam, best.r, slope, trust)
-        if step is None or step.gain <= LEAST * best.objective:
+        if step is None or not LEAST * best.objective < step.gain <= credible * best.objective:
             break
         found = search.exact(best.lam + step.change, best.r + slope @ step.change)
         if found is not None:

@@ -9,7 +9,6 @@ from tauten.controller.qpcc import Budget
 from tauten.model.friction import Width, error_of, newton_forces, smoothed_forces, velocities
 from tauten.model.numerics import Array, kernel, solve_linear
 
-PRECISELY = 1e-9  # of the largest |q|, error that exact forces are asked for
 NEWTON = 45  # steps on the exact law, at most
 SMOOTHED = 60  # steps on the smoothed law, at most
 LENGTH = 1e-2  # of the largest |q|: displacement that sets the widths
@@ -75,8 +74,7 @@ def forces_at(contacts: InverseContacts, lam: Array, start: Array) -> tuple[bool
         start: (3 m,) forces to start from.
     """
     cones = cones_at(contacts, lam)
-    error = min(PRECISELY * np.abs(cones.q).max(), 0.3 * contacts.exact)
-    found = newton_forces(cones, start, error, contacts.exact, NEWTON, bool(np.any(start)))
+    found = newton_forces(cones, start, contacts.exact, contacts.exact, NEWTON, bool(np.any(start)))
     return found.error <= contacts.exact, found.r, found.newton
 
 
