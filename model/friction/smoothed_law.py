@@ -87,7 +87,7 @@ class LinearLaw(NamedTuple):
     slope: Array
 
 
-class Disc(NamedTuple):
+class DiscProjection(NamedTuple):
     """The smoothed projection z ↦ μ p z / s of one contact, and its derivatives.
 
     Attributes:
@@ -106,7 +106,7 @@ class Disc(NamedTuple):
 
 
 @kernel
-def smoothed_disc(length: float, radius: float, k: float) -> Disc:
+def smoothed_disc(length: float, radius: float, k: float) -> DiscProjection:
     """The smoothed projection on a disc.
 
     Args:
@@ -121,7 +121,7 @@ def smoothed_disc(length: float, radius: float, k: float) -> Disc:
     s, s_length = radius + left, 0.5 * (1.0 + beyond / root)
     share, rest, bent = radius / s, left / s, length * s_length / s
     growth = length * (left + radius * s_length) / (s * s)
-    return Disc(share, rest, share * (1.0 - bent), rest + share * bent, growth)
+    return DiscProjection(share, rest, share * (1.0 - bent), rest + share * bent, growth)
 
 
 @kernel
