@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
-from tauten.model.numerics import Array, Bools, Ints, kernel
+from tauten.model.numerics import Array, Bools, Ints, kernel, record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Contacts:
     """Contact candidates within the alarm distance at one state.
 
@@ -66,7 +66,7 @@ class Contacts:
         return gaps
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ContactForces:
     """The contacts in range in a step with their forces: what drawings, readouts and logs have.
 

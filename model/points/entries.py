@@ -8,19 +8,18 @@ unknowns: `Motion` and `Placed`, one implementation for each kind of coordinates
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.numerics import Array, Ints, kernel, record
 from tauten.model.rows import ChainedRows, Jacobian, Rows, sparse_rows
 
 P_contra = TypeVar("P_contra", contravariant=True)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Entries:
     """Rows over points, as sums of vectorᵀ δx_point.
 
@@ -41,7 +40,7 @@ class Entries:
         return rows, Entries(starts, points, vectors)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Placed(ABC):
     """Points at one state.
 
@@ -105,7 +104,7 @@ def dense_units(columns: Ints, n: int) -> Array:
     return units
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class PlacedByMap(Placed):
     """Points whose derivative by the unknowns is known, sparse or dense.
 

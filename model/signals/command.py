@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from tauten.model.numerics import Array, Bools
+from tauten.model.numerics import Array, Bools, record
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Command:
     """Given positions and efforts; NaN where not given.
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tauten.model.contacts import ContactForces, Contacts
-from tauten.model.numerics import Array, Bools, Ints, kernel
+from tauten.model.numerics import Array, Bools, Ints, kernel, record
 from tauten.model.step.contact_space import ContactSpace
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class TangentialForces:
     """What friction does at unit columns.
 
@@ -30,7 +28,7 @@ class TangentialForces:
         return TangentialForces(self.force.copy(), self.sliding.copy(), self.margin.copy())
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Forces:
     """Constraint forces of a step.
 

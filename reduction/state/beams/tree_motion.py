@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tauten.model import ChainedRows
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, record
 from tauten.model.points import AttachedPoints, Entries, Placed, PlacedOnBeams, dense_units
 from tauten.reduction.state.beams.motion import point_rows
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record
 class TreeMotion:
     """A tree of beams at one state, a `Motion` of `AttachedPoints`; its natural strains are the unknowns.
 
@@ -45,7 +43,7 @@ class TreeMotion:
         return dense_units(columns, self.n)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record
 class PlacedOnTree(Placed):
     """Attached points at one state of beams whose natural strains are the unknowns.
 

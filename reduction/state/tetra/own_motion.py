@@ -14,7 +14,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tauten.model.numerics import Array, Ints, kernel, moments_at_end, rotations_between, turned
+from tauten.model.numerics import (
+    Array,
+    Ints,
+    kernel,
+    moments_at_end,
+    record,
+    rotations_between,
+    turned,
+)
 
 # Entries (i, j, k, m, sign) of ∂R_ij/∂ω_k = sign R_mj.
 _TURNED = np.array(
@@ -32,7 +40,7 @@ _CROSS = np.array(
 ).astype(float)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@record
 class Derivative:
     """A derivative J (R, n) with few entries.
 
