@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from tauten.model.actuators import winding
 from tauten.model.contact import (
@@ -26,7 +24,9 @@ from tauten.model.contact import (
     PlaneShape,
     PoseStream,
     Shape,
+    bodies_of,
     heights_of_file,
+    holes_between,
     loose_bodies,
     mean_edge,
     mesh_of_file,
@@ -35,7 +35,13 @@ from tauten.model.contact import (
     pose_at,
 )
 from tauten.model.load.extensions import extension, extension_names, made
-from tauten.model.mesh import Selector, spread_points, triangle_areas, vertex_points
+from tauten.model.mesh import (
+    Selector,
+    covering_points,
+    spread_points,
+    triangle_areas,
+    vertex_points,
+)
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import (
     ALARM_DISTANCE,
@@ -43,11 +49,14 @@ from tauten.model.schema import (
     ContactRange,
     ContactSettings,
     ObstacleSettings,
+    PartContactSettings,
     RobotConfig,
     RobotFileError,
     RotationSettings,
     TouchSettings,
 )
+
+log = logging.getLogger(__name__)
 
 CONTACT_SHAPES = "tauten.contact_shapes"
 FROM_FILES: dict[str, Callable[..., Shape]] = {
@@ -89,6 +98,7 @@ def contact_set(
         **surfaces,
         **{one.name: one for one in obstacles},
     }
+    body = bodies_of(surfaces[None], len(vertices))
     pairs = [
         contact_pair(
             contact,
@@ -97,12 +107,16 @@ def contact_set(
             targets,
             alarm,
             config.contact.tolerance,
-            bodies_of(surfaces[None], len(vertices)),
+            body,
         )
         for index, contact in enumerate(config.contacts)
     ]
     for one in obstacles:
         check_outside(one, vertices, surfaces[None], f"{source}: obstacles.{one.name}")
+    touching = zip(pairs, config.contacts, strict=True)
+    between = [(pair, surfaces[one.candidates]) for pair, one in touching if pair.loose]
+    for note in holes_between(between, vertices, body):
+        log.warning("%s: %s", source, note)
     sums = (*obstacle_sums(pairs), *largest_sums(config.contact, len(pairs)))
     try:
         return ContactSet(pairs, len(vertices), alarm, config.contact.distance, sums)
@@ -277,7 +291,7 @@ def contact_pair(
     """
     triangles = targets[contact.candidates]
     assert isinstance(triangles, np.ndarray)
-    nodes, weights = candidates_on(vertices, triangles, contact.points, where)
+    nodes, weights = candidates_on(vertices, triangles, contact, where)
     mu, bounds = contact.friction, force_bounds(contact)
     if contact.against != ITSELF:
         name = f"{contact.candidates or 'skin'} on {contact.against}"
@@ -302,23 +316,10 @@ def contact_pair(
     )
 
 
-def bodies_of(triangles: Ints, n_vertices: int) -> Ints:
-    """The number of the body that each vertex belongs to: (v,), one for each closed surface.
-
-    Args:
-        triangles: (t, 3) of the surfaces of all bodies.
-        n_vertices: number of vertices.
-    """
-    links = np.concatenate([triangles[:, :2], triangles[:, 1:]])
-    graph = sp.coo_array((np.ones(len(links)), links.T), shape=(n_vertices, n_vertices))
-    body: Ints = connected_components(graph, directed=False)[1]
-    return body
-
-
 def candidates_on(
     vertices: Array,
     triangles: Ints,
-    points: int | Literal["vertices"] | None,
+    contact: ContactSettings | PartContactSettings,
     where: str,
 ) -> tuple[Ints, Array]:
     """Vertices (m, 3) of the triangles that candidates lie in, and weights (m, 3).
@@ -326,19 +327,22 @@ def candidates_on(
     Args:
         vertices: (v, 3) at rest [m].
         triangles: (t, 3) of the surface.
-        points: how many, one at each vertex, or one for each square of a mean edge.
+        contact: how many, one at each vertex, one for each square of a mean edge, or how far apart.
         where: file and name of the table, for errors.
 
     Raises:
         RobotFileError: a surface without area.
     """
-    if points is None:
+    points = contact.points
+    if points is None and contact.spacing is None:
         area = float(triangle_areas(vertices, triangles).sum())
         edge = mean_edge(vertices, triangles)
         points = max(1, round(area / edge**2)) if area > 0.0 else 1
     try:
+        if contact.spacing is not None:
+            return covering_points(vertices, triangles, contact.spacing)
         if points == "vertices":
             return vertex_points(triangles)
-        return spread_points(vertices, triangles, points)
+        return spread_points(vertices, triangles, points or 1)
     except ValueError as error:
         raise RobotFileError(f"{where}: {error}") from error

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from tauten.model.contact import ContactPair, ContactSet
+from tauten.model.contact import ContactPair, ContactSet, holes_between
 from tauten.model.load.contacts import (
     NO_TRIANGLES,
     build_obstacle,
@@ -266,7 +266,7 @@ def contact_between(
     pairs = []
     for index, (contact, candidates, against) in enumerate(sides):
         where, own = f"{source}: contacts.{index}", renumbered(candidates)
-        nodes, weights = candidates_on(at_rest, own, contact.points, where)
+        nodes, weights = candidates_on(at_rest, own, contact, where)
         name = f"{side_name(contact.candidates)} on {side_name(contact.against)}"
         mu, bounds = contact.friction, force_bounds(contact)
         if against is not None:
@@ -282,6 +282,14 @@ def contact_between(
             name, nodes, weights, NO_TRIANGLES, obstacle=obstacle, friction=mu, bounds=bounds
         )
         pairs.append(replace(pair, owner=contact.candidates.part))
+    part_of = np.repeat(np.arange(len(parts)), np.diff(first))
+    between = [
+        (pair, renumbered(own))
+        for pair, (_, own, _) in zip(pairs, sides, strict=True)
+        if pair.loose
+    ]
+    for note in holes_between(between, at_rest, part_of):
+        log.warning("%s: %s", source, note)
     return Between(tuple(used), tuple(pairs))
 
 

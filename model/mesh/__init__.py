@@ -7,6 +7,8 @@ from tauten.model.mesh.regions import BodyRange, NodeSelector, Selector, make_se
 from tauten.model.mesh.surface import (
     FACES,
     boundary_triangles,
+    covering_points,
+    largest_hole,
     spread_points,
     triangle_areas,
     uncancelled_triangles,
@@ -39,6 +41,8 @@ __all__ = [
     "TetMesh",
     "UNITS",
     "boundary_triangles",
+    "covering_points",
+    "largest_hole",
     "checked",
     "distances_to_triangles",
     "join_meshes",

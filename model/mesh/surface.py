@@ -11,6 +11,7 @@ from tauten.model.numerics import Array, Ints, kernel, row_keys
 FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 SAMPLES_PER_POINT = 40  # how much denser the surface is sampled than it is to be covered
+HOLE_SAMPLES = 1000  # of a surface, about, among which its largest hole is
 TIE = 1e-6  # of lengths relative to the spacing; what differs by less is a tie, won by the lower number
 NEAREST = 8  # points among which a sample has its nearest one; more are not equally near
 SAME_POINT = 1e-7  # of the size; STL repeats the corners of its triangles
@@ -128,6 +129,52 @@ def vertex_points(triangles: Ints) -> tuple[Ints, Array]:
     turned = (first[:, None] % 3 + np.arange(3)) % 3  # (p, 3)
     nodes = np.take_along_axis(triangles[first // 3], turned, axis=1)
     return nodes, np.tile([1.0, 0.0, 0.0], (len(nodes), 1))
+
+
+def covering_points(vertices: Array, triangles: Ints, spacing: float) -> tuple[Ints, Array]:
+    """Points at each vertex of a surface, along its edges, and spread over its area.
+
+    Args:
+        vertices: (v, 3) positions [m].
+        triangles: (t, 3) vertex ids.
+        spacing: largest distance of neighbours on an edge, and about that of neighbours elsewhere [m].
+
+    Returns:
+        Nodes and weights as of `spread_points`.
+
+    Raises:
+        ValueError: the surface has no area.
+    """
+    area = float(triangle_areas(vertices, triangles).sum())
+    spread = spread_points(vertices, triangles, max(1, round(area / spacing**2)))
+    sides = np.concatenate([triangles, triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]])
+    _, first = np.unique(np.sort(sides[:, :2], axis=1), axis=0, return_index=True)
+    nodes, weights = [], []
+    for side in sides[np.sort(first)]:
+        length = float(np.linalg.norm(vertices[side[1]] - vertices[side[0]]))
+        parts = int(np.ceil(length / spacing - TIE))
+        share = np.arange(1, parts) / max(parts, 1)
+        nodes.append(np.tile(side, (len(share), 1)))
+        weights.append(np.stack([1.0 - share, share, 0.0 * share], axis=1))
+    corners = vertex_points(triangles)
+    return (
+        np.concatenate([corners[0], *nodes, spread[0]]),
+        np.concatenate([corners[1], *weights, spread[1]]),
+    )
+
+
+def largest_hole(vertices: Array, triangles: Ints, points: Array) -> float:
+    """Largest distance of a place on a surface from the nearest of some points, about [m].
+
+    Args:
+        vertices: (v, 3) positions [m].
+        triangles: (t, 3) vertex ids.
+        points: (p, 3) of the surface [m].
+    """
+    area = float(triangle_areas(vertices, triangles).sum())
+    owner, weights = dense_samples(vertices, triangles, area / HOLE_SAMPLES)
+    samples = np.einsum("si,sij->sj", weights, vertices[triangles[owner]])
+    return float(cKDTree(points).query(samples)[0].max())
 
 
 def dense_samples(vertices: Array, triangles: Ints, area: float) -> tuple[Ints, Array]:

@@ -29,6 +29,7 @@ from tauten.model.schema.digest import (
 from tauten.model.schema.effector import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.schema.material import MaterialSettings, SolidMaterialSettings
 from tauten.model.schema.parts_file import (
+    PartContactSettings,
     PartsConfig,
     PartSurfaceSettings,
     parts_digest,
@@ -120,6 +121,7 @@ __all__ = [
     "Parameters",
     "PartRobotConfig",
     "PartSurfaceSettings",
+    "PartContactSettings",
     "PartsConfig",
     "Point",
     "Positive",

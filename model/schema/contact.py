@@ -222,6 +222,12 @@ class ContactSettings(TouchSettings):
         description="Number of candidates, or `vertices` for one at each vertex of the surface; by default "
         "one for each square of a mean edge.",
     )
+    spacing: Distance | None = Field(
+        default=None,
+        description="Instead of `points`: candidates at each vertex of the surface, along its edges and over "
+        "its area, so far from each other at most [m]. What is wider does not pass between them, and a body "
+        "stands on them as far as its edges reach.",
+    )
     neighbour_distance: Distance | None = Field(
         default=None,
         description='With `against = "itself"`: way along the surface at rest within which parts of it are '
@@ -230,9 +236,16 @@ class ContactSettings(TouchSettings):
 
     @model_validator(mode="after")
     def _consistent(self) -> ContactSettings:
+        one_way_to_place_points(self.points, self.spacing)
         if self.against != ITSELF and self.neighbour_distance is not None:
             raise ValueError('neighbour_distance is used with against = "itself" only')
         return self
+
+
+def one_way_to_place_points(points: int | str | None, spacing: float | None) -> None:
+    """Raise a ValueError where a contact has both."""
+    if points is not None and spacing is not None:
+        raise ValueError("give points or spacing, not both")
 
 
 class ContactRange(Section):

@@ -12,10 +12,16 @@ from pydantic import Field, model_validator
 
 from tauten.model.schema.body import RotationSettings
 from tauten.model.schema.cable import CouplingSettings
-from tauten.model.schema.contact import ContactRange, ObstacleSettings, TouchSettings, check_forces
+from tauten.model.schema.contact import (
+    ContactRange,
+    ObstacleSettings,
+    TouchSettings,
+    check_forces,
+    one_way_to_place_points,
+)
 from tauten.model.schema.digest import joined_digest
 from tauten.model.schema.robot_file import ControlPeriod, NamedRobot
-from tauten.model.schema.section import Name, Point, Section, check_unique
+from tauten.model.schema.section import Distance, Name, Point, Section, check_unique
 
 
 class PartSettings(Section):
@@ -62,6 +68,17 @@ class PartContactSettings(TouchSettings):
         description="Number of candidates, or `vertices` for one at each vertex of the surface; by default "
         "one for each square of a mean edge.",
     )
+    spacing: Distance | None = Field(
+        default=None,
+        description="Instead of `points`: candidates at each vertex of the surface, along its edges and over "
+        "its area, so far from each other at most [m]. What is wider does not pass between them, and a body "
+        "stands on them as far as its edges reach.",
+    )
+
+    @model_validator(mode="after")
+    def _points_once(self) -> PartContactSettings:
+        one_way_to_place_points(self.points, self.spacing)
+        return self
 
 
 class PartsConfig(NamedRobot):
@@ -154,7 +171,10 @@ def parts_digest(
     used = [item.against for item in config.contacts if isinstance(item.against, str)]
     obstacles = {one.name: _by_content(one, folder) for one in config.obstacles if one.name in used}
     touching = [
-        [item.points, obstacles.get(item.against) if isinstance(item.against, str) else None]
+        [
+            item.spacing or item.points,
+            obstacles.get(item.against) if isinstance(item.against, str) else None,
+        ]
         for item in config.contacts
     ]
     motors = [[item.gains, list(ids)] for item, ids in zip(config.couplings, members, strict=True)]

@@ -1,0 +1,74 @@
+"""Whether a body may fall between the candidates of a contact with another one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from tauten.model.contact.pair import ContactPair
+from tauten.model.mesh import largest_hole
+from tauten.model.numerics import Array, Ints
+
+LARGEST_HOLE = 0.5  # of the width of what may touch, distance of a place from a candidate
+TINY = 1e-12  # m
+
+
+def holes_between(
+    pairs: Sequence[tuple[ContactPair, Ints]], vertices: Array, body: Ints
+) -> Iterator[str]:
+    """Contacts of bodies of which one may fall between the candidates of the other one, in words.
+
+    A body is as wide as the middle one of its extents. Of a contact in both directions one is enough.
+
+    Args:
+        pairs: contacts of two surfaces, and triangles (t, 3) of that with the candidates.
+        vertices: (v, 3) of the surfaces at rest [m].
+        body: (v,) number of the body that each vertex belongs to.
+    """
+    found = dict[tuple[int, int], tuple[float, str]]()
+    for pair, own in pairs:
+        points, owner = np.einsum("mj,mji->mi", pair.weights, vertices[pair.nodes]), body[own[:, 0]]
+        target = body[pair.triangles[:, 0]]
+        for one, other in product(np.unique(owner).tolist(), np.unique(target).tolist()):
+            near = body[pair.nodes[:, 0]] == one
+            if one == other or not near.any():
+                continue
+            hole = largest_hole(vertices, own[owner == one], points[near])
+            width = middle_extent(vertices[np.unique(pair.triangles[target == other])])
+            note = (
+                f"{pair.name}: places of the surface are up to {1e3 * hole:.3g} mm from a candidate, and "
+                f"what it may touch is {1e3 * width:.3g} mm wide: it may fall between them or slip off; "
+                f"give spacing = {0.25 * width:.2g}"
+            )
+            key, ratio = (min(one, other), max(one, other)), hole / max(width, TINY)
+            if key not in found or ratio < found[key][0]:
+                found[key] = ratio, note
+    yield from (note for ratio, note in found.values() if ratio > LARGEST_HOLE)
+
+
+def middle_extent(points: Array) -> float:
+    """The middle one of the extents of points (p, 3) along their principal axes or the coordinates [m].
+
+    Principal axes are no directions of their own where a body is as wide as it is high.
+    """
+    away = points - points.mean(axis=0)
+    axes = np.linalg.svd(away, full_matrices=False)[2]
+    extents = [np.sort(np.ptp(x, axis=0))[1] for x in (away, away @ axes.T)]
+    return float(min(extents))
+
+
+def bodies_of(triangles: Ints, n_vertices: int) -> Ints:
+    """The number of the body that each vertex belongs to: (v,), one for each closed surface.
+
+    Args:
+        triangles: (t, 3) of the surfaces of all bodies.
+        n_vertices: number of vertices.
+    """
+    links = np.concatenate([triangles[:, :2], triangles[:, 1:]])
+    graph = sp.coo_array((np.ones(len(links)), links.T), shape=(n_vertices, n_vertices))
+    body: Ints = connected_components(graph, directed=False)[1]
+    return body
