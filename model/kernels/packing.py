@@ -34,6 +34,13 @@ def used_archive(
 
     Those of kernels that no other one calls are packed `without_ir`, which makes the archive half as large.
 
+    Args:
+        caches: of all kernels.
+        folder: of `gather`.
+        target: to make, for the entries.
+        everything: whether to pack the entries too that no program used, but for those of kernels that others
+            call: most of these are there for the callers, whose machine code contains them.
+
     Returns:
         The archive, and how many entries it has.
     """
@@ -42,9 +49,11 @@ def used_archive(
     called = frozenset[str]().union(*(cache.callees for cache in caches))
     for cache in caches:
         source = cache.file_in(folder)
-        used = [key for key, name in source.entries().items() if everything or _used(folder / name)]
+        linked = cache.name in called
+        unused = everything and not linked
+        used = [key for key, name in source.entries().items() if unused or _used(folder / name)]
         for key in sorted(used, key=str):
-            count += _copy(key, source, cache.file_in(target), cache.name in called)
+            count += _copy(key, source, cache.file_in(target), linked)
     return pack((path.name, path.read_bytes()) for path in target.iterdir()), count
 
 

@@ -112,6 +112,23 @@ def test_packing_again_needs_no_compilation(
 
 
 @portable
+def test_what_no_program_used_is_packed_unless_it_is_there_for_callers(
+    tmp_path: Path, packed: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv(SEED, str(packed))
+    monkeypatch.setattr(pack, "workload", lambda work: {"nothing": ["-c", "pass"]})
+    found = [
+        {name.partition("-")[0] for name in unpack(file.read_bytes())}
+        for file in (
+            pack_kernels(tmp_path / f"{everything}.tar.xz", silent, everything).file
+            for everything in (False, True)
+        )
+    ]
+    assert found == [set(), {"tauten.model.parts.motion._add_rows"}]
+
+
+@portable
 def test_a_program_that_fails_leaves_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
