@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from tauten.model.numerics import Array, Bools, Ints, kernel, record
+from tauten.model.numerics import Array, Bools, Ints, kernel
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Contacts:
     """Contact candidates within the alarm distance at one state.
 
@@ -66,7 +66,7 @@ class Contacts:
         return gaps
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class ContactForces:
     """The contacts in range in a step with their forces: what drawings, readouts and logs have.
 

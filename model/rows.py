@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tauten.model.contacts import Contacts, no_contacts
-from tauten.model.numerics import Array, Ints, kernel, record
+from tauten.model.numerics import Array, Ints, kernel
 
 # Sparse where the unknowns are the mesh's, dense where they are the few of a state basis.
 Jacobian: TypeAlias = sp.csr_array | Array
@@ -19,7 +19,7 @@ _Places: TypeAlias = Ints | NDArray[np.int32]
 _EMPTY = sp.csr_array((0, 0))
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Rows:
     """Constraint rows δ(q) and their Jacobian H = ∂δ/∂q.
 
@@ -78,7 +78,7 @@ class Rows:
         return _after(self.delta, self.H.indptr, self.H.indices, self.H.data, h, v)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class ChainedRows:
     """Many rows with the Jacobian H = S J: over many coordinates S, which few unknowns move by J.
 
@@ -119,7 +119,7 @@ class ChainedRows:
         return _after(self.delta, self.starts, self.columns, self.data, h, self.motion @ v)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class EffectorRows(Rows):
     """Rows of the effectors, with the goal values and positions they have at this state.
 
@@ -142,7 +142,7 @@ class RelativeMotion(Protocol):
         """Rows of the motion of some contacts (r,) along unit directions (r, d, 3) of each: (r d, n)."""
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class ContactRows:
     """Rows of the contact candidates within the alarm distance.
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from tauten.model.numerics import Array, record
+from tauten.model.numerics import Array
 from tauten.model.rows import ContactRows, EffectorRows, Rows
 from tauten.model.system import Integration
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class State:
     """Configuration and velocity of the free degrees of freedom.
 
@@ -30,7 +30,7 @@ class State:
         return State(self.q.copy(), self.v.copy(), self.memory.copy())
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Assembled:
     """Forces and tangents at a state, of which `Robot.system` makes systems; each kind of body adds its own.
 
@@ -57,7 +57,7 @@ class Assembled:
         return self, np.zeros_like(rho)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class StepStart:
     """Where a time step that is iterated starts.
 
@@ -77,7 +77,7 @@ class StepStart:
     force: Array
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class RobotRows:
     """The rows that effectors, actuators and contacts contribute to a step.
 

@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.numerics import Array, Bools, Factorisation, Ints, kernel, record
+from tauten.model.numerics import Array, Bools, Factorisation, Ints, kernel
 from tauten.model.schema import RobotConfig
 
 # Shares of the semidefinite tangent that a step tries. The smaller it is, the faster steps converge.
@@ -274,7 +274,7 @@ def _add_block(indptr: Ints, indices: Ints, columns: Ints, block: Array, values:
             values[place] += block[a, b]
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class System:
     """A factorised A dv = b + h Hᵀ λ; valid until its factorisation is used for the next step.
 

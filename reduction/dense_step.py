@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.linalg import eigh
@@ -18,14 +18,13 @@ from tauten.model.numerics import (
     Ints,
     cholesky,
     kernel,
-    record,
     solve_in_place,
 )
 
 LEAST = 0.1  # of a matrix with the stiffness of the material, that one with an augmented tangent is
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class DenseAssembled(Assembled):
     """What all reduced bodies know of a state; attributes beside those of `Assembled`.
 

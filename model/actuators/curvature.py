@@ -8,7 +8,7 @@ import numpy as np
 
 from tauten.model.actuators.chamber import ChamberSet, add_chamber_stiffness
 from tauten.model.actuators.transmission import TransmissionSet
-from tauten.model.numerics import Array, Ints, record
+from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
     MeanPoints,
     NodeMotion,
@@ -21,7 +21,7 @@ from tauten.model.points import (
 from tauten.model.system import Pattern
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Loads:
     """Efforts of all single actuators but drives.
 

@@ -15,7 +15,7 @@ from typing_extensions import TypeVar
 
 from tauten.model.actuators import ActuatorSet
 from tauten.model.body.body import Body
-from tauten.model.numerics import Array, Bools, Factorisation, FactorisationError, Ints, record
+from tauten.model.numerics import Array, Bools, Factorisation, FactorisationError, Ints
 from tauten.model.state import Assembled, State
 from tauten.model.system import (
     Integration,
@@ -31,7 +31,7 @@ P = TypeVar("P", default=Any)
 NEARLY = 1e-6  # of what was added on the diagonal: closer to singular, rounding might decide
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class SparseAssembled(Assembled):
     """Forces and tangents of a body with a sparse tangent; attributes beside those of `Assembled`.
 

@@ -41,7 +41,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -55,13 +55,13 @@ from tauten.model.contact.shapes import PlaneShape
 from tauten.model.contact.sides import FAST, Hits, Sides, add_hits, hits_of, joined, sides_of
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
-from tauten.model.numerics import Array, Bools, Ints, kernel, record
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.rows import PairSlots
 
 _Found: TypeAlias = tuple[Ints, Array, Array, Ints, Array]  # what `detect_all` writes
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Detection(Contacts):
     """Candidates in range, with the vertices that move their gaps.
 

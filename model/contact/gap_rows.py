@@ -6,10 +6,12 @@ depend on, only those with a coefficient have an entry.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from tauten.model.contact.detection import Detection
-from tauten.model.numerics import Array, Ints, kernel, record
+from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.points import Entries, Placed
 from tauten.model.rows import ContactRows, dense
 
@@ -29,7 +31,7 @@ def contact_rows(detection: Detection, placed: Placed, frictional: bool = False)
     return ContactRows(rows, detection, PlacedContacts(detection, placed), frictional)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class PlacedContacts:
     """Candidates in range at one state, a `RelativeMotion`.
 

@@ -1,9 +1,8 @@
-"""Names for the array types that signatures use, records of arrays, and integers that stand for rows."""
+"""Names for the array types that signatures use, and integers that stand for the rows of a table."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TypeAlias, TypeVar, dataclass_transform
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,17 +10,6 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
-T = TypeVar("T")
-
-
-@dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(field,))
-def record(made_of: type[T]) -> type[T]:
-    """A slotted dataclass that is frozen for type checkers, for what every step makes by the dozen.
-
-    One that is frozen at run time too takes three to six times as long to make, which was a tenth of a
-    control step. Records are equal to themselves only: arrays have no truth.
-    """
-    return dataclass(slots=True, eq=False)(made_of)
 
 
 def row_keys(rows: Ints) -> Ints:

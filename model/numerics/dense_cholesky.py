@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from tauten.model.numerics.arrays import Array, record
+from tauten.model.numerics.arrays import Array
 from tauten.model.numerics.factorisation import FactorisationError
 from tauten.model.numerics.jit import kernel
 
@@ -69,7 +71,7 @@ def _solve_many_rows(L: Array, rows: Array, X: Array) -> None:
     X[:] = np.dot(np.dot(rows, inverse.T), inverse)
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class DenseFactors:
     """Cholesky factors of the small dense A; a `tauten.model.numerics.factorisation.Factorisation`.
 

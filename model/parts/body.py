@@ -19,7 +19,7 @@ import scipy.sparse as sp
 
 from tauten.model.body import Body, Turning
 from tauten.model.effectors import Effectors
-from tauten.model.numerics import Array, Factorisation, Ints, record
+from tauten.model.numerics import Array, Factorisation, Ints
 from tauten.model.parts.actuators import PartsActuators
 from tauten.model.parts.assembly import Assembly
 from tauten.model.parts.factors import BlockFactors, block_factors
@@ -39,7 +39,7 @@ from tauten.model.state import Assembled, State, StepStart
 from tauten.model.system import Integration, System
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class PartsAssembled(Assembled):
     """Forces and tangents of each part; attributes beside those of `Assembled`.
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.numerics import Array, Ints, kernel, record
+from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.parts.part import Placement
 from tauten.model.points import (
     Entries,
@@ -55,7 +55,7 @@ class PartsPoints:
     groups: tuple[PointsOfPart, ...]
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class PartsMotion:
     """Several parts at one state, a `Motion` of `PartsPoints`.
 
@@ -93,7 +93,7 @@ class PartsMotion:
         return sparse_units(columns, self.n)
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class PlacedOnParts(Placed):
     """Points of several parts at one state.
 
@@ -129,7 +129,7 @@ class PlacedOnParts(Placed):
     def motion(self) -> Jacobian:
         """Derivative of the positions by the unknowns: (3 p, n)."""
         if len(self.groups) > 1 or self.groups[0].placement is not None:
-            return Placed.motion(self)
+            return super(PlacedOnParts, self).motion()
         own = self.placed[0].motion()
         every = np.arange(3 * len(self.y))
         return in_columns([(self.groups[0].part, every, own)], self.columns, len(every))

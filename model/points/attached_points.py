@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from tauten.model.numerics import Array, Ints, cross, kernel, quaternion, record, rotate, row, scale
+from tauten.model.numerics import Array, Ints, cross, kernel, quaternion, rotate, row, scale
 from tauten.model.points.entries import Entries, Placed, sparse_units
 from tauten.model.rows import sparse_rows
 
@@ -58,7 +58,7 @@ class AttachedPoints:
         return self.place(nodes, np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1)))[0]
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class PoseMotion:
     """Nodes that move and turn at one state, a `Motion` of `AttachedPoints`.
 
@@ -88,7 +88,7 @@ class PoseMotion:
         return sparse_units(columns, self.n)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class PlacedOnBeams(Placed):
     """Attached points at one state of nodes whose positions and rotations are the unknowns.
 

@@ -8,18 +8,19 @@ unknowns: `Motion` and `Placed`, one implementation for each kind of coordinates
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.numerics import Array, Ints, kernel, record
+from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.rows import ChainedRows, Jacobian, Rows, sparse_rows
 
 P_contra = TypeVar("P_contra", contravariant=True)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Entries:
     """Rows over points, as sums of vectorᵀ δx_point.
 
@@ -40,7 +41,7 @@ class Entries:
         return rows, Entries(starts, points, vectors)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Placed(ABC):
     """Points at one state.
 
@@ -104,7 +105,7 @@ def dense_units(columns: Ints, n: int) -> Array:
     return units
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class PlacedByMap(Placed):
     """Points whose derivative by the unknowns is known, sparse or dense.
 

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from tauten.model.numerics import Array, Ints, kernel, record
+from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.points.entries import Entries, Placed, PlacedByMap, sparse_units
 from tauten.model.rows import sparse_rows
 
@@ -28,7 +28,7 @@ class Through(Protocol):
         """Rows over the unknowns, of rows H over the nodes that are not fixed."""
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class NodeMotion:
     """Nodes at one state, a `Motion` of `NodePoints` and `MeanPoints`.
 
@@ -102,7 +102,7 @@ def points_at(nodes: Ints) -> NodePoints:
     return combinations(nodes[:, None], np.ones((len(nodes), 1)))
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class PlacedOnNodes(Placed):
     """Combinations of nodes at one state.
 

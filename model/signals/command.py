@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from tauten.model.numerics import Array, Bools, record
+from tauten.model.numerics import Array, Bools
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Command:
     """Given positions and efforts; NaN where not given.
 

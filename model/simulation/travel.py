@@ -35,13 +35,13 @@ The controller's model and the simulated robots both move so, each with its own 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
 
-from tauten.model.numerics import Array, FactorisationError, Ints, kernel, record
+from tauten.model.numerics import Array, FactorisationError, Ints, kernel
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.state import State
@@ -68,7 +68,7 @@ TINY = float(np.finfo(float).tiny)  # the least positive number
 PUSHES = 1e-9  # of that size: what moves less by its force in a stage does not push, it is rounding
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Travel:
     """The end of a period.
 
@@ -259,7 +259,7 @@ def _pushes_otherwise(
     return len(one) != len(other) or (one != other).any()
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class _Stages:
     """Steps of implicit Euler of one length.
 

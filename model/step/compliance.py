@@ -5,9 +5,11 @@ W = h² H A⁻¹ Hᵀ,   δ_free = δ + h H v_free,   δ = δ_free + W λ       
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from tauten.model.numerics import Array, HalfSolving, Ints, kernel, record
+from tauten.model.numerics import Array, HalfSolving, Ints, kernel
 from tauten.model.signals import Springs
 from tauten.model.system import System
 
@@ -17,7 +19,7 @@ MANY = (
 )
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Compliance:
     """Rows condensed through the system of one step.
 

@@ -8,12 +8,12 @@ coordinate of the motor before the spring.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tauten.model.layout import Layout
-from tauten.model.numerics import Array, Bools, Ints, kernel, record
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.robot import Robot
 from tauten.model.rows import ContactRows
 from tauten.model.signals import Laws
@@ -28,7 +28,7 @@ NO_AXES = np.zeros((0, 3, 3))
 STILL = 1e-7  # of the largest displacement without contact, slip that counts as none
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class CondensedStep:
     """All of a step but the forces.
 

@@ -11,11 +11,11 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from tauten.model.numerics import Array, Ints, record
+from tauten.model.numerics import Array, Ints
 from tauten.model.rows import ContactRows
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class ReducedContacts:
     """Contact rows seen through a space of contact forces (18)-(19).
 

@@ -16,7 +16,7 @@ import numpy as np
 from tauten.model.arguments import of_kind
 from tauten.model.contact import ContactSet
 from tauten.model.contacts import ContactForces
-from tauten.model.numerics import Array, Ints, record
+from tauten.model.numerics import Array, Ints
 from tauten.model.rows import ContactRows
 from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.contact_space import ContactSpace, EmptySpace
@@ -87,7 +87,7 @@ def contact_model(
     return contact, chosen or (WITH_FRICTION if candidates.frictional else reduced)
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class PredictedStep:
     """A step with its forces, and their predicted effect.
 

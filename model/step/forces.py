@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from tauten.model.contacts import ContactForces, Contacts
-from tauten.model.numerics import Array, Bools, Ints, kernel, record
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.step.contact_space import ContactSpace
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class TangentialForces:
     """What friction does at unit columns.
 
@@ -28,7 +30,7 @@ class TangentialForces:
         return TangentialForces(self.force.copy(), self.sliding.copy(), self.margin.copy())
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class Forces:
     """Constraint forces of a step.
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.numerics import Array, Bools, Ints, kernel, lcp_forces, record
+from tauten.model.numerics import Array, Bools, Ints, kernel, lcp_forces
 from tauten.model.signals import Command
 from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.enrichment import Enrichment, EnrichmentLoop, PredictedStep
@@ -27,7 +27,7 @@ SINGULAR = (
 EQUAL = 1e-7  # of the terms of a row that is to be zero; what is left of it
 
 
-@record
+@dataclass(frozen=True, slots=True)
 class ForwardStep:
     """A solved forward step.
 

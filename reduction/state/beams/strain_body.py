@@ -21,7 +21,7 @@ import numpy as np
 from tauten.model import Assembled, Integration, Robot, State, System
 from tauten.model.actuators import Loads
 from tauten.model.beams import BeamBody, BeamTree, follow
-from tauten.model.numerics import Array, Ints, record
+from tauten.model.numerics import Array, Ints
 from tauten.model.points import AttachedPoints, OuterForces, path_lengths
 from tauten.reduction.dense_step import DenseAssembled, implicit_system
 from tauten.reduction.reduced_body import ReducedBody
@@ -57,7 +57,7 @@ class BeamWork:
     L: Array
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class BeamAssembled(DenseAssembled):
     """Forces and tangent of beams at a state: K (r, r) is the exact one."""
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from tauten.model import ChainedRows
-from tauten.model.numerics import Array, Ints, record
+from tauten.model.numerics import Array, Ints
 from tauten.model.points import AttachedPoints, Entries, Placed, PlacedOnBeams, dense_units
 from tauten.reduction.state.beams.motion import point_rows
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class TreeMotion:
     """A tree of beams at one state, a `Motion` of `AttachedPoints`; its natural strains are the unknowns.
 
@@ -43,7 +45,7 @@ class TreeMotion:
         return dense_units(columns, self.n)
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class PlacedOnTree(Placed):
     """Attached points at one state of beams whose natural strains are the unknowns.
 

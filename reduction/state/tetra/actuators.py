@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.actuators import ActuatorSet
-from tauten.model.numerics import Array, record
+from tauten.model.numerics import Array
 from tauten.model.tetra import TetBody
 from tauten.reduction.state.tetra.arrays import Tendons
 from tauten.reduction.state.tetra.body import ModePoints, mode_points, reduced_tendons
@@ -23,7 +23,7 @@ from tauten.reduction.state.tetra.points import node_rows
 TRIANGLES = 128  # summed at a time
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class Wound:
     """The cables on drums at a state, see `tauten.model.constraints.Drums`.
 

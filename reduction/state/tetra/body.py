@@ -9,7 +9,7 @@ import numpy as np
 from tauten.model import Robot
 from tauten.model.contact import ContactSet
 from tauten.model.materials import COROTATIONAL, N_CONSTANTS
-from tauten.model.numerics import LANES, Array, Ints, record
+from tauten.model.numerics import LANES, Array, Ints
 from tauten.model.points import (
     Entries,
     MeanPoints,
@@ -39,7 +39,7 @@ class ModePoints:
     map: Array
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class ModeMotion:
     """A body moved by modes at one state, a `Motion` of `ModePoints`.
 
@@ -68,7 +68,7 @@ class ModeMotion:
         return dense_units(columns, self.n)
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class PlacedByModes(Placed):
     """Points moved by modes at one state.
 

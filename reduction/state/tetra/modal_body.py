@@ -17,7 +17,7 @@ import numpy as np
 
 from tauten.model import Assembled, Integration, Robot, State, System
 from tauten.model.constraints import Drums
-from tauten.model.numerics import Array, Ints, record
+from tauten.model.numerics import Array, Ints
 from tauten.model.points import points_at
 from tauten.model.tetra import TetBody
 from tauten.reduction.dense_step import DenseAssembled, implicit_system
@@ -36,7 +36,7 @@ from tauten.reduction.state.tetra.node_chart import NodeChart
 from tauten.reduction.state.tetra.own_motion import Derivative, OwnMotion
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class SampledAssembled(DenseAssembled):
     """Forces and tangents of sampled elements at a state; attributes beside those of `DenseAssembled`.
 

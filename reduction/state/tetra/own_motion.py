@@ -14,15 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tauten.model.numerics import (
-    Array,
-    Ints,
-    kernel,
-    moments_at_end,
-    record,
-    rotations_between,
-    turned,
-)
+from tauten.model.numerics import Array, Ints, kernel, moments_at_end, rotations_between, turned
 
 # Entries (i, j, k, m, sign) of ∂R_ij/∂ω_k = sign R_mj.
 _TURNED = np.array(
@@ -40,7 +32,7 @@ _CROSS = np.array(
 ).astype(float)
 
 
-@record
+@dataclass(frozen=True, slots=True, eq=False)
 class Derivative:
     """A derivative J (R, n) with few entries.
 
