@@ -9,6 +9,7 @@ from tauten.controller.qpcc import Budget
 from tauten.model.friction import Width, error_of, newton_forces, smoothed_forces, velocities
 from tauten.model.numerics import Array, kernel, solve_linear
 
+PRECISELY = 0.3  # of the error that counts as exact: what is asked for, so that it stays exact
 NEWTON = 45  # steps on the exact law, at most
 SMOOTHED = 60  # steps on the smoothed law, at most
 LENGTH = 1e-2  # of the largest |q|: displacement that sets the widths
@@ -74,7 +75,10 @@ def forces_at(contacts: InverseContacts, lam: Array, start: Array) -> tuple[bool
         start: (3 m,) forces to start from.
     """
     cones = cones_at(contacts, lam)
-    found = newton_forces(cones, start, contacts.exact, contacts.exact, NEWTON, bool(np.any(start)))
+    if error_of(cones, start) <= contacts.exact:
+        return True, start, 0
+    error = PRECISELY * contacts.exact
+    found = newton_forces(cones, start, error, contacts.exact, NEWTON, bool(np.any(start)))
     return found.error <= contacts.exact, found.r, found.newton
 
 

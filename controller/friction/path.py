@@ -128,7 +128,7 @@ def one_shot_path(
     widest, end = WIDEST * TRUST * search.span, budget.spent + steps - taken
     cut = False
     while state.narrow < ENOUGH_NARROW and budget.spent < end and not cut:
-        number = min(AT_ONCE, end - budget.spent)
+        number = min(budget.at_once(AT_ONCE), end - budget.spent)
         begin = budget.time.clock()
         state, spent = path_steps(
             contacts, search.program.arrays, state, length, widest, pace, number

@@ -36,7 +36,7 @@ MOVED = 0.1  # of the way to the target, or of open contacts, that efforts move 
 UNMOVED = 1e-6  # of the way to the target, that counts as no motion
 RESERVED = AT_ONCE + NEWTON + 4  # linear systems: of a path, an exact solution, a slope and two QPs
 SLIPPERY = 1e-3  # friction, below which the efforts without it are tried, too
-CREDIBLE = 0.03  # the same, above which the end of a path in a control loop is rather at a kink
+CREDIBLE = 0.01  # the same, above which the end of a path in a control loop is rather at a kink
 SLOPING = 1e-3  # predicted gain, of the objective, from which a point counts as having a gradient
 
 

@@ -95,6 +95,10 @@ class Budget:
         """Whether there is time for some systems and for those that are reserved."""
         return self.time.allows((systems + self.reserved) * self.pace)
 
+    def at_once(self, least: int) -> int:
+        """Systems that may be solved until the next look at the clock; at least some."""
+        return least if self.time.limited else max(least, self.pivots - self.spent)
+
     def count(self, systems: int, begin: float) -> None:
         """Count systems that have been solved since a value of the clock."""
         self.spent += systems

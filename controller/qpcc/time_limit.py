@@ -42,6 +42,11 @@ class TimeLimit:
         self.passed = 0
         self.cut = False
 
+    @property
+    def limited(self) -> bool:
+        """Whether any check may fail."""
+        return self._checks is not None or self._end < math.inf
+
     def allows(self, seconds: float = 0.0) -> bool:
         """Whether there is time left for what takes so long [s]."""
         if self.cut:

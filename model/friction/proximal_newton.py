@@ -30,6 +30,7 @@ WIDEST, LEAST = 1e-1, 1e-14  # α at a start from zero, and the smallest
 WARM = 3e-2  # α from forces that are nearly a solution
 EASIER, HARDER = 0.1, 5.0  # factors of α after a round that succeeds, and one that fails
 ROUND_STEPS = 15  # Newton steps of a round, at most
+LAST_STEPS = 3  # the same where forces are accepted, but not yet as exact as is asked for
 ROUND_ERROR = 1e-2  # of the error before a round; its residual at the end
 WEIGHTS = (1.0, 3.0, 0.3)  # c of (F1)
 WARM_WEIGHTS = (30.0, 3.0, 0.3)  # the same from forces that are nearly a solution
@@ -76,7 +77,7 @@ def newton_forces(
     best, least = r, now
     while not now <= error and newton < budget:
         weight = weights[failures % len(weights)]
-        limit = min(ROUND_STEPS, budget - newton)
+        limit = min(ROUND_STEPS if now > accepted else LAST_STEPS, budget - newton)
         tried, steps, solved = newton_round(cones, r, alpha, weight, now, limit)
         found = error_of(cones, tried)
         newton, rounds = newton + max(steps, 1), rounds + 1
