@@ -10,6 +10,8 @@ from support.robots.blocks import box, free_bodies, plane, touching
 
 from tauten.controller import Controller, Status
 from tauten.model import Robot, Simulator
+from tauten.service.node import ControlLoop, Signals
+from tauten.service.wire import Cause, Mode
 
 EDGE, RATE = 0.02, 100.0
 
@@ -85,3 +87,21 @@ def test_decisions_for_a_cube_that_is_jammed_are_infeasible(friction: float) -> 
         assert "complementarity" in actuation.conflict
         assert not np.any(actuation.effort)
         assert actuation.certificate.deepest_gap < -0.4 * number * 0.1 / RATE
+
+
+def test_a_node_holds_while_a_cube_is_jammed_and_goes_on_when_it_is_free() -> None:
+    """The goal is 1 mm away all the time."""
+    controller = Controller(squeezed(True, 0.5))
+    loop, goal = ControlLoop(controller), controller.effector_values + np.array([1e-3, 0.0, 0.0])
+    controller.place("top", [0.0, 0.0, EDGE], velocity=[0.0, 0.0, -0.02])
+    for _ in range(3):
+        action = loop.tick(goal, Signals(target=True))
+        assert (action.mode, action.cause) == (Mode.HOLD, Cause.UNUSABLE)
+        assert not action.actuation.effort.any()
+        loop.prepare()
+    controller.place("top", [0.0, 0.0, 2.0 * EDGE])
+    for _ in range(20):
+        action = loop.tick(goal, Signals(target=True))
+        loop.prepare()
+    assert action.mode is Mode.RUN
+    assert depth(controller) < 1e-6
