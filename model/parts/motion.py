@@ -77,9 +77,11 @@ class PartsMotion:
         """Values (d,) of the coordinates that motors move directly, part by part."""
         return np.concatenate([part.travel for part in self.parts])
 
-    def placed(self, points: PartsPoints) -> PlacedOnParts:
-        """Points of the parts at this state."""
+    def placed(self, points: PartsPoints) -> Placed:
+        """Points of the parts at this state; where one part is the robot, as its body places them."""
         groups = points.groups
+        if len(groups) == len(self.parts) == 1 and groups[0].placement is None:
+            return self.parts[0].placed(groups[0].points)
         placed = tuple(self.parts[group.part].placed(group.points) for group in groups)
         y = [
             one.y if group.placement is None else group.placement.points(one.y)

@@ -325,7 +325,7 @@ def _scheme(scheme: Integration, steps: int) -> Integration:
 def _ahead(robot: Robot, state: State, h: float) -> State:
     """Where the velocity alone leads from a state, with the velocity and memory of that state."""
     there = robot.body.advance(state, state.v, h)
-    return State(there.q, there.v, state.memory)
+    return there if there.memory is state.memory else State(there.q, there.v, state.memory)
 
 
 def _beyond(robot: Robot, start: State, middle: State, h: float) -> State:

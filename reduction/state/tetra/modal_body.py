@@ -182,15 +182,14 @@ class ModalBody(ReducedBody[ModePoints]):
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> SampledAssembled:
         """Forces and tangents at a state, see `Body`."""
-        at = self.responding(state, effort, integration)
-        if not self.sampled.corotational or (integration or self.integration).static:
-            return at
-        beta, tendons = at.motion.beta[: self.own_motion.pulled], self.curvature.tendons
-        given = beta, at.tension, at.response, self.sampled, tendons, self.work
-        return dataclasses.replace(at, apart=tangents_apart(*given))
+        return self.responding(state, effort, integration, several=True)
 
     def responding(
-        self, state: State, effort: Array | None, integration: Integration | None
+        self,
+        state: State,
+        effort: Array | None,
+        integration: Integration | None,
+        several: bool = False,
     ) -> SampledAssembled:
         """Forces at a state, and what tangents there are made from.
 
@@ -198,6 +197,7 @@ class ModalBody(ReducedBody[ModePoints]):
             state: where steps start.
             effort: (n_a,) last efforts of the actuators; None: zero.
             integration: another scheme than the body's; None: that one.
+            several: whether systems of several lengths are made of these.
         """
         scheme, response = integration or self.integration, self.work.response
         actuators, motion = self.actuator_set, self.motion(state)
@@ -236,9 +236,13 @@ class ModalBody(ReducedBody[ModePoints]):
             force = force + wound.tension @ wound.H
             if damped:
                 resisting = resisting + wound.tangent @ state.v
+        apart, tendons = None, self.curvature.tendons
+        if several and self.sampled.corotational and not scheme.static:
+            sampled, pulling = self.sampled, loads.tension
+            apart = tangents_apart(beta[:pulled], pulling, response, sampled, tendons, self.work)
         return SampledAssembled(
             state, effort, mass, force, inertia, resisting,
-            motion, over_beta, efforts, wound, loads.tension, response, floats=floats,
+            motion, over_beta, efforts, wound, loads.tension, response, floats=floats, apart=apart,
         )  # fmt: skip
 
     def material(self, beta: Array, rate: Array, damped: bool) -> tuple[Array, Array]:
