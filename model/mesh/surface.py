@@ -11,6 +11,7 @@ from tauten.model.numerics import Array, Ints, kernel, row_keys
 FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 SAMPLES_PER_POINT = 40  # how much denser the surface is sampled than it is to be covered
+MOST_POINTS = 100_000  # that a spacing may make
 HOLE_SAMPLES = 1000  # of a surface, about, among which its largest hole is
 TIE = 1e-6  # of lengths relative to the spacing; what differs by less is a tie, won by the lower number
 NEAREST = 8  # points among which a sample has its nearest one; more are not equally near
@@ -143,15 +144,21 @@ def covering_points(vertices: Array, triangles: Ints, spacing: float) -> tuple[I
         Nodes and weights as of `spread_points`.
 
     Raises:
-        ValueError: the surface has no area.
+        ValueError: the surface has no area, or these would be more than `MOST_POINTS`.
     """
     area = float(triangle_areas(vertices, triangles).sum())
-    spread = spread_points(vertices, triangles, max(1, round(area / spacing**2)))
     sides = np.concatenate([triangles, triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]])
     _, first = np.unique(np.sort(sides[:, :2], axis=1), axis=0, return_index=True)
+    edges = sides[np.sort(first)]  # (e, 3), the first two are the ends
+    lengths = np.linalg.norm(vertices[edges[:, 1]] - vertices[edges[:, 0]], axis=1)
+    count = area / spacing**2 + float(lengths.sum()) / spacing
+    if count > MOST_POINTS:
+        raise ValueError(
+            f"spacing = {spacing:g} m would make {count:.0e} candidates, allowed are {MOST_POINTS}: make it larger"
+        )
+    spread = spread_points(vertices, triangles, max(1, round(area / spacing**2)))
     nodes, weights = [], []
-    for side in sides[np.sort(first)]:
-        length = float(np.linalg.norm(vertices[side[1]] - vertices[side[0]]))
+    for side, length in zip(edges, lengths.tolist(), strict=True):
         parts = int(np.ceil(length / spacing - TIE))
         share = np.arange(1, parts) / max(parts, 1)
         nodes.append(np.tile(side, (len(share), 1)))

@@ -11,6 +11,7 @@ from support.robots.blocks import box, free_bodies, plane, touching
 from tauten.model import Simulator
 from tauten.model.contact import bodies_of
 from tauten.model.mesh import TetMesh, boundary_triangles, covering_points, largest_hole
+from tauten.model.schema import RobotFileError
 
 EDGE, LENGTH, WIDTH, SPACING = 0.02, 0.08, 0.01, 0.0025
 FLOOR = plane("floor", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
@@ -98,6 +99,12 @@ def test_covering_points_are_at_vertices_along_edges_and_leave_small_holes() -> 
     long_edge = points[np.linalg.norm(points[:, 1:], axis=1) < 1e-12, 0]
     assert np.diff(np.sort(long_edge)).max() < SPACING * (1.0 + 1e-9)
     assert largest_hole(mesh.nodes, triangles, points) < SPACING
+
+
+def test_a_spacing_that_makes_too_many_candidates_is_refused() -> None:
+    """Before anything of that size is computed: it took all memory of a computer."""
+    with pytest.raises(RobotFileError, match=r"spacing = 1e-06 m would make .* make it larger"):
+        stacked(*bars(0.0), {"spacing": 1e-6}, 0.5)
 
 
 def test_bodies_are_the_connected_parts_of_a_surface() -> None:
