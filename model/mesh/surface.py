@@ -154,7 +154,8 @@ def covering_points(vertices: Array, triangles: Ints, spacing: float) -> tuple[I
     count = area / spacing**2 + float(lengths.sum()) / spacing
     if count > MOST_POINTS:
         raise ValueError(
-            f"spacing = {spacing:g} m would make {count:.0e} candidates, allowed are {MOST_POINTS}: make it larger"
+            f"spacing = {spacing:g} m would make {count:.0e} candidates, allowed are {MOST_POINTS}: "
+            "make it larger"
         )
     spread = spread_points(vertices, triangles, max(1, round(area / spacing**2)))
     nodes, weights = [], []
