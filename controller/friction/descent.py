@@ -33,21 +33,21 @@ def descend(
         at_least: of these, whatever the budget.
         credible: largest predicted gain, of the objective, that is believed.
     """
-    best, slope, trust = start, search.slope(start), TRUST * search.span
+    best, trust = start, TRUST * search.span
     for number in range(forwards):
         spent = number >= at_least and search.budget.exhausted
         if spent or best.objective <= GONE * held.objective:
             break
-        step = search.step(best.lam, best.r, slope, trust)
+        step = search.step(best.lam, best.r, best.slope, trust)
         if step is None or not LEAST * best.objective < step.gain <= credible * best.objective:
             break
-        found = search.exact(best.lam + step.change, best.r + slope @ step.change)
+        found = search.exact(best.lam + step.change, best.r + best.slope @ step.change)
         if found is not None:
             found = within_limits(search, found, held)
         if found is not None and found.objective < best.objective - WORTH * step.gain:
             if found.objective < best.objective - GOOD * step.gain:
                 trust = 2.0 * trust
-            best, slope = found, search.slope(found)
+            best = found
         else:
             largest = float((np.abs(step.change) / search.span).max())
             trust = 0.25 * np.minimum(trust, largest * search.span)
@@ -61,7 +61,7 @@ def predicted_gain(search: EffortSearch, point: EffortPoint) -> float:
         search: the problem.
         point: exact.
     """
-    step = search.step(point.lam, point.r, search.slope(point), 2.0 * TRUST * search.span)
+    step = search.step(point.lam, point.r, point.slope, 2.0 * TRUST * search.span)
     if step is None or not point.objective > 0.0:
         return 0.0
     return step.gain / point.objective

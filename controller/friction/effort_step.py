@@ -30,6 +30,7 @@ class EffortArrays(NamedTuple):
         G_c: (p, 3 m) rows of the limits.
         g_lo: (p,) limits of these.
         g_hi: (p,) limits of these.
+        constant: of the objective.
     """
 
     root_a: Array
@@ -42,6 +43,7 @@ class EffortArrays(NamedTuple):
     G_c: Array
     g_lo: Array
     g_hi: Array
+    constant: float
 
 
 def effort_arrays(problem: FrictionInverse) -> EffortArrays:
@@ -55,7 +57,7 @@ def effort_arrays(problem: FrictionInverse) -> EffortArrays:
     given = (p.lb, p.ub, p.G[:, :n_a], G_c, p.g_lo, p.g_hi)
     return EffortArrays(
         np.ascontiguousarray(root[:, :n_a]), root_c, p.c[:n_a], c_c,
-        *(np.ascontiguousarray(values, dtype=float) for values in given),
+        *(np.ascontiguousarray(values, dtype=float) for values in given), p.constant,
     )  # fmt: skip
 
 
@@ -188,14 +190,11 @@ def effort_step(
 
 
 @kernel
-def effort_measures(
-    arrays: EffortArrays, constant: float, lam: Array, r: Array
-) -> tuple[float, float]:
+def effort_measures(arrays: EffortArrays, lam: Array, r: Array) -> tuple[float, float]:
     """The objective, and the largest violation of the limits in the unit of their rows; bounds on λ are met.
 
     Args:
         arrays: objective and limits.
-        constant: of the objective.
         lam: (n_a,) efforts.
         r: (3 m,) contact forces.
     """
@@ -204,7 +203,7 @@ def effort_measures(
     rows, excess = np.dot(arrays.G_a, lam) + np.dot(arrays.G_c, r), 0.0
     for i in range(len(rows)):
         excess = max(excess, rows[i] - arrays.g_hi[i], arrays.g_lo[i] - rows[i])
-    return 0.5 * np.dot(at, at) + linear + constant, excess
+    return 0.5 * np.dot(at, at) + linear + arrays.constant, excess
 
 
 @kernel
@@ -264,7 +263,7 @@ class EffortProgram:
 
     def measures(self, lam: Array, r: Array) -> tuple[float, float]:
         """The objective (I1) at efforts (n_a,) and contact forces (3 m,), and the excess over (I2)."""
-        return effort_measures(self.arrays, self.problem.program.constant, lam, r)
+        return effort_measures(self.arrays, lam, r)
 
     def step(self, lam: Array, r: Array, slope: Array, trust: Array) -> EffortStep | None:
         """The best change of the efforts; None where the QP has no solution.

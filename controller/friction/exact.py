@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.controller.friction.problem import InverseContacts, cones_at
+from tauten.controller.friction.effort_step import EffortArrays, effort_measures
+from tauten.controller.friction.problem import EffortPoint, InverseContacts, cones_at
 from tauten.controller.qpcc import Budget
 from tauten.model.friction import Width, error_of, newton_forces, smoothed_forces, velocities
 from tauten.model.numerics import Array, kernel, solve_linear
@@ -22,13 +23,20 @@ WIDE = Width(
 )  # of the smoothed law; a length of zero: `LENGTH` of the largest |q|
 
 
-def exact_forces(
-    contacts: InverseContacts, lam: Array, start: Array, budget: Budget, wide: Width, needed: bool
-) -> Array | None:
-    """Contact forces (3 m,) at efforts; None where none are found that are exact.
+def exact_point(
+    contacts: InverseContacts,
+    arrays: EffortArrays,
+    lam: Array,
+    start: Array,
+    budget: Budget,
+    wide: Width,
+    needed: bool,
+) -> EffortPoint | None:
+    """The exact point at efforts, brought within their bounds; None where none is found.
 
     Args:
         contacts: the contacts.
+        arrays: objective and limits.
         lam: (n_a,) efforts.
         start: (3 m,) forces to start from.
         budget: linear systems are counted; where it has none left, the smoothed law is not tried.
@@ -36,14 +44,35 @@ def exact_forces(
         needed: whether the smoothed law is tried in any case.
     """
     begin = budget.time.clock()
-    found, r, spent = forces_at(contacts, lam, start)
+    found, point, spent = point_at(contacts, arrays, lam, start)
     budget.count(spent, begin)
     if not found and (needed or (not budget.exhausted and budget.allows(SMOOTHED + NEWTON))):
         begin = budget.time.clock()
-        near, systems = smoothed_at(contacts, lam, start, wide)
-        found, r, spent = forces_at(contacts, lam, near)
+        near, systems = smoothed_at(contacts, point.lam, start, wide)
+        found, point, spent = point_at(contacts, arrays, lam, near)
         budget.count(systems + spent, begin)
-    return r if found else None
+    return point if found else None
+
+
+@kernel
+def point_at(
+    contacts: InverseContacts, arrays: EffortArrays, lam: Array, start: Array
+) -> tuple[bool, EffortPoint, int]:
+    """Whether the forces at efforts within their bounds are exact, the point there, and linear systems.
+
+    Args:
+        contacts: the contacts.
+        arrays: objective and limits.
+        lam: (n_a,) efforts.
+        start: (3 m,) forces to start from.
+    """
+    within = np.minimum(np.maximum(lam, arrays.lb), arrays.ub)
+    error, r, systems = forces_at(contacts, within, start)
+    if not error <= contacts.exact:
+        return False, EffortPoint(within, r, error, np.empty((0, 0)), np.inf, np.inf), systems
+    slope = slope_at(contacts, within, r)
+    objective, excess = effort_measures(arrays, within, r)
+    return True, EffortPoint(within, r, error, slope, objective, excess), systems + 1
 
 
 @kernel
@@ -66,52 +95,26 @@ def smoothed_at(
 
 
 @kernel
-def forces_at(contacts: InverseContacts, lam: Array, start: Array) -> tuple[bool, Array, int]:
-    """Whether forces at efforts are exact, the forces (3 m,), and linear systems that were solved.
+def forces_at(contacts: InverseContacts, lam: Array, start: Array) -> tuple[float, Array, int]:
+    """Error of the natural map of the best forces found at efforts, these (3 m,), and linear systems.
 
     Args:
         contacts: the contacts.
         lam: (n_a,) efforts.
-        start: (3 m,) forces to start from.
+        start: (3 m,) forces to start from; where they are exact they are returned.
     """
     cones = cones_at(contacts, lam)
-    if error_of(cones, start) <= contacts.exact:
-        return True, start, 0
+    before = error_of(cones, start)
+    if before <= contacts.exact:
+        return before, start, 0
     error = PRECISELY * contacts.exact
     found = newton_forces(cones, start, error, contacts.exact, NEWTON, bool(np.any(start)))
-    return found.error <= contacts.exact, found.r, found.newton
+    return found.error, found.r, found.newton
 
 
 @kernel
-def forces_error(contacts: InverseContacts, lam: Array, r: Array) -> float:
-    """Error of the natural map of forces (3 m,) at efforts (n_a,) [unit of u].
-
-    Args:
-        contacts: the contacts.
-        lam: (n_a,) efforts.
-        r: (3 m,) forces.
-    """
-    return error_of(cones_at(contacts, lam), r)
-
-
-def exact_slope(contacts: InverseContacts, lam: Array, r: Array, budget: Budget) -> Array:
-    """dr/dλ (3 m, n_a) on the piece of exact forces.
-
-    Args:
-        contacts: the contacts.
-        lam: (n_a,) efforts.
-        r: (3 m,) exact forces.
-        budget: a linear system is counted.
-    """
-    begin = budget.time.clock()
-    systems, slope = slope_at(contacts, lam, r)
-    budget.count(systems, begin)
-    return slope
-
-
-@kernel
-def slope_at(contacts: InverseContacts, lam: Array, r: Array) -> tuple[int, Array]:
-    """Linear systems that were solved, and dr/dλ (3 m, n_a) on the piece of exact forces.
+def slope_at(contacts: InverseContacts, lam: Array, r: Array) -> Array:
+    """dr/dλ (3 m, n_a) on the piece of exact forces; one linear system.
 
     Open contacts keep r = 0, sticking ones u; of slipping ones u_n = 0 and r_t = −μ d r_n, where the
     direction d = u_t / |u_t| turns. Redundant contacts yield a little, so that there is a solution.
@@ -125,7 +128,7 @@ def slope_at(contacts: InverseContacts, lam: Array, r: Array) -> tuple[int, Arra
     u, largest = velocities(cones, r), np.abs(cones.q).max()
     closed = np.flatnonzero(contacts.w * r[::3] > OPEN * largest)
     if len(closed) == 0:
-        return 0, slope
+        return slope
     rows = np.empty(3 * len(closed), np.int64)
     for i, contact in enumerate(closed):
         for j in range(3):
@@ -141,7 +144,7 @@ def slope_at(contacts: InverseContacts, lam: Array, r: Array) -> tuple[int, Arra
     _, found = solve_linear(J, b)
     for i, row in enumerate(rows):
         slope[row] = found[i]
-    return 1, slope
+    return slope
 
 
 @kernel

@@ -63,11 +63,10 @@ def _weighed(search: EffortSearch, point: EffortPoint) -> EffortPoint:
     for number in range(WEIGHED):
         if search.feasible(point) or (number > 0 and search.budget.exhausted):
             break
-        slope = search.slope(point)
-        step = search.step(point.lam, point.r, slope, search.span)
+        step = search.step(point.lam, point.r, point.slope, search.span)
         if step is None:
             break
-        found = search.exact(point.lam + step.change, point.r + slope @ step.change)
+        found = search.exact(point.lam + step.change, point.r + point.slope @ step.change)
         if found is None:
             break
         point = found
@@ -108,7 +107,7 @@ def _slope(search: EffortSearch, point: EffortPoint, share: float) -> Array:
         share: κ; 0: the slope of its piece.
     """
     if share == 0.0:
-        return search.slope(point)
+        return point.slope
     width = widths(search.contacts.w, point.r, share, displacement_scale(search, point))
     begin = search.budget.time.clock()
     _, slope, _, systems = meet_law(search.contacts, point.lam, point.r, width, LAW_STEPS)

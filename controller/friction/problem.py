@@ -184,18 +184,21 @@ def unpivoted(factor: Array, pivots: Ints, rank: int) -> Array:
     return G
 
 
-@dataclass(frozen=True, slots=True)
-class EffortPoint:
-    """Efforts with the contact forces that they cause.
+class EffortPoint(NamedTuple):
+    """Efforts with the exact contact forces that they cause.
 
     Attributes:
         lam: (n_a,) efforts.
-        r: (3 m,) contact forces, exact where nothing else is said.
+        r: (3 m,) contact forces.
+        error: of the natural map over all contacts [unit of u].
+        slope: (3 m, n_a) dr/dλ on the piece of these.
         objective: f of (I1).
         excess: over the limits (I2) at most, in the unit of their rows.
     """
 
     lam: Array
     r: Array
+    error: float
+    slope: Array
     objective: float
     excess: float

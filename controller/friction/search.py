@@ -12,7 +12,7 @@ from tauten.controller.friction.effort_step import (
     effort_arrays,
     effort_reach,
 )
-from tauten.controller.friction.exact import WIDE, exact_forces, exact_slope
+from tauten.controller.friction.exact import WIDE, exact_point
 from tauten.controller.friction.problem import (
     EffortPoint,
     FrictionInverse,
@@ -66,19 +66,15 @@ class EffortSearch:
         """
         return self.program.step(lam, r, slope, trust)
 
-    def slope(self, point: EffortPoint) -> Array:
-        """dr/dλ (3 m, n_a) on the piece of an exact point."""
-        return exact_slope(self.contacts, point.lam, point.r, self.budget)
-
     def reach(self, point: EffortPoint) -> tuple[float, float]:
         """How far one effort within the limits moves the effectors, on a piece, and open contacts, at most.
 
         Args:
             point: exact, of the piece.
         """
-        slope, energy = self.slope(point), self.problem.energy
+        energy = self.problem.energy
         energy = np.zeros(len(self.span)) if energy is None else energy.diagonal().copy()
-        return effort_reach(self.program.arrays, slope, self.contacts.W_ca, self.span, energy)
+        return effort_reach(self.program.arrays, point.slope, self.contacts.W_ca, self.span, energy)
 
     def away(self, point: EffortPoint) -> float:
         """The objective of a point without the energy of its efforts."""
@@ -109,9 +105,8 @@ class EffortSearch:
             wide: of the smoothed law, where the exact one fails.
             needed: whether it is looked for whatever the budget.
         """
-        lam = self.bounded(lam)
-        r = exact_forces(self.contacts, lam, start, self.budget, wide, needed)
-        return None if r is None else EffortPoint(lam, r, *self.program.measures(lam, r))
+        arrays = self.program.arrays
+        return exact_point(self.contacts, arrays, lam, start, self.budget, wide, needed)
 
 
 def effort_search(problem: FrictionInverse, solver: str | Backend, budget: Budget) -> EffortSearch:

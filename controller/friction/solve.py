@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.controller.friction.descent import GONE, descend, predicted_gain
-from tauten.controller.friction.exact import NEWTON, WIDE, forces_error
+from tauten.controller.friction.exact import NEWTON, WIDE
 from tauten.controller.friction.nearest import nearest_to_limits, within_limits
 from tauten.controller.friction.path import AT_ONCE, PathEnd, nested_path, one_shot_path
 from tauten.controller.friction.problem import EffortPoint, FrictionInverse, normals_alone
@@ -145,7 +145,7 @@ def solve_friction_inverse(
         _status(search, best, flat and best is held, cut),
         best.objective,
         held.objective,
-        forces_error(search.contacts, best.lam, best.r),
+        best.error,
         predicted_gain(search, best),
         budget.spent,
         cut,

@@ -19,7 +19,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tauten.model.friction.problem import Cones, velocities
-from tauten.model.numerics import Array, kernel, solve_linear
+from tauten.model.numerics import Array, Ints, kernel, solve_linear
+
+FAR = 1e-3  # w B⁻¹ A of a contact, below which others do not change its force
 
 
 class Widths(NamedTuple):
@@ -151,8 +153,9 @@ def smoothed_law(cones: Cones, u: Array, r: Array, width: Widths) -> Array:
 def linear_law(cones: Cones, G: Array, r: Array, width: Widths, W_ca: Array) -> LinearLaw:
     """Linearise (F2): one system with 1 + n_a right-hand sides.
 
-    With A = ∂F/∂u and B = ∂F/∂r, which has an inverse, dr = −B⁻¹ (F + A (W dr + W_ca dλ)): a system in the
-    forces, or, where W = G Gᵀ, the state form in y = Gᵀ dr, a system of the rank of W.
+    With A = ∂F/∂u and B = ∂F/∂r, which has an inverse, dr = −B⁻¹ (F + A (W dr + W_ca dλ)). Of contacts
+    far from touching B⁻¹ A is next to nothing, and they get −B⁻¹ F. For the others it is a system in
+    their forces or, where W = G Gᵀ has a lower rank than these have rows, the state form in y = Gᵀ dr.
 
     Args:
         cones: the contacts.
@@ -161,25 +164,55 @@ def linear_law(cones: Cones, G: Array, r: Array, width: Widths, W_ca: Array) -> 
         width: of the law.
         W_ca: (3 m, n_a) how efforts move the contacts; no columns where no slope is asked for.
     """
-    n_a, u = W_ca.shape[1], velocities(cones, r)
+    n_a, rank, u = W_ca.shape[1], G.shape[1], velocities(cones, r)
     F = smoothed_law(cones, u, r, width)
-    start, blocks = law_blocks(cones, u, r, width, F)
-    known = np.empty((len(r), 1 + n_a))  # B⁻¹ (F, A W_ca)
-    known[:, 0] = start
-    known[:, 1:] = through_blocks(blocks, W_ca)
-    moved = through_blocks(blocks, G if G.shape[1] > 0 else cones.W)  # B⁻¹ A G
-    system = np.dot(G.T, moved) if G.shape[1] > 0 else moved
-    for i in range(len(system)):
-        system[i, i] += 1.0
-    if G.shape[1] > 0:
-        solved, y = solve_linear(system, np.dot(G.T, known))
+    alone, blocks = law_blocks(cones, u, r, width, F)
+    near = np.flatnonzero(cones.W_ii * blocks[:, 0, 0] > FAR)
+    rows = three_rows(near)
+    residual, slope = -alone, np.zeros((len(r), n_a))
+    others, C = residual.copy(), blocks[near]
+    others[rows] = 0.0
+    pushed = np.empty((len(rows), 1 + n_a))  # displacements by other contacts, and by efforts
+    pushed[:, 1:] = W_ca[rows]
+    if 0 < rank < len(rows):
+        root = G[rows]
+        pushed[:, 0] = np.dot(root, np.dot(G.T, others))
+        known, moved = through_blocks(C, pushed), through_blocks(C, root)
+        known[:, 0] += alone[rows]
+        solved, y = solve_linear(with_unit(np.dot(root.T, moved)), np.dot(root.T, known))
         change = np.dot(moved, y) - known
     else:
-        solved, y = solve_linear(system, known)
+        W = np.empty((len(rows), len(rows)))
+        for i, row in enumerate(rows):
+            pushed[i, 0] = np.dot(cones.W[row], others)
+            for k, column in enumerate(rows):
+                W[i, k] = cones.W[row, column]
+        known = through_blocks(C, pushed)
+        known[:, 0] += alone[rows]
+        solved, y = solve_linear(with_unit(through_blocks(C, W)), known)
         change = -y
     if not solved:
         change[:] = np.nan
-    return LinearLaw(u, F, change[:, 0].copy(), change[:, 1:].copy())
+    residual[rows], slope[rows] = change[:, 0], change[:, 1:]
+    return LinearLaw(u, F, residual, slope)
+
+
+@kernel
+def three_rows(contacts: Ints) -> Ints:
+    """The rows (3 s,) of some contacts (s,)."""
+    rows = np.empty(3 * len(contacts), np.int64)
+    for i, contact in enumerate(contacts):
+        for j in range(3):
+            rows[3 * i + j] = 3 * contact + j
+    return rows
+
+
+@kernel
+def with_unit(A: Array) -> Array:
+    """A (n, n) and the unit matrix, in place."""
+    for i in range(len(A)):
+        A[i, i] += 1.0
+    return A
 
 
 @kernel

@@ -15,11 +15,12 @@ from support.robots.solids import RIGID_CUBE
 
 from tauten.controller import Controller
 from tauten.controller.friction import FrictionInverse, PlanContacts, with_slip
-from tauten.controller.friction.exact import forces_error
+from tauten.controller.friction.problem import cones_at
 from tauten.controller.friction.search import effort_search
 from tauten.controller.plan import Aim, make_plan
 from tauten.controller.qpcc import Budget, Qpcc, TimeLimit
 from tauten.model import load_robot, unit_start
+from tauten.model.friction import error_of
 from tauten.model.numerics import Array
 
 CUBE = (
@@ -196,5 +197,5 @@ def test_a_search_begins_at_the_forces_of_holding(
         contacts.forces,
         unit_start(prepared.farther, prepared.forces),
     )
-    now, before = (forces_error(search.contacts, lam, r) for r in start)
+    now, before = (error_of(cones_at(search.contacts, lam), r) for r in start)
     assert now <= contacts.exact < 10.0 * contacts.exact < before
