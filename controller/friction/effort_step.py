@@ -10,7 +10,7 @@ import numpy as np
 from tauten.controller.friction.dual_qp import solve_dual
 from tauten.controller.friction.problem import FrictionInverse, contact_rows, symmetric_root
 from tauten.controller.qpcc import UNBOUNDED, Backend, Qp, qp_backend
-from tauten.model.numerics import Array, kernel
+from tauten.model.numerics import Array, Ints, kernel
 
 PULL = 100.0  # weight of violated limits against the objective, by their curvatures
 BEYOND = 1e-9  # of the largest row value, violation of a limit that is pulled back
@@ -48,17 +48,33 @@ class EffortArrays(NamedTuple):
 
 def effort_arrays(problem: FrictionInverse) -> EffortArrays:
     """The arrays of a problem; its Q is factorised."""
-    p, n_a, place = problem.program, problem.n_a, contact_rows(problem)
+    p, place = problem.program, contact_rows(problem)
     size = len(p.m) + 2 * problem.singles
-    root = symmetric_root(p.Q, -1.0).T
-    rank = len(root)
-    root_c, G_c, c_c = np.zeros((rank, size)), np.zeros((len(p.G), size)), np.zeros(size)
-    root_c[:, place], G_c[:, place], c_c[place] = root[:, n_a:], p.G[:, n_a:], p.c[n_a:]
-    given = (p.lb, p.ub, p.G[:, :n_a], G_c, p.g_lo, p.g_hi)
-    return EffortArrays(
-        np.ascontiguousarray(root[:, :n_a]), root_c, p.c[:n_a], c_c,
-        *(np.ascontiguousarray(values, dtype=float) for values in given), p.constant,
-    )  # fmt: skip
+    root = symmetric_root(p.Q, -1.0)
+    given = (p.c, p.lb, p.ub, p.G, p.g_lo, p.g_hi)
+    c, lb, ub, G, g_lo, g_hi = (np.ascontiguousarray(values, dtype=float) for values in given)
+    parts = padded_arrays(root, c, G, place, size)
+    return EffortArrays(*parts[:4], lb, ub, *parts[4:], g_lo, g_hi, p.constant)
+
+
+@kernel
+def padded_arrays(
+    root: Array, c: Array, G: Array, place: Ints, size: int
+) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """`root_a`, `root_c`, `c_a`, `c_c`, `G_a` and `G_c` of a problem.
+
+    Args:
+        root: (n, k) factor of Q.
+        c: (n,) linear term.
+        G: (p, n) rows of the limits.
+        place: (s + 3 k,) where each contact row of the problem is.
+        size: number of contact rows.
+    """
+    n_a = len(c) - len(place)
+    root_c, c_c, G_c = np.zeros((root.shape[1], size)), np.zeros(size), np.zeros((len(G), size))
+    for i, row in enumerate(place):
+        root_c[:, row], c_c[row], G_c[:, row] = root[n_a + i], c[n_a + i], G[:, n_a + i]
+    return root[:n_a].T.copy(), root_c, c[:n_a].copy(), c_c, G[:, :n_a].copy(), G_c
 
 
 class EffortQp(NamedTuple):

@@ -127,18 +127,49 @@ def inverse_contacts(problem: FrictionInverse) -> InverseContacts:
     Contacts that nothing moves, on what is fixed, are open: no force acts on what does not move.
     """
     program, n_a = problem.program, problem.n_a
-    M, place = np.ascontiguousarray(program.M[:, n_a:]), contact_rows(problem)
-    root = symmetric_root(M, RANK * max(float(M.diagonal().max()), 1e-300))  # (s + 3 k, rank)
-    W, q, mu, w = padded_rows(M, program.m, problem.friction)
+    M = np.ascontiguousarray(program.M)
+    root = symmetric_root(M[:, n_a:], RANK * largest_entry(M, n_a))  # (s + 3 k, rank)
+    return padded_contacts(M, program.m, problem.friction, root, problem.exact)
+
+
+@kernel
+def largest_entry(M: Array, n_a: int) -> float:
+    """The largest compliance of the contacts, at least next to nothing.
+
+    Args:
+        M: (m, n_a + m) rows of the contacts.
+        n_a: number of efforts.
+    """
+    largest = 1e-300
+    for i in range(len(M)):
+        largest = max(largest, M[i, n_a + i])
+    return largest
+
+
+@kernel
+def padded_contacts(M: Array, m: Array, mu: Array, root: Array, exact: float) -> InverseContacts:
+    """Rows of a problem as contacts with three rows each.
+
+    Args:
+        M: (s + 3 k, n_a + s + 3 k) rows of the contacts.
+        m: (s + 3 k,) displacements without forces.
+        mu: (k,) coefficients of friction.
+        root: (s + 3 k, rank) factor of their compliance.
+        exact: error of the natural map up to which forces count as exact.
+    """
+    n_a = M.shape[1] - len(M)
+    W, q, friction, w = padded_rows(M[:, n_a:], m, mu)
     W_ca, G = np.zeros((len(q), n_a)), np.zeros((len(q), root.shape[1]))
-    W_ca[place], G[place] = program.M[:, :n_a], root
-    fixed = np.flatnonzero(w <= 0.0)
-    if len(fixed) > 0:
-        still = (3 * fixed[:, None] + np.arange(3)).ravel()
-        w[fixed] = w.max() if w.any() else 1.0
-        W[still, still] = np.repeat(w[fixed], 3)
-        q[still], q[3 * fixed] = 0.0, max(float(np.abs(q).max()), 1.0)
-    return InverseContacts(W, W_ca, q, mu, w, G, problem.exact)
+    for i, row in enumerate(padded_places(len(m), len(mu))):
+        W_ca[row], G[row] = M[i, :n_a], root[i]
+    largest, far = w.max(), max(np.abs(q).max(), 1.0)
+    for i in range(len(w)):
+        if w[i] <= 0.0:
+            w[i] = largest if largest > 0.0 else 1.0
+            for row in range(3 * i, 3 * i + 3):
+                W[row, row], q[row] = w[i], 0.0
+            q[3 * i] = far
+    return InverseContacts(W, W_ca, q, friction, w, G, exact)
 
 
 def symmetric_root(A: Array, least: float) -> Array:

@@ -23,7 +23,7 @@ from tauten.controller.friction.problem import (
 )
 from tauten.controller.qpcc import Backend, Budget
 from tauten.model.friction import Width
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, kernel
 
 WITHIN = 1e-7  # of the largest limit, by which a point may exceed one
 
@@ -119,12 +119,26 @@ def effort_search(problem: FrictionInverse, solver: str | Backend, budget: Budge
     """
     p = problem.program
     contacts = inverse_contacts(problem)
-    # without limits: an effort that moves contacts ten times as far as they are apart
-    moved = np.abs(contacts.W_ca).max(axis=0)
-    far = 10.0 * np.abs(contacts.q).max() / np.where(moved > 0.0, moved, np.inf)
-    span = np.where(np.isfinite(p.ub - p.lb), p.ub - p.lb, np.maximum(far, 1.0))
+    span = effort_span(contacts, p.lb, p.ub)
     largest = largest_limit(p.g_lo, p.g_hi)
     return EffortSearch(
         problem, contacts, contact_rows(problem),
         EffortProgram(problem, effort_arrays(problem), solver), span, WITHIN * largest, budget,
     )  # fmt: skip
+
+
+@kernel
+def effort_span(contacts: InverseContacts, lb: Array, ub: Array) -> Array:
+    """Range of the efforts (n_a,); without limits one that moves contacts ten times as far as they are apart.
+
+    Args:
+        contacts: the contacts.
+        lb: (n_a,) limits of the efforts.
+        ub: (n_a,) limits of the efforts.
+    """
+    span, apart = ub - lb, 10.0 * np.abs(contacts.q).max()
+    for j in range(len(span)):
+        if not span[j] < np.inf:
+            moved = np.abs(contacts.W_ca[:, j]).max()
+            span[j] = max(apart / moved if moved > 0.0 else 0.0, 1.0)
+    return span
