@@ -164,7 +164,7 @@ def reduced_beams(
     spins, inertia = turns.reshape(3 * b, -1), np.repeat(joints.inertia, 3)[:, None]
     loose = ((dof >= 0) & floating[rows[:, 0]]).repeat(3)[:, None]
     places[np.abs(places) < ROUNDING] = 0.0
-    J, steady = motion.jacobian(np.zeros(motion.n)), None
+    J, steady = motion.jacobian(np.zeros(motion.size)), None
     changing = np.zeros(motion.size)
     changing[motion.modes + motion.turning] = changing[motion.straight :] = 1.0
     order = slice(None) if motion.order is None else motion.order

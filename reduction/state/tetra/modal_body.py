@@ -141,15 +141,16 @@ class ModalBody(ReducedBody[ModePoints]):
         if map_.is_plain:
             return ModeMotion(q, None, np.zeros(0))
         travel = q[map_.modes : map_.modes + map_.drives]
-        return ModeMotion(map_.beta(q), map_.jacobian(q), travel)
+        beta = map_.beta(q)
+        return ModeMotion(beta, map_.jacobian(beta), travel)
 
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of an effector, contact vertex, or node of a drive or beam in a change dq [m].
 
         See `Body`.
         """
-        map_ = self.own_motion
-        change = dq if map_.is_plain else map_.jacobian(state.q).rates(dq)
+        map_, J = self.own_motion, self.motion(state).J
+        change = dq if J is None else J.rates(dq)
         most = np.maximum.reduce(np.abs(self.effector_places @ change), initial=0.0)
         most = np.maximum.reduce(np.abs(self.contact_points.map @ change), initial=most)
         return float(most) if map_.is_plain else max(float(most), map_.largest_move(dq))
@@ -227,7 +228,7 @@ class ModalBody(ReducedBody[ModePoints]):
         if J is not None:
             force, resisting = J.forces(over_beta) + moments, J.forces(resisting) + held
             if floats or not scheme.static:
-                inertia = -J.forces(mass @ self.own_motion.centripetal(state.q, state.v))
+                inertia = -J.forces(mass @ self.own_motion.centripetal(beta, state.v))
                 mass = self.mass_with(J, floats)
         preload = actuators.preload(motion)
         if preload is not None:
@@ -312,7 +313,7 @@ class ModalBody(ReducedBody[ModePoints]):
             if members is not None and len(members) > 0:
                 over_beta = ModeMotion(beta, None, at.motion.travel)
                 others = others + members @ self.actuator_set.other_rows(over_beta).dense()
-            map_.add_curvature(at.state.q, others, shares[1], tangent)
+            map_.add_curvature(beta, others, shares[1], tangent)
         if self.beams is not None:
             both = shares if exact else (shares[0] + shares[1], 0.0)
             tangent += self.beams.tangent(map_, at.state.q, beta, J, both)
@@ -355,9 +356,9 @@ class ModalBody(ReducedBody[ModePoints]):
 
     def inertia_at(self, state: State) -> Array | None:
         """Centrifugal forces (n,) of drives and frames that turn [N]; None: there are none."""
-        J = self.motion(state).J
-        rate = self.own_motion.centripetal
-        return None if J is None else -J.forces(self.mass @ rate(state.q, state.v))
+        motion, rate = self.motion(state), self.own_motion.centripetal
+        J = motion.J
+        return None if J is None else -J.forces(self.mass @ rate(motion.beta, state.v))
 
     def wound(self, motion: ModeMotion) -> Wound | None:
         """The cables on drums at a state; None: there are none."""

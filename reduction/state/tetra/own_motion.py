@@ -5,7 +5,8 @@ of pins of beams and of the centres of frames, and the rotation vectors of frame
 
     β = (α, sin θ or travel, d, c, 1 − cos θ, R − I),   ∂R = [ω]x R
 
-with the angular velocities ω as unknowns, as in the full robot.
+with the angular velocities ω as unknowns, as in the full robot. The derivatives by the coordinates are affine
+in β, which has the sines, cosines and rotations that they need.
 """
 
 from __future__ import annotations
@@ -109,7 +110,8 @@ class OwnMotion:
         pulled: number of those that elements, cables or chambers depend on.
         order: (R,) places in the β above of the entries of β here; None: the same.
         is_plain: whether β are the modes.
-        entries: rows and columns of the entries of J.
+        entries: rows and columns of the entries of J, and
+        values: places (e,) in β, factors (e,) and constants (e,) that give them: constant + factor β[place].
     """
 
     modes: int
@@ -123,13 +125,29 @@ class OwnMotion:
     order: Ints | None = None
     is_plain: bool = field(init=False)
     entries: tuple[Ints, Ints] = field(init=False)
+    values: tuple[Ints, Array, Array] = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "is_plain", self.drives == 0 and self.frames == 0)
         object.__setattr__(self, "entries", self._entries())
+        object.__setattr__(self, "values", self._values())
+
+    def _values(self) -> tuple[Ints, Array, Array]:
+        """`values`, in the order of `entries`."""
+        n, columns = self.straight, self.modes + self.turning
+        place, factor, constant = np.zeros(n, np.int64), np.zeros(n), np.ones(n)
+        place[columns], factor[columns] = n + np.arange(len(columns)), -1.0  # cos θ
+        _, j, _, m, sign = _TURNED.T  # sign R_mj
+        frames, first = np.arange(self.frames)[:, None], n + len(columns)
+        turned = (first + 9 * frames + 3 * m + j).ravel()
+        place = np.concatenate([place, columns, turned])
+        factor = np.concatenate([factor, np.ones(len(columns)), np.tile(sign, self.frames)])
+        fixed = np.tile(np.where(m == j, sign, 0.0), self.frames)
+        constant = np.concatenate([constant, np.zeros(len(columns)), fixed])
+        return place if self.order is None else np.argsort(self.order)[place], factor, constant
 
     def _entries(self) -> tuple[Ints, Ints]:
-        """Rows and columns of the entries of J, in the order of the values of `jacobian`."""
+        """`entries`: of what is straight, of 1 − cos θ, and of rotations."""
         straight, first = np.arange(self.straight), self.straight + len(self.turning)
         i, j, k, _, _ = _TURNED.T
         frame = np.arange(self.frames)[:, None]
@@ -177,16 +195,16 @@ class OwnMotion:
         beta[self.modes + self.turning] = np.sin(theta)
         return beta if self.order is None else beta[self.order]
 
-    def jacobian(self, q: Array) -> Derivative:
-        """J = ∂β/∂q (R, n) at q (n,)."""
-        columns = self.modes + self.turning
-        theta, own = q[columns], np.ones(self.straight)
-        own[columns] = np.cos(theta)
-        values = [own, np.sin(theta)]
-        if self.frames > 0:
-            _, j, _, m, sign = _TURNED.T
-            values.append((sign * self.rotations(q)[:, m, j]).ravel())
-        return Derivative(self.size, self.n, *self.entries, np.concatenate(values))
+    def jacobian(self, beta: Array) -> Derivative:
+        """J = ∂β/∂q (R, n) where β is (R,)."""
+        place, factor, constant = self.values
+        return Derivative(self.size, self.n, *self.entries, constant + factor * beta[place])
+
+    def turned(self, beta: Array) -> tuple[Array, Array, Array]:
+        """Sines (t,) and cosines (t,) of drives that turn, and rotations (f, 3, 3) of frames, of β (R,)."""
+        b, first = self.in_order(beta), self.straight + len(self.turning)
+        rotations = np.eye(3) + b[first:].reshape(-1, 3, 3)
+        return b[self.modes + self.turning], 1.0 - b[self.straight : first], rotations
 
     def in_order(self, beta: Array) -> Array:
         """An array over β (R,) in the order above."""
@@ -196,35 +214,33 @@ class OwnMotion:
         found[self.order] = beta
         return found
 
-    def centripetal(self, q: Array, v: Array) -> Array:
+    def centripetal(self, beta: Array, v: Array) -> Array:
         """Accelerations of β (R,) at constant velocities (n,)."""
-        columns = self.modes + self.turning
-        theta, square = q[columns], v[columns] ** 2
-        rate = np.zeros(self.size)
-        rate[columns] = -square * np.sin(theta)
+        columns, (sine, cosine, rotations) = self.modes + self.turning, self.turned(beta)
+        square, rate = v[columns] ** 2, np.zeros(self.size)
+        rate[columns] = -square * sine
         first = self.straight + len(self.turning)
-        rate[self.straight : first] = square * np.cos(theta)
+        rate[self.straight : first] = square * cosine
         if self.frames > 0:
             omega = v[self.straight :].reshape(-1, 3)
             squares = (omega**2).sum(axis=1)[:, None, None] * np.eye(3)
             spun = omega[:, :, None] * omega[:, None, :] - squares  # [ω]x²
-            rate[first:] = (spun @ self.rotations(q)).ravel()
+            rate[first:] = (spun @ rotations).ravel()
         return rate if self.order is None else rate[self.order]
 
-    def add_curvature(self, q: Array, force: Array, share: float, K: Array) -> None:
+    def add_curvature(self, beta: Array, force: Array, share: float, K: Array) -> None:
         """Add a share of −Σ f ∂²β/∂q² to a tangent; of rotations the symmetric part.
 
         Args:
-            q: (n,) coordinates.
+            beta: (R,) where to evaluate.
             force: (R,) f for β.
             share: of it.
             K: (n, n), added to.
         """
         columns, f = self.modes + self.turning, self.in_order(force)
-        theta, first = q[columns], self.straight + len(self.turning)
-        bend = f[self.straight : first] * np.cos(theta) - f[columns] * np.sin(theta)
-        K[columns, columns] -= share * bend
-        N = self.rotations(q) @ f[first:].reshape(-1, 3, 3).swapaxes(1, 2)  # (f, 3, 3)
+        first, (sine, cosine, rotations) = self.straight + len(self.turning), self.turned(beta)
+        K[columns, columns] -= share * (f[self.straight : first] * cosine - f[columns] * sine)
+        N = rotations @ f[first:].reshape(-1, 3, 3).swapaxes(1, 2)  # (f, 3, 3)
         trace = np.trace(N, axis1=1, axis2=2)
         blocks = 0.5 * (N + N.swapaxes(1, 2)) - trace[:, None, None] * np.eye(3)
         rows = self.straight + np.arange(3 * self.frames).reshape(-1, 3)
