@@ -28,7 +28,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.controller.friction import CutPlan
-from tauten.controller.plan import Aim, Plan, Prepared, held_back_to
+from tauten.controller.plan import Aim, Plan, Prepared
 from tauten.model import ContactForces, ContactSpace, ForceLimits, Grasp, PredictedStep
 from tauten.model.numerics import Array
 
@@ -190,7 +190,7 @@ def change_of(prepared: Prepared, plan: Plan, aim: Aim, root: Array) -> Array:
     """
     held, planned = prepared.held, plan.predicted
     there = planned.delta[held.step.layout.effectors]  # (n_e,)
-    moved = aim.scale * (there - held_back_to(prepared, aim))
+    moved = aim.scale * (there - plan.held_to)
     pulled = root * (planned.effort - held.effort)
     return np.concatenate([moved, pulled])
 

@@ -113,6 +113,7 @@ class Plan:
         conflict: names of the limits that conflict.
         problem: the QPCC that was solved last.
         start: where its solver started.
+        held_to: (n_e,) effector rows that γ holds it back to.
         cut: where its search was cut; None: it was not.
     """
 
@@ -122,6 +123,7 @@ class Plan:
     conflict: tuple[str, ...]
     problem: Qpcc
     start: Start
+    held_to: Array
     cut: CutPlan | None = None
 
 
@@ -193,16 +195,14 @@ def make_plan(
     given = robot, prepared, first, position, settings, locks
     if not prepared.farther.frictional:
         return _plan_from(prepared.held.step, robot.h, *given)
-    step = _with_held_columns(prepared)
-    plan = _content(robot, prepared, aim, _plan_from(step, robot.h, *given))
+    step, apart = _with_held_columns(prepared), _distance(aim, prepared.held)
+    plan = _content(robot, _plan_from(step, robot.h, *given), apart)
     if plan.status is Status.NOT_FOUND:
         loaded = prepared.held.step
         if loaded.frictional:
             loaded = under_friction(prepared.farther, prepared.forces)
         return _plan_from(loaded, robot.h, *given)
-    untouched = len(plan.predicted.step.extra) == 0 and not _brings_nearer(
-        robot, prepared, aim, plan
-    )
+    untouched = len(plan.predicted.step.extra) == 0 and not _brings_nearer(robot, aim, plan, apart)
     if not untouched and plan.status is not Status.SEEKING_CONTACT:
         return plan
     if not (resumed or settings.time is None or settings.time.allows()):
@@ -214,7 +214,7 @@ def make_plan(
     aim = aim if resumed else replace(aim, cut=None)
     seeking = _plan_from(step, ENDLESSLY, robot, prepared, aim, position, settings, locks)
     cut = None if seeking.cut is None else replace(seeking.cut, seeking=True)
-    if seeking.status.usable and _brings_nearer(robot, prepared, aim, seeking):
+    if seeking.status.usable and _brings_nearer(robot, aim, seeking, apart):
         if seeking.status is Status.RELAXED:  # of the two, what a user must know
             return replace(seeking, cut=cut)
         return replace(seeking, status=Status.SEEKING_CONTACT, cut=cut)
@@ -239,8 +239,8 @@ def _plan_from(
     if step.frictional:
         scale = min(scale, energy_cap(W_aa, robot.limits, robot.size))
     weight, share = settings.epsilon * scale, gamma / (1.0 + gamma)
-    away = held_back_to(prepared, aim) - aim.target  # (n_e,)
-    target = aim.scale * (aim.target + share * away)  # (n_e,)
+    held_to = _held_back_to(prepared, aim)
+    target = aim.scale * (aim.target + share * (held_to - aim.target))  # (n_e,)
     kept = held.delta[layout.actuators]
     loop, guess, cut = EnrichmentLoop(step, settings.enrichment), None, aim.cut
     while loop.prediction is None:
@@ -282,10 +282,7 @@ def _plan_from(
             search = PlanSearch(contacts, start.lam_a, guess, before)
             problem, solution = solve_relaxed(problem, others, search, EMPTY[:1] if elastic else ())
             guess, columns = solution if solution.status.usable else None, len(prepared.forces.beta)
-            if (cut_search := search.cut) is None:
-                cut = None
-            else:
-                cut = CutPlan.of(cut_search, loop.step, free, columns)
+            cut = None if search.cut is None else CutPlan.of(search.cut, loop.step, free, columns)
         else:
             solve = _without_friction(start, settings.qpcc)
             problem, solution = solve_relaxed(problem, others, solve, EMPTY if elastic else ())
@@ -295,7 +292,7 @@ def _plan_from(
             lam = np.concatenate([np.zeros(layout.n_e), solution.lam_a, solution.beta])
         loop.check(lam, solution.status.usable)
     ended = solution.status, solution.certificate, solution.conflict
-    return Plan(loop.prediction, *ended, problem, start, cut)
+    return Plan(loop.prediction, *ended, problem, start, held_to, cut)
 
 
 def _forces_of_hold(prepared: Prepared, step: CondensedStep) -> Array:
@@ -318,7 +315,7 @@ def _forces_of_hold(prepared: Prepared, step: CondensedStep) -> Array:
     return forces
 
 
-def held_back_to(prepared: Prepared, aim: Aim) -> Array:
+def _held_back_to(prepared: Prepared, aim: Aim) -> Array:
     """The effector rows (n_e,) that γ holds a plan back to: those of holding, or as they are now.
 
     Where contacts with friction give way in a hold, an object falls; that is no motion to hold back to.
@@ -343,17 +340,22 @@ def _with_held_columns(prepared: Prepared) -> CondensedStep:
     return step if len(joined) == 0 else step.with_unit_columns(joined)
 
 
-def _content(robot: Robot, prepared: Prepared, aim: Aim, plan: Plan) -> Plan:
-    """A plan, which seeks no contact where holding leaves the effectors at their target."""
-    seeks = plan.status is Status.SEEKING_CONTACT
-    met = seeks and _distance(aim, prepared.held) <= MET * robot.size
+def _content(robot: Robot, plan: Plan, apart: float) -> Plan:
+    """A plan, which seeks no contact where holding leaves the effectors at their target, apart by [m]."""
+    met = plan.status is Status.SEEKING_CONTACT and apart <= MET * robot.size
     return replace(plan, status=Status.OK) if met else plan
 
 
-def _brings_nearer(robot: Robot, prepared: Prepared, aim: Aim, plan: Plan) -> bool:
-    """Whether a plan moves the effectors towards a target that they have not met."""
-    before, after = _distance(aim, prepared.held), _distance(aim, plan.predicted)
-    return before <= MET * robot.size or after < (1.0 - NEARER) * before
+def _brings_nearer(robot: Robot, aim: Aim, plan: Plan, apart: float) -> bool:
+    """Whether a plan moves the effectors towards a target that they have not met.
+
+    Args:
+        robot: its size.
+        aim: targets and weights of the effector rows.
+        plan: the plan.
+        apart: how far holding leaves the effectors from their target [m].
+    """
+    return apart <= MET * robot.size or _distance(aim, plan.predicted) < (1.0 - NEARER) * apart
 
 
 def _distance(aim: Aim, predicted: PredictedStep) -> float:

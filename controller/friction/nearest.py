@@ -41,7 +41,8 @@ def within_limits(
         point: exact.
         held: exact and within the limits: the last resort is the way there.
     """
-    point = nearest_to_limits(search, _weighed(search, point))
+    if not search.feasible(point):
+        point = nearest_to_limits(search, _weighed(search, point))
     for number, share in enumerate(BACK):
         if search.feasible(point):
             return point

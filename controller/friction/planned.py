@@ -5,6 +5,7 @@ Where its search was cut is kept in a way that a plan of another tick can go on 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -187,20 +188,20 @@ def as_solution(program: Qpcc, found: InverseSolution) -> Solution:
         program: of the problem.
         found: its answer.
     """
-    rows = program.G @ np.concatenate([found.lam_a, found.forces])
-    excess = np.maximum(rows - program.g_hi, program.g_lo - rows)
     largest, gaps = largest_limit(program.g_lo, program.g_hi), float(np.abs(program.m).max())
     certificate = Certificate(
-        primal=max(0.0, float(excess.max(initial=0.0))) / (largest or 1.0),
+        primal=found.excess / (largest or 1.0),
         complementarity=found.error / (gaps or 1.0),
-        stationarity=float(np.sqrt(max(found.gain, 0.0))),
+        stationarity=math.sqrt(max(found.gain, 0.0)),
         deepest_gap=np.inf,
     )
-    conflict = tuple(
-        program.name_of_row(i, bool(rows[i] > program.g_hi[i]))
-        for i in np.flatnonzero(excess > 1e-6 * largest).tolist()
-        if found.status is Status.INFEASIBLE
-    )
+    conflict: tuple[str, ...] = ()
+    if found.status is Status.INFEASIBLE:
+        rows = program.G @ np.concatenate([found.lam_a, found.forces])
+        excess = np.maximum(rows - program.g_hi, program.g_lo - rows)
+        (exceeded,) = np.nonzero(excess > 1e-6 * largest)
+        names = (program.name_of_row(i, bool(rows[i] > program.g_hi[i])) for i in exceeded.tolist())
+        conflict = tuple(names)
     return Solution(
         found.lam_a,
         found.forces,

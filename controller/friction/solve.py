@@ -74,6 +74,7 @@ class InverseSolution:
         objective: f of (I1).
         held: that of holding.
         error: of the natural map over all contacts [unit of u].
+        excess: over the limits at most, in the unit of their rows.
         gain: share of the objective by which its piece promises to fall: stationary where it is zero.
         solves: linear systems that were solved.
         cut: where the search was cut; None: it was not.
@@ -85,6 +86,7 @@ class InverseSolution:
     objective: float
     held: float
     error: float
+    excess: float
     gain: float
     solves: int
     cut: CutSearch | None = None
@@ -127,7 +129,8 @@ def solve_friction_inverse(
     held = search.exact(lam, start, needed=True)
     if held is None:
         return _unsolved(problem, lam, Status.NOT_FOUND, budget.spent)
-    held = nearest_to_limits(search, held)
+    if not search.feasible(held):
+        held = nearest_to_limits(search, held)
     near = None
     if guess is not None:
         r = np.zeros_like(start)
@@ -146,6 +149,7 @@ def solve_friction_inverse(
         best.objective,
         held.objective,
         best.error,
+        best.excess,
         predicted_gain(search, best),
         budget.spent,
         cut,
@@ -349,4 +353,4 @@ def _lower(
 def _unsolved(problem: FrictionInverse, lam: Array, status: Status, solves: int) -> InverseSolution:
     """No solution, with the reason."""
     none = np.zeros(len(problem.program.m))
-    return InverseSolution(lam, none, status, np.inf, np.inf, np.inf, 0.0, solves)
+    return InverseSolution(lam, none, status, np.inf, np.inf, np.inf, np.inf, 0.0, solves)
