@@ -13,9 +13,11 @@ from support.robots.blocks import (
     touching,
     velocities,
 )
+from support.robots.bodies import box_mesh
 
 from tauten.model import Robot, Simulator
 from tauten.model.mesh import TetMesh
+from tauten.model.numerics import Array
 
 EDGE = 0.02
 
@@ -112,3 +114,70 @@ def test_a_cube_hits_one_of_a_hundred_thousand_times_its_mass(ratio: float) -> N
     for _ in range(3):
         assert simulator.move(effort=[0.0]).converged
     np.testing.assert_allclose(velocities(simulator)[:, 0], 2.0 / (1.0 + ratio), rtol=1e-4)
+
+
+def test_a_cube_that_is_thrown_at_a_soft_beam_bounces_back() -> None:
+    """20 cm in a step; what the cube loses is in the beam, which is clamped below."""
+    side, height, rate, speed = 0.015, 0.1, 50.0, 10.0
+    beam, start = box_mesh((side, side, height), (2, 2, 8)), (0.04, 0.001, 0.06)
+    below = {"kind": "box", "lower": [-1.0, -1.0, -1e-3], "upper": [1.0, 1.0, 1e-3]}
+    robot = free_bodies(
+        {"cube": box((side,) * 3, start), "beam": beam},
+        [touching("cube", "beam", friction=0.5), touching("beam", "cube", friction=0.5)],
+        rate,
+        bodies=[
+            {"name": "body_cube", "mesh": {"file": "cube.vtu"}, "free": True, "rigid": True},
+            {"name": "body_beam", "mesh": {"file": "beam.vtu"}, "fixed": [below]},
+        ],
+        material={"young_modulus": 4e5, "poisson_ratio": 0.45, "density": 1000.0},
+        contact={"alarm_distance": 3e-3},
+    )
+    v = np.zeros(robot.n)
+    v[-6] = -speed
+    simulator = moving(robot, v)
+    energy = robot.energy(simulator.state)
+    for _ in range(round(rate * 0.06 / speed) + 6):
+        assert simulator.move(effort=[0.0]).converged
+        assert robot.energy(simulator.state) < energy * (1.0 + 1e-6)
+        assert simulator.effector[0, 0] > -0.5 * height
+    assert velocities(simulator)[0, 0] > 0.0
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.5])
+@pytest.mark.parametrize("spin", [20.0, 60.0])  # rad/s
+def test_a_bar_that_spins_hits_a_cube_and_momentum_and_its_moment_stay(
+    spin: float, friction: float
+) -> None:
+    """By hand: the bar and the cube have the same mass, and rest in the middle of both."""
+    bar = box((0.08, 0.01, 0.01), (-0.04, -0.005, -0.005))
+    cube = box((EDGE, EDGE, EDGE), (0.02, 0.02, -0.01))
+    bodies = {"one": bar, "other": cube}
+    contacts = [
+        touching("one", "other", friction=friction),
+        touching("other", "one", friction=friction),
+    ]
+    robot = free_bodies(bodies, contacts, 50.0)
+    v = np.zeros(12)
+    v[5] = spin
+    simulator = moving(robot, v)
+
+    def moment() -> Array:
+        """Of the momenta of all nodes about the origin, for a density of one (3,)."""
+        total = np.zeros(3)
+        state, seconds = simulator.state, 1e-7
+        x = robot.motion(state).x
+        moved = (robot.motion(robot.advance(state, state.v, seconds)).x - x) / seconds
+        for mesh, first in ((bar, 0), (cube, len(bar.nodes))):
+            shares = np.repeat(mesh.volumes / 4.0, 4)
+            mass = np.bincount(mesh.tets.ravel(), shares)
+            own = slice(first, first + len(mesh.nodes))
+            total += np.cross(x[own], mass[:, None] * moved[own]).sum(axis=0)
+        return total
+
+    before, energy = moment(), robot.energy(simulator.state)
+    for _ in range(round(0.3 * 50.0)):
+        assert simulator.move(effort=[0.0]).converged
+        assert robot.energy(simulator.state) < energy * (1.0 + 1e-9)
+    assert robot.energy(simulator.state) < 0.7 * energy  # they have met
+    np.testing.assert_allclose(velocities(simulator).sum(axis=0), 0.0, atol=1e-6 * spin)
+    np.testing.assert_allclose(moment(), before, atol=0.01 * np.linalg.norm(before))

@@ -67,14 +67,14 @@ def plane(
 
 
 def free_bodies(
-    bodies: dict[str, TetMesh], contacts: list[dict[str, Any]], rate: float, rigid: bool = True,
+    meshes: dict[str, TetMesh], contacts: list[dict[str, Any]], rate: float, rigid: bool = True,
     **changes: Any,
 ) -> Robot:  # fmt: skip
     """Bodies without weight that nothing holds; the effectors are their centres.
 
     The skin of each body has its name, and a force, which may be zero, pushes the first one along x.
     """
-    names = list(bodies)
+    names = list(meshes)
     push = {
         "name": "push", "region": {"kind": "all", "body": f"body_{names[0]}"}, "direction": [1.0, 0.0, 0.0],
         "max_force": 10.0, "max_travel": 1e3, "max_rate": 1e3,
@@ -90,7 +90,7 @@ def free_bodies(
         "contact": {"alarm_distance": 5e-3}, "controller": {"rate": rate}, **changes,
     }  # fmt: skip
     config = validated(RobotConfig, settings, "world.toml")
-    return build_robot(config, list(bodies.values()), "world.toml")
+    return build_robot(config, list(meshes.values()), "world.toml")
 
 
 def moving(robot: Robot, v: Array) -> Simulator:
