@@ -52,9 +52,7 @@ def assemble_response(
         steps[1, : v.shape[0]] = v
     moved = np.zeros((2, 9 * LANES))
     F, rate, P, Q = moved[0], moved[1], np.empty(9 * LANES), np.zeros(9 * LANES)
-    force, resisting = response.force, response.resisting
-    force[:] = load
-    resisting[:] = 0.0
+    r, worked = alpha.shape[0], np.zeros((2, body.gradient.shape[1]))
     for block in range(body.gradient.shape[0]):
         G, R = body.gradient[block], response.carried[block]
         deform(steps, G, moved)
@@ -67,13 +65,9 @@ def assemble_response(
             respond(F, R, body.volume[block], laws, P, response.exact[block])
         if damped:
             carried_stress(rate, R, body.lame[block], Q)
-        for j in range(alpha.shape[0]):
-            g, total, resisted = G[j], 0.0, 0.0
-            for m in range(9 * LANES):
-                total += P[m] * g[m]
-                resisted += Q[m] * g[m]
-            force[j] -= total
-            resisting[j] += resisted
+        add_work(P, Q, G, worked)
+    response.force[:] = load - worked[0, :r]
+    response.resisting[:] = worked[1, :r]
 
 
 @kernel
@@ -138,6 +132,42 @@ def deform(steps: Array, G: Array, moved: Array) -> None:
             to = moved[i]
             for m in range(9 * LANES):
                 to[m] += a0 * g0[m] + a1 * g1[m] + a2 * g2[m] + a3 * g3[m]
+
+
+@kernel
+def add_work(P: Array, Q: Array, G: Array, worked: Array) -> None:
+    """Add Gᵀ P and Gᵀ Q of a block, the work of stresses in each mode.
+
+    Args:
+        P: (9 LANES,).
+        Q: (9 LANES,).
+        G: (R, 9 LANES) of the block.
+        worked: (2, R) added to.
+    """
+    for j in range(0, G.shape[0], ROWS):  # stresses are read once for several modes
+        g0, g1, g2, g3 = G[j], G[j + 1], G[j + 2], G[j + 3]
+        p0 = p1 = p2 = p3 = q0 = q1 = q2 = q3 = 0.0
+        for m in range(9 * LANES):
+            p0, p1, p2, p3 = (
+                p0 + P[m] * g0[m],
+                p1 + P[m] * g1[m],
+                p2 + P[m] * g2[m],
+                p3 + P[m] * g3[m],
+            )
+            q0, q1, q2, q3 = (
+                q0 + Q[m] * g0[m],
+                q1 + Q[m] * g1[m],
+                q2 + Q[m] * g2[m],
+                q3 + Q[m] * g3[m],
+            )
+        worked[0, j] += p0
+        worked[0, j + 1] += p1
+        worked[0, j + 2] += p2
+        worked[0, j + 3] += p3
+        worked[1, j] += q0
+        worked[1, j + 1] += q1
+        worked[1, j + 2] += q2
+        worked[1, j + 3] += q3
 
 
 @kernel
