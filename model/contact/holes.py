@@ -1,4 +1,4 @@
-"""Whether a body may fall between the candidates of a contact with another one."""
+"""Whether a body or an obstacle may pass between the candidates of a contact."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from tauten.model.contact.pair import ContactPair
+from tauten.model.contact.shapes import PlaneShape
 from tauten.model.mesh import largest_hole
 from tauten.model.numerics import Array, Ints
 
@@ -39,15 +40,47 @@ def holes_between(
                 continue
             hole = largest_hole(vertices, own[owner == one], points[near])
             width = middle_extent(vertices[np.unique(pair.triangles[target == other])])
-            note = (
-                f"{pair.name}: places of the surface are up to {1e3 * hole:.3g} mm from a candidate, and "
-                f"what it may touch is {1e3 * width:.3g} mm wide: it may fall between them or slip off; "
-                f"give spacing = {0.25 * width:.2g}"
-            )
             key, ratio = (min(one, other), max(one, other)), hole / max(width, TINY)
             if key not in found or ratio < found[key][0]:
-                found[key] = ratio, note
+                found[key] = ratio, said(pair, hole, width)
     yield from (note for ratio, note in found.values() if ratio > LARGEST_HOLE)
+
+
+def holes_before_obstacles(
+    pairs: Sequence[tuple[ContactPair, Ints]], vertices: Array
+) -> Iterator[str]:
+    """Contacts with obstacles that may pass between the candidates of the robot, in words.
+
+    Args:
+        pairs: contacts, and triangles (t, 3) of the surface with the candidates.
+        vertices: (v, 3) of the surfaces at rest [m].
+    """
+    for pair, own in pairs:
+        obstacle = pair.obstacle
+        if obstacle is None or isinstance(obstacle.shape, PlaneShape):
+            continue
+        outline, _ = obstacle.outline(obstacle.start, obstacle.start.position, 0.0)
+        if len(outline) == 0:
+            continue
+        points = np.einsum("mj,mji->mi", pair.weights, vertices[pair.nodes])
+        hole, width = largest_hole(vertices, own, points), middle_extent(outline)
+        if hole > LARGEST_HOLE * width:
+            yield said(pair, hole, width)
+
+
+def said(pair: ContactPair, hole: float, width: float) -> str:
+    """What is said of a contact.
+
+    Args:
+        pair: its name.
+        hole: distance of a place of the surface from a candidate [m].
+        width: of what may touch [m].
+    """
+    return (
+        f"{pair.name}: places of the surface are up to {1e3 * hole:.3g} mm from a candidate, and "
+        f"what it may touch is {1e3 * width:.3g} mm wide: it may fall between them or slip off; "
+        f"give spacing = {0.25 * width:.2g}"
+    )
 
 
 def middle_extent(points: Array) -> float:

@@ -26,6 +26,7 @@ from tauten.model.contact import (
     Shape,
     bodies_of,
     heights_of_file,
+    holes_before_obstacles,
     holes_between,
     loose_bodies,
     mean_edge,
@@ -113,9 +114,10 @@ def contact_set(
     ]
     for one in obstacles:
         check_outside(one, vertices, surfaces[None], f"{source}: obstacles.{one.name}")
-    touching = zip(pairs, config.contacts, strict=True)
-    between = [(pair, surfaces[one.candidates]) for pair, one in touching if pair.loose]
-    for note in holes_between(between, vertices, body):
+    of_files = zip(pairs, config.contacts, strict=True)
+    touching = [(pair, surfaces[one.candidates]) for pair, one in of_files]
+    between = holes_between([one for one in touching if one[0].loose], vertices, body)
+    for note in (*between, *holes_before_obstacles(touching, vertices)):
         log.warning("%s: %s", source, note)
     sums = (*obstacle_sums(pairs), *largest_sums(config.contact, len(pairs)))
     try:

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from tauten.model.contact import ContactPair, ContactSet, holes_between
+from tauten.model.contact import ContactPair, ContactSet, holes_before_obstacles, holes_between
 from tauten.model.load.contacts import (
     NO_TRIANGLES,
     build_obstacle,
@@ -283,12 +283,9 @@ def contact_between(
         )
         pairs.append(replace(pair, owner=contact.candidates.part))
     part_of = np.repeat(np.arange(len(parts)), np.diff(first))
-    between = [
-        (pair, renumbered(own))
-        for pair, (_, own, _) in zip(pairs, sides, strict=True)
-        if pair.loose
-    ]
-    for note in holes_between(between, at_rest, part_of):
+    touching = [(pair, renumbered(own)) for pair, (_, own, _) in zip(pairs, sides, strict=True)]
+    between = holes_between([one for one in touching if one[0].loose], at_rest, part_of)
+    for note in (*between, *holes_before_obstacles(touching, at_rest)):
         log.warning("%s: %s", source, note)
     return Between(tuple(used), tuple(pairs))
 

@@ -88,6 +88,27 @@ def test_what_would_fall_between_candidates_is_said_at_set_up(
     assert not caplog.records
 
 
+@pytest.mark.parametrize("spacing", [None, SPACING])
+def test_a_bar_lies_across_an_obstacle_or_set_up_says_that_it_falls(
+    spacing: float | None, caplog: pytest.LogCaptureFixture
+) -> None:
+    ridge = {
+        "lower": [-0.5 * LENGTH, -0.5 * WIDTH, 0.0],
+        "upper": [0.5 * LENGTH, 0.5 * WIDTH, WIDTH],
+    }
+    obstacle = {"name": "ridge", "shape": "box", "parameters": ridge}
+    bar = box((WIDTH, LENGTH, WIDTH), (-0.5 * WIDTH, -0.5 * LENGTH, WIDTH), cells=1)
+    points = {} if spacing is None else {"spacing": spacing}
+    contact, gravity = touching("bar", "ridge", friction=0.5, **points), [0.0, 0.0, -9.81]
+    robot = free_bodies({"bar": bar}, [contact], 100.0, obstacles=[obstacle], gravity=gravity)
+    assert len(caplog.records) == (spacing is None)
+    simulator = Simulator(robot)
+    for _ in range(10):
+        simulator.move(effort=[0.0])
+    falls = simulator.effector[0, 2] < 1.4 * WIDTH
+    assert falls == (spacing is None)
+
+
 def test_covering_points_are_at_vertices_along_edges_and_leave_small_holes() -> None:
     mesh = box((LENGTH, WIDTH, WIDTH), (0.0, 0.0, 0.0), cells=1)
     triangles = boundary_triangles(mesh.tets)
