@@ -93,15 +93,6 @@ class Integration:
     ahead: float = 0.0
     viscous: bool = False
 
-    def __hash__(self) -> int:
-        return self._hash
-
-    @cached_property
-    def _hash(self) -> int:
-        """Kept, because schemes are keys several times in a step."""
-        own = (self.rate, self.static, self.rayleigh_mass, self.rayleigh_stiffness)
-        return hash((*own, self.semidefinite, self.ahead, self.viscous))
-
     @cached_property
     def h(self) -> float:
         """Time step [s]."""

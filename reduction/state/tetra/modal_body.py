@@ -149,8 +149,8 @@ class ModalBody(ReducedBody[ModePoints]):
 
         See `Body`.
         """
-        map_, J = self.own_motion, self.motion(state).J
-        change = dq if J is None else J.rates(dq)
+        map_ = self.own_motion
+        change = dq if map_.is_plain else map_.jacobian(map_.beta(state.q)).rates(dq)
         most = np.maximum.reduce(np.abs(self.effector_places @ change), initial=0.0)
         most = np.maximum.reduce(np.abs(self.contact_points.map @ change), initial=most)
         return float(most) if map_.is_plain else max(float(most), map_.largest_move(dq))
