@@ -11,7 +11,8 @@ from tauten.model.friction import Width, error_of, newton_forces, smoothed_force
 from tauten.model.numerics import Array, kernel, solve_linear
 
 PRECISELY = 0.3  # of the error that counts as exact: what is asked for, so that it stays exact
-NEWTON = 45  # steps on the exact law, at most
+TRIED = 15  # steps on the exact law, at most
+NEWTON = 45  # the same where forces are needed: contacts that are redundant may take as many
 SMOOTHED = 60  # steps on the smoothed law, at most
 LENGTH = 1e-2  # of the largest |q|: displacement that sets the widths
 NARROWER = 0.25  # of κ, after a full step on the smoothed law
@@ -43,20 +44,20 @@ def exact_point(
         wide: of the smoothed law that is tried where the exact one fails.
         needed: whether the smoothed law is tried in any case.
     """
-    begin = budget.time.clock()
-    found, point, spent = point_at(contacts, arrays, lam, start)
+    begin, newton = budget.time.clock(), NEWTON if needed else TRIED
+    found, point, spent = point_at(contacts, arrays, lam, start, newton)
     budget.count(spent, begin)
-    if not found and (needed or (not budget.exhausted and budget.allows(SMOOTHED + NEWTON))):
+    if not found and (needed or (not budget.exhausted and budget.allows(SMOOTHED + TRIED))):
         begin = budget.time.clock()
         near, systems = smoothed_at(contacts, point.lam, start, wide)
-        found, point, spent = point_at(contacts, arrays, lam, near)
+        found, point, spent = point_at(contacts, arrays, lam, near, newton)
         budget.count(systems + spent, begin)
     return point if found else None
 
 
 @kernel
 def point_at(
-    contacts: InverseContacts, arrays: EffortArrays, lam: Array, start: Array
+    contacts: InverseContacts, arrays: EffortArrays, lam: Array, start: Array, newton: int
 ) -> tuple[bool, EffortPoint, int]:
     """Whether the forces at efforts within their bounds are exact, the point there, and linear systems.
 
@@ -65,9 +66,10 @@ def point_at(
         arrays: objective and limits.
         lam: (n_a,) efforts.
         start: (3 m,) forces to start from.
+        newton: steps on the exact law, at most.
     """
     within = np.minimum(np.maximum(lam, arrays.lb), arrays.ub)
-    error, r, systems = forces_at(contacts, within, start)
+    error, r, systems = forces_at(contacts, within, start, newton)
     if not error <= contacts.exact:
         return False, EffortPoint(within, r, error, np.empty((0, 0)), np.inf, np.inf), systems
     slope = slope_at(contacts, within, r)
@@ -95,20 +97,23 @@ def smoothed_at(
 
 
 @kernel
-def forces_at(contacts: InverseContacts, lam: Array, start: Array) -> tuple[float, Array, int]:
+def forces_at(
+    contacts: InverseContacts, lam: Array, start: Array, newton: int
+) -> tuple[float, Array, int]:
     """Error of the natural map of the best forces found at efforts, these (3 m,), and linear systems.
 
     Args:
         contacts: the contacts.
         lam: (n_a,) efforts.
         start: (3 m,) forces to start from; where they are exact they are returned.
+        newton: steps on the exact law, at most.
     """
     cones = cones_at(contacts, lam)
     before = error_of(cones, start)
     if before <= contacts.exact:
         return before, start, 0
     error = PRECISELY * contacts.exact
-    found = newton_forces(cones, start, error, contacts.exact, NEWTON, bool(np.any(start)))
+    found = newton_forces(cones, start, error, contacts.exact, newton, bool(np.any(start)))
     return found.error, found.r, found.newton
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.controller.friction.descent import GONE, descend, predicted_gain
-from tauten.controller.friction.exact import NEWTON, WIDE
+from tauten.controller.friction.exact import TRIED, WIDE
 from tauten.controller.friction.nearest import nearest_to_limits, within_limits
 from tauten.controller.friction.path import AT_ONCE, PathEnd, nested_path, one_shot_path
 from tauten.controller.friction.problem import EffortPoint, FrictionInverse, normals_alone
@@ -34,7 +34,7 @@ from tauten.model.numerics import Array
 LOWER = 1e-6  # of the objective of holding, by which a trial must be lower to replace what is known
 MOVED = 0.1  # of the way to the target, or of open contacts, that efforts move effectors unless hindered
 UNMOVED = 1e-6  # of the way to the target, that counts as no motion
-RESERVED = AT_ONCE + NEWTON + 4  # linear systems: of a path, an exact solution, a slope and two QPs
+RESERVED = AT_ONCE + TRIED + 4  # linear systems: of a path, an exact solution, a slope and two QPs
 SLIPPERY = 1e-3  # friction, below which the efforts without it are tried, too
 CREDIBLE = 0.01  # the same, above which the end of a path in a control loop is rather at a kink
 SLOPING = 1e-3  # predicted gain, of the objective, from which a point counts as having a gradient

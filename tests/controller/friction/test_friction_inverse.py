@@ -23,7 +23,7 @@ from tauten.controller.friction import (
     InverseSolution,
     solve_friction_inverse,
 )
-from tauten.controller.friction.exact import WIDE, forces_at, slope_at, smoothed_at
+from tauten.controller.friction.exact import NEWTON, WIDE, forces_at, slope_at, smoothed_at
 from tauten.controller.friction.problem import (
     InverseContacts,
     cones_at,
@@ -109,9 +109,9 @@ def pressed_block(mu: float, target: float, most: float) -> FrictionInverse:
 def exact_at(contacts: InverseContacts, lam: Array, start: Array | None = None) -> Array:
     """Exact forces (3 m,) at efforts."""
     first = np.zeros(len(contacts.q)) if start is None else start
-    error, r, _ = forces_at(contacts, lam, first)
+    error, r, _ = forces_at(contacts, lam, first, NEWTON)
     if error > contacts.exact:
-        error, r, _ = forces_at(contacts, lam, smoothed_at(contacts, lam, first, WIDE)[0])
+        error, r, _ = forces_at(contacts, lam, smoothed_at(contacts, lam, first, WIDE)[0], NEWTON)
     assert error <= contacts.exact
     return r
 
