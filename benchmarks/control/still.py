@@ -22,7 +22,7 @@ from scipy.optimize import least_squares
 
 from benchmarks.control.orders import OrderRun, order_run
 from tauten.controller import Actuation, Controller, Order
-from tauten.model import Robot, Simulator, one_blas_thread
+from tauten.model import Command, Robot, Simulator, one_blas_thread
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.node import LARGEST, Feedback
 from tauten.service.plant import DrivenRobot
@@ -205,7 +205,7 @@ def random_goals(robot: Robot, rng: np.random.Generator, count: int) -> Iterator
         chosen[rng.integers(robot.n_a)] = 1  # one at least
         load = _from_shares(robot, rng.uniform(0.0, 1.0, robot.n_a) * chosen)
         try:
-            converged = simulator.settle(*load).converged
+            converged = simulator.settle(load.position, load.effort).converged
         except FactorisationError:
             continue
         if converged:
@@ -214,11 +214,10 @@ def random_goals(robot: Robot, rng: np.random.Generator, count: int) -> Iterator
             found += 1
 
 
-def _from_shares(robot: Robot, shares: Array) -> tuple[Array, Array]:
-    """Positions and efforts (n_a,), NaN where the other is given, at shares of the largest ones."""
+def _from_shares(robot: Robot, shares: Array) -> Command:
+    """Positions, or efforts of actuators that keep these, at shares (n_a,) of the largest ones."""
     held, limits = robot.actuators.laws.held_by_force, robot.limits
-    position = np.where(held, np.nan, shares * limits.farthest_position)
-    return position, np.where(held, shares * limits.effort_max, np.nan)
+    return Command.either(held, shares * limits.farthest_position, shares * limits.effort_max)
 
 
 def still_run(
@@ -319,7 +318,8 @@ def _plant(robot: Robot) -> DrivenRobot:
 def _drive(plant: DrivenRobot, position: Array, effort: Array) -> None:
     """A period under positions, or efforts of those that keep these: (n_a,)."""
     held = plant.simulator.robot.actuators.laws.held_by_force
-    plant.move(np.where(held, np.nan, position), np.where(held, effort, np.nan))
+    command = Command.either(held, position, effort)
+    plant.move(command.position, command.effort)
 
 
 def own_time_to_rest(controller: Controller, ticks: int, stop: StopFlag) -> float | None:
@@ -368,9 +368,9 @@ def best_error(controller: Controller, goal: Array, error: float, stop: StopFlag
         stop.heed()
         value = least + shares * (most - least)
         simulator.start_from(state, forces)
-        command = np.where(by_force, np.nan, value), np.where(by_force, value, np.nan)
+        command = Command.either(by_force, value, value)
         try:
-            converged = simulator.settle(*command).converged
+            converged = simulator.settle(command.position, command.effort).converged
         except FactorisationError:
             converged = False
         if not converged:
