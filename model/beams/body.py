@@ -22,8 +22,27 @@ from tauten.model.points import (
     add_beam_cable_stiffness,
     add_lever_stiffness,
 )
-from tauten.model.state import State, StepStart
-from tauten.model.system import Integration
+from tauten.model.state import Assembled, State, StepStart
+from tauten.model.system import Integration, Pattern
+
+
+@dataclass(frozen=True, slots=True)
+class BeamAssembled(SparseAssembled):
+    """Forces and tangents of a body of beams; attributes beside those of every sparse body.
+
+    Attributes:
+        pattern: of the tangents.
+        added: (nnz,) in them, see `augmented`; None: nothing is.
+    """
+
+    pattern: Pattern
+    added: Array | None = None
+
+    def augmented(self, H: Array, rho: Array) -> tuple[Assembled, Array]:
+        """The same with ρ_i h_iᵀ h_i in the tangents, see `Assembled`: of rows along one cable."""
+        added = np.zeros_like(self.K)
+        found = self.pattern.add_products(added, H, rho)
+        return dataclasses.replace(self, K=self.K + added, added=added), found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,6 +177,15 @@ class BeamBody(SparseBody[AttachedPoints]):
             total += self.outer.on(motion)
         return total, K
 
+    def assemble(
+        self, state: State, effort: Array | None = None, integration: Integration | None = None
+    ) -> BeamAssembled:
+        """Forces and tangents at a state, see `Body`."""
+        at = SparseBody.assemble(self, state, effort, integration)
+        return BeamAssembled(
+            at.state, at.effort, at.force, at.K, at.D, at.mass, at.inertia, self.pattern
+        )
+
     def semidefinite(self, at: SparseAssembled, scheme: Integration) -> Array:
         """The positive semidefinite tangent (nnz,) of a step; in time steps without the curvature of cables.
 
@@ -167,9 +195,11 @@ class BeamBody(SparseBody[AttachedPoints]):
 
         See `SparseBody`.
         """
+        assert isinstance(at, BeamAssembled)
         if scheme.static:
             return self.forces(at.state, at.effort, exact=False)[1]
-        return self.stiffness(at.state)
+        K = self.stiffness(at.state)
+        return K if at.added is None else K + at.added
 
     def stiffness(self, state: State) -> Array:
         """That of the beams alone, CSC values (nnz,): cables do not damp, see `SparseBody`."""
