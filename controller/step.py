@@ -209,12 +209,13 @@ def decide(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
     after = tick.solved.prediction
-    root = effort_scale(prepared, settings.epsilon * prepared.scale)
-    change = change_of(prepared, plan, aim, root)
+    weight = settings.epsilon * prepared.scale
+    change = change_of(prepared, plan, aim, effort_scale(prepared, weight))
     before = (
         target if damping.objective is None else layout.row_targets(values, carried.damping.goal)
     )
-    objective = objective_of(prepared, plan, aim, before, root, tick.position - position)
+    way = tick.position - position
+    objective = objective_of(prepared, plan, aim, weight, way, before, damping.objective)
     certificate = replace(
         plan.certificate, deepest_gap=after.deepest_gap, extra_columns=len(after.step.extra)
     )
