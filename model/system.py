@@ -198,26 +198,6 @@ class Pattern:
         """
         _add_block(self.indptr, self.indices, columns, block, values)
 
-    def add_products(self, values: Array, H: Array, rho: Array) -> Array:
-        """Add ρ_i h_iᵀ h_i of those rows h_i whose unknowns the pattern couples.
-
-        Args:
-            values: (nnz,) of a matrix, added to.
-            H: (m, n) rows.
-            rho: (m,) factor of each.
-
-        Returns:
-            Factors (m,) that were added, zero for the other rows.
-        """
-        added = np.zeros_like(rho)
-        for i in np.flatnonzero(rho).tolist():
-            (columns,) = H[i].nonzero()
-            if _couples(self.indptr, self.indices, columns):
-                h = H[i, columns]
-                self.add_block(values, columns, rho[i] * np.outer(h, h))
-                added[i] = rho[i]
-        return added
-
     def blocks(self, groups: Ints) -> tuple[Ints, Ints]:
         """Places of the 3x3 blocks that couple the nodes of each group.
 
@@ -283,19 +263,6 @@ def _add_block(indptr: Ints, indices: Ints, columns: Ints, block: Array, values:
             while indices[place] < columns[a]:
                 place += 1
             values[place] += block[a, b]
-
-
-@kernel
-def _couples(indptr: Ints, indices: Ints, columns: Ints) -> bool:
-    """Whether a pattern couples all of some unknowns (c,), ascending, with each other."""
-    for b in range(columns.shape[0]):
-        place, end = indptr[columns[b]], indptr[columns[b] + 1]
-        for a in range(columns.shape[0]):
-            while place < end and indices[place] < columns[a]:
-                place += 1
-            if place == end or indices[place] != columns[a]:
-                return False
-    return True
 
 
 @dataclass(frozen=True, slots=True)

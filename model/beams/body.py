@@ -14,7 +14,7 @@ from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.beams.tree import BeamTree
 from tauten.model.body import SparseAssembled, SparseBody
 from tauten.model.effectors import Effectors
-from tauten.model.numerics import Array, Ints, moments_at_end, rotations_between, turned
+from tauten.model.numerics import Array, Ints, kernel, moments_at_end, rotations_between, turned
 from tauten.model.points import (
     AttachedPoints,
     OuterForces,
@@ -27,7 +27,7 @@ from tauten.model.system import Integration, Pattern
 
 
 @dataclass(frozen=True, slots=True)
-class BeamAssembled(SparseAssembled):
+class BeamTangents(SparseAssembled):
     """Forces and tangents of a body of beams; attributes beside those of every sparse body.
 
     Attributes:
@@ -40,9 +40,14 @@ class BeamAssembled(SparseAssembled):
 
     def augmented(self, H: Array, rho: Array) -> tuple[Assembled, Array]:
         """The same with ρ_i h_iᵀ h_i in the tangents, see `Assembled`: of rows along one cable."""
-        added = np.zeros_like(self.K)
-        found = self.pattern.add_products(added, H, rho)
-        return dataclasses.replace(self, K=self.K + added, added=added), found
+        values, added, pattern = np.zeros_like(self.K), np.zeros_like(rho), self.pattern
+        for i in np.flatnonzero(rho).tolist():
+            (columns,) = H[i].nonzero()
+            if _couples(pattern.indptr, pattern.indices, columns):
+                h = H[i, columns]
+                pattern.add_block(values, columns, rho[i] * np.outer(h, h))
+                added[i] = rho[i]
+        return dataclasses.replace(self, K=self.K + values, added=values), added
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -179,10 +184,10 @@ class BeamBody(SparseBody[AttachedPoints]):
 
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
-    ) -> BeamAssembled:
+    ) -> BeamTangents:
         """Forces and tangents at a state, see `Body`."""
         at = SparseBody.assemble(self, state, effort, integration)
-        return BeamAssembled(
+        return BeamTangents(
             at.state, at.effort, at.force, at.K, at.D, at.mass, at.inertia, self.pattern
         )
 
@@ -195,7 +200,7 @@ class BeamBody(SparseBody[AttachedPoints]):
 
         See `SparseBody`.
         """
-        assert isinstance(at, BeamAssembled)
+        assert isinstance(at, BeamTangents)
         if scheme.static:
             return self.forces(at.state, at.effort, exact=False)[1]
         K = self.stiffness(at.state)
@@ -285,3 +290,16 @@ class BeamBody(SparseBody[AttachedPoints]):
         x, Q = self.pose(state)
         end, turns = moved_along_arcs(x, Q, every, self.tree.beams)
         return State(np.hstack([end[free], turns[free]]).ravel(), v)
+
+
+@kernel
+def _couples(indptr: Ints, indices: Ints, columns: Ints) -> bool:
+    """Whether a pattern couples all of some unknowns (c,), ascending, with each other."""
+    for b in range(columns.shape[0]):
+        place, end = indptr[columns[b]], indptr[columns[b] + 1]
+        for a in range(columns.shape[0]):
+            while place < end and indices[place] < columns[a]:
+                place += 1
+            if place == end or indices[place] != columns[a]:
+                return False
+    return True
