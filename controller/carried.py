@@ -183,22 +183,16 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
         size: of the robot [m].
         objective: that this one predicts.
     """
-    gamma, last, share, gain = (
-        _gamma_after(damping, change, size),
-        damping.objective,
-        damping.share,
-        objective.gain,
-    )
-    still, ended = (STILL * size) ** 2, objective.gains_energy
+    gamma, last = _gamma_after(damping, change, size), damping.objective
+    share, gain = damping.share, objective.gain
     if last is None:
         return replace(damping, gamma=gamma, change=change, objective=objective, gain=gain)
+    still, ended = (STILL * size) ** 2, objective.gains_energy
     if share < SMALL and not ended and gain > MORE * damping.gain + still:
         return replace(damping.starting(damping.goal), share=damping.most, most=damping.most)
     actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
     predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
-    mean = (
-        damping.gain
-    )  # of a share that is so small: that before, with which later gains are compared
+    mean = damping.gain  # of small shares: that before, with which later gains are compared
     if share >= SMALL:
         mean += RECENT * (gain - mean)
     found = replace(
