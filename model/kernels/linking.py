@@ -23,6 +23,12 @@ def without_ir(reduced: tuple[Any, ...]) -> tuple[Any, ...]:
     return (name, kind, (code, NONE)), *rest
 
 
+def has_ir(reduced: tuple[Any, ...]) -> bool:
+    """Whether a compiled kernel, as numba reduces it, has what callers need."""
+    found: bool = reduced[0][2][1] != NONE
+    return found
+
+
 def rebuilt(rebuild: Callable[..., Any], context: Any, reduced: tuple[Any, ...]) -> Any:
     """The compiled kernel; compiling a kernel that calls one `without_ir` raises a `NumbaError`."""
     (name, kind, data), described, *rest = reduced

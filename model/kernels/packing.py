@@ -8,21 +8,28 @@ from pathlib import Path
 from typing import Any
 
 from tauten.model.kernels.cache import KernelCache, KernelCacheFile, SeedFile
-from tauten.model.kernels.linking import without_ir
+from tauten.model.kernels.linking import has_ir, without_ir
 from tauten.model.kernels.seed import Seed, pack
 from tauten.model.kernels.target import portable_machine
 
 
 def gather(caches: Iterable[KernelCache], folder: Path, seed: Seed | None, target: Path) -> None:
-    """Copy the portable entries of these functions into a new folder, as entries that nothing used yet."""
+    """Copy the portable entries of these functions into a new folder, as entries that nothing used yet.
+
+    Entries `without_ir` of functions that another kernel calls are left out: they have to be compiled again.
+    """
     target.mkdir(parents=True)
+    caches = list(caches)
+    called = _called(caches)
     for cache in caches:
         sources: list[KernelCacheFile] = [cache.file_in(folder)]
         if seed is not None:
             sources.append(SeedFile(seed, cache.file_name, cache.digest))
         for source in sources:
             for key in source.entries():
-                _copy(key, source, cache.file_in(target))
+                data = _portable(key, source)
+                if data is not None and (has_ir(data) or cache.name not in called):
+                    cache.file_in(target).save(key, data)  # type: ignore[no-untyped-call]
     for path in target.iterdir():
         os.utime(path, (0.0, 0.0))
 
@@ -46,14 +53,18 @@ def used_archive(
     """
     target.mkdir()
     caches, count = list(caches), 0
-    called = frozenset[str]().union(*(cache.callees for cache in caches))
+    called = _called(caches)
     for cache in caches:
         source = cache.file_in(folder)
         linked = cache.name in called
         unused = everything and not linked
         used = [key for key, name in source.entries().items() if unused or _used(folder / name)]
         for key in sorted(used, key=str):
-            count += _copy(key, source, cache.file_in(target), linked)
+            data = _portable(key, source)
+            if data is not None:
+                data = data if linked else without_ir(data)
+                cache.file_in(target).save(key, data)  # type: ignore[no-untyped-call]
+                count += 1
     return pack((path.name, path.read_bytes()) for path in target.iterdir()), count
 
 
@@ -61,12 +72,14 @@ def _used(file: Path) -> bool:
     return file.is_file() and file.stat().st_mtime > 1.0
 
 
-def _copy(
-    key: tuple[Any, ...], source: KernelCacheFile, target: KernelCacheFile, linked: bool = True
-) -> bool:
-    """Copy an entry for portable machines; whether there is one that can be read."""
-    data = source.load(key) if key[1] == portable_machine() else None  # type: ignore[no-untyped-call]
-    if data is None:
-        return False
-    target.save(key, data if linked else without_ir(data))  # type: ignore[no-untyped-call]
-    return True
+def _called(caches: Iterable[KernelCache]) -> frozenset[str]:
+    """Names of the functions that kernels call."""
+    return frozenset[str]().union(*(cache.callees for cache in caches))
+
+
+def _portable(key: tuple[Any, ...], source: KernelCacheFile) -> tuple[Any, ...] | None:
+    """An entry for portable machines; None where there is none that can be read."""
+    found: tuple[Any, ...] | None = None
+    if key[1] == portable_machine():
+        found = source.load(key)  # type: ignore[no-untyped-call]
+    return found

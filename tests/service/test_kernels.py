@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 
 from benchmarks.tables import first_hour_page
-from tauten.model.kernels import OFF, SEED, SHIPPED, portable_machine, seed_name
-from tauten.model.kernels.seed import unpack
+from tauten.model.kernels import OFF, SEED, SHIPPED, gather, portable_machine, seed_name
+from tauten.model.kernels.seed import unpack, unpacked
+from tauten.model.numerics import Array, Ints, kernel
+from tauten.model.parts.motion import _add_rows
 from tauten.service.cli import main
 from tauten.service.kernels import (
     LARGEST,
@@ -126,6 +128,22 @@ def test_what_no_program_used_is_packed_unless_it_is_there_for_callers(
         )
     ]
     assert found == [set(), {"tauten.model.parts.motion._add_rows"}]
+
+
+@kernel
+def calls_add_rows(block: Array, rows: Ints, first: int, H: Array) -> None:
+    """A kernel that calls one which is shipped for calls from Python only."""
+    _add_rows(block, rows, first, H)
+
+
+@portable
+def test_what_a_new_caller_needs_is_compiled_again(tmp_path: Path, packed: Path) -> None:
+    seed = unpacked(packed.read_bytes(), tmp_path)
+    caches = [getattr(one, "_cache") for one in (_add_rows, calls_add_rows)]  # noqa: B009
+    for count, found in ((1, True), (2, False)):
+        target = tmp_path / str(count)
+        gather(caches[:count], tmp_path / "none", seed, target)
+        assert any(target.iterdir()) == found
 
 
 @portable
