@@ -17,10 +17,8 @@ the way that is adapted as trust regions are (Conn, Gould and Toint, Trust-Regio
 the objective of holding has decreased over the last ticks, of what plans have predicted, with the weights of
 the plan before. A share with which it has not decreased is too large where the robot comes to rest: the share
 grows to half of it at most. Small shares shrink slowly, because a robot that relaxes may increase the
-objective for a second whatever its actuators do. Where little can be gained, half of it has to come true;
-where most of that is energy, which redundant actuators approach slowly, the share shrinks in any case.
-Actuators go all of the way again where the target or a lock has changed, and as far as they may where much
-more can be gained than before.
+objective for a second whatever its actuators do. Actuators go all of the way again where the target or a
+lock has changed, and as far as they may where much more can be gained than before.
 """
 
 from __future__ import annotations
@@ -48,7 +46,6 @@ FEW, SLOWLY = (
     0.01,
     0.97,
 )  # share below which it shrinks less in a tick, and grows in the second good one
-LITTLE = 1e-3  # of the objective, which is a small gain
 LOWERED = 0.5  # of a share with which decreases become poor, that it may grow to again;
 ALLOWED = 0.1  # it may always grow to this one
 SMALL = 1e-3  # share of the way below which it becomes the largest one again
@@ -90,7 +87,6 @@ class Objective:
         before: the same for the goal of the decision before, with the weights of its plan [m²].
         planned: where they go to the plan [m²].
         share: of the way there that they go in the tick.
-        nearer: part of the gain by which the effectors come nearer to their target [m²].
         energy: how it weighs efforts; None: it does not.
     """
 
@@ -98,7 +94,6 @@ class Objective:
     before: float
     planned: float
     share: float
-    nearer: float
     energy: Energy | None = None
 
     @property
@@ -110,16 +105,6 @@ class Objective:
     def predicted(self) -> float:
         """Decrease in the tick, as the first order has it [m²]."""
         return self.share * self.gain
-
-    @property
-    def gains_little(self) -> bool:
-        """Whether the gain is a small part of the objective."""
-        return self.gain < LITTLE * self.holding
-
-    @property
-    def gains_energy(self) -> bool:
-        """Whether the gain is small, and more than half of it energy."""
-        return self.gains_little and self.nearer < 0.5 * self.gain
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,8 +172,8 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
     share, gain = damping.share, objective.gain
     if last is None:
         return replace(damping, gamma=gamma, change=change, objective=objective, gain=gain)
-    still, ended = (STILL * size) ** 2, objective.gains_energy
-    if share < SMALL and not ended and gain > MORE * damping.gain + still:
+    still = (STILL * size) ** 2
+    if share < SMALL and gain > MORE * damping.gain + still:
         return replace(damping.starting(damping.goal), share=damping.most, most=damping.most)
     actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
     predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
@@ -201,9 +186,8 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
     )  # fmt: skip
     if predicted <= still:
         return found
-    little = objective.gains_little
-    slow = share < FEW and not little
-    if ended or actual < (GOOD if little else POOR) * predicted:
+    slow = share < FEW
+    if actual < POOR * predicted:
         most = min(damping.most, max(LOWERED * share, ALLOWED)) if damping.grown else damping.most
         shrunk = (SLOWLY if slow else SHRINKAGE) * share
         return replace(found, share=min(shrunk, most), most=most, grown=False)
@@ -289,10 +273,8 @@ def objective_of(
     )
     away, away_before, left = [length * length for length in lengths]
     share = min(math.hypot(*way.tolist()) / max(whole, 1e-300), 1.0)
-    planned_objective, nearer = left + energy.of(planned), away - left
-    return Objective(
-        away + spent, away_before + spent_before, planned_objective, share, nearer, energy
-    )
+    ahead = left + energy.of(planned)
+    return Objective(away + spent, away_before + spent_before, ahead, share, energy)
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,7 +44,7 @@ FLAT = (
     PathTrial(3.0, nested=True, from_hold=True, fallback=True),
     PathTrial(0.3, nested=True, from_hold=True, fallback=True),
 )
-WARM = (PathTrial(0.25, from_hold=True, pace=FAST),)
+WARM = (PathTrial(0.3, from_hold=True, pace=FAST),)
 
 
 @dataclass(frozen=True, slots=True)

@@ -115,7 +115,7 @@ def test_robots_stand_still_far_out_of_reach(name: str, offset: float) -> None:
 
 
 def test_damping_grows_where_changes_reverse_and_decreases_where_they_repeat() -> None:
-    step, still = np.array([1e-3, 0.0, 0.0]), Objective(0.0, 0.0, 0.0, 1.0, 0.0)
+    step, still = np.array([1e-3, 0.0, 0.0]), Objective(0.0, 0.0, 0.0, 1.0)
     grown = adapted(replace(undamped(), change=step), -step, 0.1, still)
     assert grown.gamma == pytest.approx(1.0)
     damping = replace(undamped(), gamma=4.0, change=step)
@@ -138,7 +138,7 @@ def test_ways_become_shorter_where_nothing_is_gained_until_something_is() -> Non
                 damping,
                 change,
                 0.1,
-                Objective(holding, holding, holding - gain, damping.share, gain),
+                Objective(holding, holding, holding - gain, damping.share),
             )
         return damping
 
@@ -155,7 +155,7 @@ def test_ways_become_shorter_where_nothing_is_gained_until_something_is() -> Non
     damping = undamped()
     for k in range(10):  # as predicted
         held = 1e-4 * 0.5**k
-        damping = adapted(damping, change, 0.1, Objective(held, held, 0.0, 0.5, held))
+        damping = adapted(damping, change, 0.1, Objective(held, held, 0.0, 0.5))
     assert damping.share == 1.0
 
 
@@ -167,7 +167,7 @@ def test_ways_do_not_grow_again_to_where_nothing_was_gained(factor: float) -> No
     damping, found = undamped().towards(np.zeros(3), size), list[float]()
     for _ in range(400):
         held, planned = float(left @ left), (0.97 * left[1]) ** 2
-        predicted = Objective(held, held, planned, damping.share, held - planned)
+        predicted = Objective(held, held, planned, damping.share)
         damping = adapted(damping, change, size, predicted)
         left = left - damping.share * factors * left
         found.append(abs(left[0]))
