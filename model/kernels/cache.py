@@ -118,11 +118,19 @@ class KernelCacheFile(IndexDataCacheFile):
         found: dict[Any, str] = overloads if stamp == self._source_stamp else {}
         return found
 
-    def _load_data(self, name: str) -> Any:
+    def entry(self, name: str) -> Any:
+        """The content of the file of an entry, which does not count as its use.
+
+        Raises:
+            FileNotFoundError: it cannot be read.
+        """
         try:
-            found = pickle.loads(self._read(name))
-        except Exception as error:  # numba takes an OSError for a missing entry
+            return pickle.loads(self._read(name))
+        except Exception as error:  # damaged pickles raise exceptions of many types
             raise FileNotFoundError(f"{name} cannot be read") from error
+
+    def _load_data(self, name: str) -> Any:
+        found = self.entry(name)  # numba takes an OSError for a missing entry
         for used in (name, self._index_name):
             _mark_used(Path(self._cache_path, used))
         return found

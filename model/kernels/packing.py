@@ -13,10 +13,23 @@ from tauten.model.kernels.seed import Seed, pack
 from tauten.model.kernels.target import portable_machine
 
 
-def gather(caches: Iterable[KernelCache], folder: Path, seed: Seed | None, target: Path) -> None:
+def gather(
+    caches: Iterable[KernelCache],
+    folder: Path,
+    seed: Seed | None,
+    target: Path,
+    everything: bool = False,
+) -> None:
     """Copy the portable entries of these functions into a new folder, as entries that nothing used yet.
 
     Entries `without_ir` of functions that another kernel calls are left out: they have to be compiled again.
+
+    Args:
+        caches: of all kernels.
+        folder: of entries that were compiled here.
+        seed: entries that are shipped; None: there are none.
+        target: to make.
+        everything: whether the copies count as used, but for those of files from 1970, see `used_archive`.
     """
     target.mkdir(parents=True)
     caches = list(caches)
@@ -26,27 +39,19 @@ def gather(caches: Iterable[KernelCache], folder: Path, seed: Seed | None, targe
         if seed is not None:
             sources.append(SeedFile(seed, cache.file_name, cache.digest))
         for source in sources:
-            for key in source.entries():
-                data = _portable(key, source)
+            for key, name in source.entries().items():
+                data, copy = _portable(key, name, source), cache.file_in(target)
                 if data is not None and (has_ir(data) or cache.name not in called):
-                    cache.file_in(target).save(key, data)  # type: ignore[no-untyped-call]
-    for path in target.iterdir():
-        os.utime(path, (0.0, 0.0))
+                    copy.save(key, data)  # type: ignore[no-untyped-call]
+                    shipped = isinstance(source, SeedFile)
+                    if not (everything and (shipped or _used(folder / name))):
+                        os.utime(target / copy.entries()[key], (0.0, 0.0))
 
 
-def used_archive(
-    caches: Iterable[KernelCache], folder: Path, target: Path, everything: bool = False
-) -> tuple[bytes, int]:
-    """Pack the entries that programs used or made in a folder of `gather`.
+def used_archive(caches: Iterable[KernelCache], folder: Path, target: Path) -> tuple[bytes, int]:
+    """Pack the entries that programs used or made in a folder of `gather`: those of files not from 1970.
 
     Those of kernels that no other one calls are packed `without_ir`, which makes the archive half as large.
-
-    Args:
-        caches: of all kernels.
-        folder: of `gather`.
-        target: to make, for the entries.
-        everything: whether to pack the entries too that no program used, but for those of kernels that others
-            call: most of these are there for the callers, whose machine code contains them.
 
     Returns:
         The archive, and how many entries it has.
@@ -57,10 +62,9 @@ def used_archive(
     for cache in caches:
         source = cache.file_in(folder)
         linked = cache.name in called
-        unused = everything and not linked
-        used = [key for key, name in source.entries().items() if unused or _used(folder / name)]
+        used = {key: name for key, name in source.entries().items() if _used(folder / name)}
         for key in sorted(used, key=str):
-            data = _portable(key, source)
+            data = _portable(key, used[key], source)
             if data is not None:
                 data = data if linked else without_ir(data)
                 cache.file_in(target).save(key, data)  # type: ignore[no-untyped-call]
@@ -77,9 +81,12 @@ def _called(caches: Iterable[KernelCache]) -> frozenset[str]:
     return frozenset[str]().union(*(cache.callees for cache in caches))
 
 
-def _portable(key: tuple[Any, ...], source: KernelCacheFile) -> tuple[Any, ...] | None:
-    """An entry for portable machines; None where there is none that can be read."""
-    found: tuple[Any, ...] | None = None
-    if key[1] == portable_machine():
-        found = source.load(key)  # type: ignore[no-untyped-call]
+def _portable(key: tuple[Any, ...], name: str, source: KernelCacheFile) -> tuple[Any, ...] | None:
+    """An entry for portable machines, in the file of this name; None where there is none that can be read."""
+    if key[1] != portable_machine():
+        return None
+    try:
+        found: tuple[Any, ...] = source.entry(name)
+    except FileNotFoundError:
+        return None
     return found

@@ -94,14 +94,14 @@ def pack_kernels(file: Path, report: Progress, everything: bool = False) -> Pack
     with tempfile.TemporaryDirectory(prefix="tauten-kernels-") as name:
         work = Path(name)
         folder = kernel_folder(work / "cache")
-        gather(caches, kernel_folder(), open_seed(), folder)
+        gather(caches, kernel_folder(), open_seed(), folder, everything)
         variables = {"NUMBA_CACHE_DIR": str(work / "cache"), SEED: OFF}
         commands = workload(work)
         for what, command in commands.items():
             report(0.0, what)
             run(command, variables)
             report(1.0 / len(commands), what)
-        archive, entries = used_archive(caches, folder, work / "packed", everything)
+        archive, entries = used_archive(caches, folder, work / "packed")
     with atomic_write(file) as opened:
         opened.write(archive)
     return Packed(file, len(archive), entries)
