@@ -14,11 +14,10 @@ target is followed. Changes that become smaller and smaller converge, and γ rem
 Where a cable is taut in one plan and slack in the next, plans jump between two pieces of the problem, and no
 γ ends that: commands go to and fro for ever. While the target is constant, actuators therefore go a share of
 the way that is adapted as trust regions are (Conn, Gould and Toint, Trust-Region Methods, 2000): by how much
-the objective of holding has decreased over the last ticks, of what plans have predicted, with the weights of
-the plan before. A share with which it has not decreased is too large where the robot comes to rest: the share
-grows to half of it at most. Small shares shrink slowly, because a robot that relaxes may increase the
-objective for a second whatever its actuators do. Actuators go all of the way again where the target or a
-lock has changed, and as far as they may where much more can be gained than before.
+the objective of holding has decreased over the last ticks, of what plans have predicted. A share with which
+it has not decreased is too large where the robot comes to rest: the share grows to half of it at most. They
+go all of the way again where the target or a lock has changed, and as far as they may where much more can be
+gained than before.
 """
 
 from __future__ import annotations
@@ -42,10 +41,6 @@ LARGEST = 100.0  # γ
 POOR = 0.1  # of the predicted decrease: where less is reached, the share of the way shrinks,
 GOOD = 0.5  # and where more is reached, it grows
 SHRINKAGE, GROWTH = 0.7, 1.1  # of the share of the way in a tick
-FEW, SLOWLY = (
-    0.01,
-    0.97,
-)  # share below which it shrinks less in a tick, and grows in the second good one
 LOWERED = 0.5  # of a share with which decreases become poor, that it may grow to again;
 ALLOWED = 0.1  # it may always grow to this one
 SMALL = 1e-3  # share of the way below which it becomes the largest one again
@@ -56,45 +51,20 @@ STILL = 1e-9  # of the robot's size; smaller changes are rounding
 
 
 @dataclass(frozen=True, slots=True)
-class Energy:
-    """The energy of the actuators as the objective of one plan weighs it.
-
-    Attributes:
-        weight: (n_a, n_a) matrix ε s W_aa of the unknown forces [m²/N²].
-        rho: (n_a,) stiffness along actuators in these, see `CondensedStep.efforts`; None: there is none.
-        origin: (n_a,) positions where that stiffness pulls nothing [m].
-    """
-
-    weight: Array
-    rho: Array | None
-    origin: Array
-
-    def of(self, predicted: PredictedStep) -> float:
-        """Twice the energy at the end of a step, of this plan or another one [m²]."""
-        force = predicted.effort
-        if self.rho is not None:
-            position = predicted.delta[predicted.step.layout.actuators]
-            force = force + self.rho * (position - self.origin)
-        return float(force @ self.weight @ force)
-
-
-@dataclass(frozen=True, slots=True)
 class Objective:
-    """Twice the objective of (T1) at the end of the horizon.
+    """The objective of (T1) at the end of the horizon.
 
     Attributes:
         holding: where all actuators hold [m²].
-        before: the same for the goal of the decision before, with the weights of its plan [m²].
+        before: the same for the goal of the decision before [m²].
         planned: where they go to the plan [m²].
         share: of the way there that they go in the tick.
-        energy: how it weighs efforts; None: it does not.
     """
 
     holding: float
     before: float
     planned: float
     share: float
-    energy: Energy | None = None
 
     @property
     def gain(self) -> float:
@@ -168,46 +138,33 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
         size: of the robot [m].
         objective: that this one predicts.
     """
-    gamma, last = _gamma_after(damping, change, size), damping.objective
-    share, gain = damping.share, objective.gain
-    if last is None:
-        return replace(damping, gamma=gamma, change=change, objective=objective, gain=gain)
-    still = (STILL * size) ** 2
-    if share < SMALL and gain > MORE * damping.gain + still:
-        return replace(damping.starting(damping.goal), share=damping.most, most=damping.most)
-    actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
-    predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
-    mean = damping.gain  # of small shares: that before, with which later gains are compared
-    if share >= SMALL:
-        mean += RECENT * (gain - mean)
-    found = replace(
-        damping, gamma=gamma, change=change, objective=objective, actual=actual,
-        predicted=predicted, gain=mean,
-    )  # fmt: skip
-    if predicted <= still:
-        return found
-    slow = share < FEW
-    if actual < POOR * predicted:
-        most = min(damping.most, max(LOWERED * share, ALLOWED)) if damping.grown else damping.most
-        shrunk = (SLOWLY if slow else SHRINKAGE) * share
-        return replace(found, share=min(shrunk, most), most=most, grown=False)
-    if actual > GOOD * predicted:
-        growth = GROWTH if damping.grown or not slow else 1.0
-        return replace(found, share=min(growth * share, damping.most), grown=True)
-    return found
-
-
-def _gamma_after(damping: Damping, change: Array, size: float) -> float:
-    """The weight γ of the next decision; arguments as of `adapted`."""
     before, gamma = damping.change, damping.gamma
     if len(before) == len(change) and float(before @ before) > (STILL * size) ** 2:
         repeated = round(GRID * float(change @ before) / float(before @ before)) / GRID
         if repeated < REVERSED:
             growth = min(1.0 + REVERSED - repeated, LARGEST_GROWTH)
-            return min((1.0 + gamma) * growth - 1.0, LARGEST)
-        if repeated > REPEATED:
-            return max((1.0 + gamma) * DECREASE - 1.0, 0.0)
-    return gamma
+            gamma = min((1.0 + gamma) * growth - 1.0, LARGEST)
+        elif repeated > REPEATED:
+            gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
+    last, share, most, grown = damping.objective, damping.share, damping.most, damping.grown
+    gain, still = objective.gain, (STILL * size) ** 2
+    if last is None:
+        return replace(damping, gamma=gamma, change=change, objective=objective, gain=gain)
+    if share < SMALL and gain > MORE * damping.gain + still:
+        return replace(damping.starting(damping.goal), share=most, most=most)
+    actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
+    predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
+    if predicted > still:
+        if actual < POOR * predicted:
+            if grown:
+                most = min(most, max(LOWERED * share, ALLOWED))
+            share, grown = min(SHRINKAGE * share, most), False
+        elif actual > GOOD * predicted:
+            share, grown = min(GROWTH * share, most), True
+    mean = damping.gain + RECENT * (gain - damping.gain)
+    return Damping(
+        gamma, change, share, most, grown, objective, actual, predicted, mean, damping.goal
+    )
 
 
 def effort_scale(prepared: Prepared, weight: float) -> Array:
@@ -239,13 +196,7 @@ def change_of(prepared: Prepared, plan: Plan, aim: Aim, root: Array) -> Array:
 
 
 def objective_of(
-    prepared: Prepared,
-    plan: Plan,
-    aim: Aim,
-    weight: float,
-    way: Array,
-    before: Array,
-    last: Objective | None,
+    prepared: Prepared, plan: Plan, aim: Aim, before: Array, root: Array, way: Array
 ) -> Objective:
     """What a plan predicts beside holding.
 
@@ -253,28 +204,23 @@ def objective_of(
         prepared: the step.
         plan: over the horizon.
         aim: targets and weights of the effector rows.
-        weight: of the energy, ε s [m/N].
-        way: (n_a,) of the actuators in the tick [m].
         before: (n_e,) targets of the goal of the decision before.
-        last: objective of that decision; None: nothing is compared with it.
+        root: (n_a,) of `effort_scale`.
+        way: (n_a,) of the actuators in the tick [m].
     """
-    held, planned, layout = prepared.held, plan.predicted, prepared.held.step.layout
+    layout, held, planned = prepared.held.step.layout, prepared.held, plan.predicted
     effectors, actuators = layout.effectors, layout.actuators
-    W = held.step.compliance.W[actuators, actuators]
-    energy = Energy(weight * W, held.step.rho, held.step.rows.actuators.delta)
-    spent = energy.of(held)
-    spent_before = spent if last is None or last.energy is None else last.energy.of(held)
     here, there = held.delta[effectors], planned.delta[effectors]
+    effort, ahead = (root * held.effort).tolist(), (root * planned.effort).tolist()
     whole = math.dist(planned.delta[actuators].tolist(), held.delta[actuators].tolist())
     lengths = (  # whose squares may be infinite
-        math.hypot(*(aim.scale * (here - aim.target)).tolist()),
-        math.hypot(*(aim.scale * (here - before)).tolist()),
-        math.hypot(*(aim.scale * (there - aim.target)).tolist()),
+        math.hypot(*(aim.scale * (here - aim.target)).tolist(), *effort),
+        math.hypot(*(aim.scale * (here - before)).tolist(), *effort),
+        math.hypot(*(aim.scale * (there - aim.target)).tolist(), *ahead),
     )
-    away, away_before, left = [length * length for length in lengths]
+    squares = [length * length for length in lengths]
     share = min(math.hypot(*way.tolist()) / max(whole, 1e-300), 1.0)
-    ahead = left + energy.of(planned)
-    return Objective(away + spent, away_before + spent_before, ahead, share, energy)
+    return Objective(squares[0], squares[1], squares[2], share)
 
 
 @dataclass(frozen=True, slots=True)

@@ -209,13 +209,12 @@ def decide(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
     after = tick.solved.prediction
-    weight = settings.epsilon * prepared.scale
-    change = change_of(prepared, plan, aim, effort_scale(prepared, weight))
+    root = effort_scale(prepared, settings.epsilon * prepared.scale)
+    change = change_of(prepared, plan, aim, root)
     before = (
         target if damping.objective is None else layout.row_targets(values, carried.damping.goal)
     )
-    way = tick.position - position
-    objective = objective_of(prepared, plan, aim, weight, way, before, damping.objective)
+    objective = objective_of(prepared, plan, aim, before, root, tick.position - position)
     certificate = replace(
         plan.certificate, deepest_gap=after.deepest_gap, extra_columns=len(after.step.extra)
     )

@@ -45,7 +45,7 @@ class Assembled:
     def augmented(self, H: Array, rho: Array) -> tuple[Assembled, Array]:
         """The same with ρ_i h_iᵀ h_i added to the tangent for rows h_i, as in augmented Lagrangian methods.
 
-        A body adds what it can: where matrices are dense, and along cables of beams.
+        A body adds what it can: matrices that are dense.
 
         Args:
             H: (m, n) rows.

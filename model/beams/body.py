@@ -14,7 +14,7 @@ from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.beams.tree import BeamTree
 from tauten.model.body import SparseAssembled, SparseBody
 from tauten.model.effectors import Effectors
-from tauten.model.numerics import Array, Ints, kernel, moments_at_end, rotations_between, turned
+from tauten.model.numerics import Array, Ints, moments_at_end, rotations_between, turned
 from tauten.model.points import (
     AttachedPoints,
     OuterForces,
@@ -22,32 +22,8 @@ from tauten.model.points import (
     add_beam_cable_stiffness,
     add_lever_stiffness,
 )
-from tauten.model.state import Assembled, State, StepStart
-from tauten.model.system import Integration, Pattern
-
-
-@dataclass(frozen=True, slots=True)
-class BeamTangents(SparseAssembled):
-    """Forces and tangents of a body of beams; attributes beside those of every sparse body.
-
-    Attributes:
-        pattern: of the tangents.
-        added: (nnz,) in them, see `augmented`; None: nothing is.
-    """
-
-    pattern: Pattern
-    added: Array | None = None
-
-    def augmented(self, H: Array, rho: Array) -> tuple[Assembled, Array]:
-        """The same with ρ_i h_iᵀ h_i in the tangents, see `Assembled`: of rows along one cable."""
-        values, added, pattern = np.zeros_like(self.K), np.zeros_like(rho), self.pattern
-        for i in np.flatnonzero(rho).tolist():
-            (columns,) = H[i].nonzero()
-            if _couples(pattern.indptr, pattern.indices, columns):
-                h = H[i, columns]
-                pattern.add_block(values, columns, rho[i] * np.outer(h, h))
-                added[i] = rho[i]
-        return dataclasses.replace(self, K=self.K + values, added=values), added
+from tauten.model.state import State, StepStart
+from tauten.model.system import Integration
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -182,15 +158,6 @@ class BeamBody(SparseBody[AttachedPoints]):
             total += self.outer.on(motion)
         return total, K
 
-    def assemble(
-        self, state: State, effort: Array | None = None, integration: Integration | None = None
-    ) -> BeamTangents:
-        """Forces and tangents at a state, see `Body`."""
-        at = SparseBody.assemble(self, state, effort, integration)
-        return BeamTangents(
-            at.state, at.effort, at.force, at.K, at.D, at.mass, at.inertia, self.pattern
-        )
-
     def semidefinite(self, at: SparseAssembled, scheme: Integration) -> Array:
         """The positive semidefinite tangent (nnz,) of a step; in time steps without the curvature of cables.
 
@@ -200,11 +167,9 @@ class BeamBody(SparseBody[AttachedPoints]):
 
         See `SparseBody`.
         """
-        assert isinstance(at, BeamTangents)
         if scheme.static:
             return self.forces(at.state, at.effort, exact=False)[1]
-        K = self.stiffness(at.state)
-        return K if at.added is None else K + at.added
+        return self.stiffness(at.state)
 
     def stiffness(self, state: State) -> Array:
         """That of the beams alone, CSC values (nnz,): cables do not damp, see `SparseBody`."""
@@ -290,16 +255,3 @@ class BeamBody(SparseBody[AttachedPoints]):
         x, Q = self.pose(state)
         end, turns = moved_along_arcs(x, Q, every, self.tree.beams)
         return State(np.hstack([end[free], turns[free]]).ravel(), v)
-
-
-@kernel
-def _couples(indptr: Ints, indices: Ints, columns: Ints) -> bool:
-    """Whether a pattern couples all of some unknowns (c,), ascending, with each other."""
-    for b in range(columns.shape[0]):
-        place, end = indptr[columns[b]], indptr[columns[b] + 1]
-        for a in range(columns.shape[0]):
-            while place < end and indices[place] < columns[a]:
-                place += 1
-            if place == end or indices[place] != columns[a]:
-                return False
-    return True

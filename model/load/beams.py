@@ -93,7 +93,7 @@ def build_beam_robot(
     coupled = [] if moved is None else moved.coupled(moved.points.nodes[:, :1])
     pattern = make_pattern(
         np.repeat(fixed, 2),
-        [groups(beams.ends), *map(groups, nodes_of(paths, stations)), *map(groups, coupled)],
+        [groups(beams.ends), groups(ends_of(paths, stations)), *map(groups, coupled)],
     )
     free, scheme = ~fixed, config.integration
     digest, fewer = digests_of(config, shapes, source)
@@ -132,12 +132,6 @@ def ends_of(paths: Paths, stations: AttachedPoints) -> Ints:
     """Nodes at both ends of every segment, cable by cable: (s, 2)."""
     node, first = stations.nodes[:, 0], paths.first
     return np.stack([node[first], node[first + 1]], axis=1)
-
-
-def nodes_of(paths: Paths, stations: AttachedPoints) -> list[Ints]:
-    """Nodes along every cable: (1, s) each. The stiffness along a cable couples all of them."""
-    ends = ends_of(paths, stations)
-    return [np.unique(ends[paths.owner == cable])[None] for cable in np.unique(paths.owner)]
 
 
 def levers_of(actuators: ActuatorSet[AttachedPoints]) -> Ints:

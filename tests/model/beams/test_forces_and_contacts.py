@@ -155,19 +155,3 @@ def test_contact_of_a_surface_with_itself_is_that_of_its_parts(tmp_path: Path) -
     assert deepest[0] < -2e-4
     assert min(deepest[1:]) > -2e-6
     assert np.linalg.norm(tips[1] - tips[0]) > 10.0 * np.linalg.norm(tips[2] - tips[1])
-
-
-def test_stiffness_along_cables_joins_the_tangent() -> None:
-    """Every entry of ρ hᵀ h, also between nodes that no element joins; rows along no cable are left out."""
-    arm = load_robot("manipulator_1290")
-    state = arm.rest()
-    H = arm.rows(state, contacts=False).actuators.dense()  # (9, n)
-    rho = np.array([1e3, 0.0, 2e3, 5e2, 0.0, 0.0, 3e3, 1e3, 0.0])
-    plain = arm.assemble(state)
-    stiffer, added = plain.augmented(H, rho)
-    np.testing.assert_array_equal(added, rho)
-    found = arm.body.matrix(stiffer.K - plain.K).toarray()
-    np.testing.assert_allclose(found, (rho * H.T) @ H, atol=1e-9 * rho.max())
-    everywhere, none = plain.augmented(np.ones_like(H[:1]), rho[:1])
-    assert none == 0.0
-    np.testing.assert_array_equal(everywhere.K, plain.K)
