@@ -99,7 +99,9 @@ def contact_set(
         **surfaces,
         **{one.name: one for one in obstacles},
     }
-    body = np.zeros(len(vertices), np.int64)  # beams and glue join bodies, unless one of them is free
+    body = np.zeros(
+        len(vertices), np.int64
+    )  # beams and glue join bodies, unless one of them is free
     if any(one.free for one in config.bodies):
         body = bodies_of(surfaces[None], len(vertices))
     pairs = [
