@@ -99,9 +99,8 @@ def contact_set(
         **surfaces,
         **{one.name: one for one in obstacles},
     }
-    body = np.zeros(
-        len(vertices), np.int64
-    )  # beams and glue join bodies, unless one of them is free
+    # beams and glue join bodies, unless one of them is free
+    body = np.zeros(len(vertices), np.int64)
     if any(one.free for one in config.bodies):
         body = bodies_of(surfaces[None], len(vertices))
     pairs = [
@@ -340,15 +339,15 @@ def candidates_on(
         RobotFileError: a surface without area.
     """
     points = contact.points
-    if points is None and contact.spacing is None:
-        area = float(triangle_areas(vertices, triangles).sum())
-        edge = mean_edge(vertices, triangles)
-        points = max(1, round(area / edge**2)) if area > 0.0 else 1
     try:
-        if contact.spacing is not None:
-            return covering_points(vertices, triangles, contact.spacing)
         if points == "vertices":
             return vertex_points(triangles)
-        return spread_points(vertices, triangles, points or 1)
+        if contact.spacing is not None:
+            return covering_points(vertices, triangles, contact.spacing)
+        if points is None:
+            area = float(triangle_areas(vertices, triangles).sum())
+            edge = mean_edge(vertices, triangles)
+            points = max(1, round(area / edge**2)) if area > 0.0 else 1
+        return spread_points(vertices, triangles, points)
     except ValueError as error:
         raise RobotFileError(f"{where}: {error}") from error

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
@@ -156,6 +156,23 @@ class ObstacleSettings(Section):
         return self
 
 
+Points: TypeAlias = Annotated[
+    Annotated[int, Field(ge=1, le=100_000)] | Literal["vertices"] | None,
+    Field(
+        description="Number of candidates, or `vertices` for one at each vertex of the surface; by default "
+        "one for each square of a mean edge."
+    ),
+]
+Spacing: TypeAlias = Annotated[
+    Distance | None,
+    Field(
+        description="Instead of `points`: candidates at each vertex of the surface, along its edges and over "
+        "its area, so far from each other at most [m]. What is wider does not pass between them, and a body "
+        "stands on them as far as its edges reach."
+    ),
+]
+
+
 class TouchSettings(Section):
     """What every contact may have, whatever touches."""
 
@@ -217,17 +234,8 @@ class ContactSettings(TouchSettings):
         description='Surface, region or obstacle that they may touch; "itself" means the surface of the '
         "candidates, without the neighbourhood of each candidate."
     )
-    points: Annotated[int, Field(ge=1, le=100_000)] | Literal["vertices"] | None = Field(
-        default=None,
-        description="Number of candidates, or `vertices` for one at each vertex of the surface; by default "
-        "one for each square of a mean edge.",
-    )
-    spacing: Distance | None = Field(
-        default=None,
-        description="Instead of `points`: candidates at each vertex of the surface, along its edges and over "
-        "its area, so far from each other at most [m]. What is wider does not pass between them, and a body "
-        "stands on them as far as its edges reach.",
-    )
+    points: Points = None
+    spacing: Spacing = None
     neighbour_distance: Distance | None = Field(
         default=None,
         description='With `against = "itself"`: way along the surface at rest within which parts of it are '

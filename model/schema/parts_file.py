@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
@@ -15,13 +15,15 @@ from tauten.model.schema.cable import CouplingSettings
 from tauten.model.schema.contact import (
     ContactRange,
     ObstacleSettings,
+    Points,
+    Spacing,
     TouchSettings,
     check_forces,
     one_way_to_place_points,
 )
 from tauten.model.schema.digest import joined_digest
 from tauten.model.schema.robot_file import ControlPeriod, NamedRobot
-from tauten.model.schema.section import Distance, Name, Point, Section, check_unique
+from tauten.model.schema.section import Name, Point, Section, check_unique
 
 
 class PartSettings(Section):
@@ -63,17 +65,8 @@ class PartContactSettings(TouchSettings):
     against: PartSurfaceSettings | Name = Field(
         description="Surface of another part, or name of an obstacle, that they may touch."
     )
-    points: Annotated[int, Field(ge=1, le=100_000)] | Literal["vertices"] | None = Field(
-        default=None,
-        description="Number of candidates, or `vertices` for one at each vertex of the surface; by default "
-        "one for each square of a mean edge.",
-    )
-    spacing: Distance | None = Field(
-        default=None,
-        description="Instead of `points`: candidates at each vertex of the surface, along its edges and over "
-        "its area, so far from each other at most [m]. What is wider does not pass between them, and a body "
-        "stands on them as far as its edges reach.",
-    )
+    points: Points = None
+    spacing: Spacing = None
 
     @model_validator(mode="after")
     def _points_once(self) -> PartContactSettings:

@@ -6,80 +6,33 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.robots.bodies import box_mesh
+from support.robots.blocks import DENSITY, box, free_bodies, moving, touching
 
-from tauten.model import Robot, Simulator, State, contact_wrenches
-from tauten.model.load import build_robot
+from tauten.model import Robot, Simulator, contact_wrenches
 from tauten.model.mesh import TetMesh, oriented
-from tauten.model.numerics import Array
-from tauten.model.schema import RobotConfig, validated
 
-G, DENSITY = 9.81, 1000.0
+G = 9.81
 FLOOR: dict[str, Any] = {
     "name": "floor", "shape": "plane",
     "parameters": {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]},
 }  # fmt: skip
 
 
-def box(
-    size: tuple[float, float, float], at: tuple[float, float, float], cells: int = 1
-) -> TetMesh:
-    """A box whose lowest corner is somewhere [m]."""
-    mesh = box_mesh(size, (cells, cells, cells))
-    return TetMesh(mesh.nodes + at, mesh.tets)
-
-
-def touching(candidates: str, against: str, friction: float) -> dict[str, Any]:
-    """A contact of the vertices of the skin of a body."""
-    return {
-        "candidates": candidates,
-        "against": against,
-        "points": "vertices",
-        "friction": friction,
-    }
-
-
 def world(
     bodies: dict[str, TetMesh], contacts: list[dict[str, Any]], rate: float, rigid: bool = True,
     **changes: Any,
 ) -> Robot:  # fmt: skip
-    """Bodies that nothing holds; the effectors are their centres, and a force pushes the first one along x.
-
-    The skin of each body has its name.
-    """
-    names = list(bodies)
-    push = {
-        "name": "push", "region": {"kind": "all", "body": names[0]}, "direction": [1.0, 0.0, 0.0],
-        "max_force": 10.0, "max_travel": 1e3, "max_rate": 1e3,
-    }  # fmt: skip
-    settings = {
-        "name": "world", "forces": [push], "obstacles": [FLOOR], "contacts": contacts,
-        "material": {"young_modulus": 1e5, "poisson_ratio": 0.3, "density": DENSITY},
-        "bodies": [{"name": f"body_{name}", "mesh": {"file": f"{name}.vtu"}, "free": True, "rigid": rigid}
-                   for name in names],
-        "regions": [{"name": name, "kind": "skin", "body": f"body_{name}"} for name in names],
-        "effectors": [{"name": f"centre_{name}", "kind": "centre",
-                       "region": {"kind": "all", "body": f"body_{name}"}} for name in names],
-        "contact": {"alarm_distance": 5e-3}, "controller": {"rate": rate}, **changes,
-    }  # fmt: skip
-    settings["forces"][0]["region"]["body"] = f"body_{names[0]}"  # type: ignore[index]
-    config = validated(RobotConfig, settings, "world.toml")
-    return build_robot(config, list(bodies.values()), "world.toml")
-
-
-def moving(robot: Robot, v: Array) -> Simulator:
-    """A simulation from rest in place, with a velocity (n,) [m/s], [rad/s]."""
-    simulator = Simulator(robot, "full")
-    simulator.start_from(State(simulator.state.q, v, simulator.state.memory))
-    return simulator
+    """`free_bodies` on the floor, with their weight."""
+    world = {"obstacles": [FLOOR], "gravity": [0.0, 0.0, -G], **changes}
+    return free_bodies(bodies, contacts, rate, rigid, **world)
 
 
 def test_a_block_slips_on_a_turntable_where_friction_no_longer_turns_it() -> None:
     """By hand: at (ω² r)² + (ω̇ r)² = (μ g)²; before it goes round with the table."""
     friction, r, rate, alpha = 0.3, 0.1, 500.0, 20.0
-    cube = box((0.01, 0.01, 0.01), (r - 0.005, -0.005, 0.0))
+    cube = box((0.01, 0.01, 0.01), (r - 0.005, -0.005, 0.0), cells=1)
     simulator = Simulator(
-        world({"cube": cube}, [touching("cube", "floor", friction)], rate), "full"
+        world({"cube": cube}, [touching("cube", "floor", friction=friction)], rate), "full"
     )
     slips = np.sqrt(np.sqrt((friction * G) ** 2 - (alpha * r) ** 2) / r)
     time, way = 0.0, 0.0
@@ -105,8 +58,14 @@ def test_of_two_blocks_the_upper_one_goes_along_as_far_as_friction_takes_it(
 ) -> None:
     """By hand, for a push that friction of 0.3 between the blocks could pass on, and for one beyond it."""
     below, above = (0.06, 0.04, 0.01), (0.02, 0.02, 0.02)
-    bodies = {"below": box(below, (0.0, -0.01, 0.0)), "above": box(above, (0.018, 1e-4, 0.01001))}
-    contacts = [touching("below", "floor", lower), touching("above", "below", upper)]
+    bodies = {
+        "below": box(below, (0.0, -0.01, 0.0), 1),
+        "above": box(above, (0.018, 1e-4, 0.01001), 1),
+    }
+    contacts = [
+        touching("below", "floor", friction=lower),
+        touching("above", "below", friction=upper),
+    ]
     masses = DENSITY * np.prod(below), DENSITY * np.prod(above)
     rate, weight = 200.0, sum(masses) * G
     for push in (0.4 * weight, weight):
@@ -136,7 +95,7 @@ def test_a_top_whose_tip_friction_holds_precesses_as_it_should() -> None:
     turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
     nodes = np.vstack([ring, np.zeros(3), [0.0, 0.0, 0.02]]) @ turn.T
     tets = oriented(nodes, np.array([[sides, i, (i + 1) % sides, sides + 1] for i in range(sides)]))
-    robot = world({"top": TetMesh(nodes, tets)}, [touching("top", "floor", 1.0)], rate)
+    robot = world({"top": TetMesh(nodes, tets)}, [touching("top", "floor", friction=1.0)], rate)
     edges = nodes[tets[:, 1:]] - nodes[tets[:, :1]]
     share = DENSITY * np.abs(np.linalg.det(edges)) / 24.0
     mass = np.bincount(tets.ravel(), np.repeat(share, 4))  # lumped, as the model's
@@ -168,8 +127,8 @@ def test_what_slides_off_a_sphere_leaves_it_where_it_should() -> None:
         "shape": "sphere",
         "parameters": {"centre": [0.0] * 3, "radius": radius},
     }
-    cube = box((edge, edge, edge), (-0.5 * edge, -0.5 * edge, radius))
-    robot = world({"cube": cube}, [touching("cube", "ball", 0.0)], rate, obstacles=[ball])
+    cube = box((edge, edge, edge), (-0.5 * edge, -0.5 * edge, radius), cells=1)
+    robot = world({"cube": cube}, [touching("cube", "ball", friction=0.0)], rate, obstacles=[ball])
     far = radius + 0.5 * edge
     simulator = moving(robot, np.array([speed, 0.0, 0.0, 0.0, speed / far, 0.0]))
     heights = [1.0]
@@ -189,7 +148,7 @@ def test_bodies_of_a_millimetre_and_of_a_metre_slide_as_those_of_centimetres(sca
     for s, size in ((1.0, 0.02), (scale, edge)):
         cube = box((size, size, size), (0.0, 0.0, 0.05 * size), cells=2)
         robot = world(
-            {"cube": cube}, [touching("cube", "floor", 0.3)], 200.0 / np.sqrt(s), rigid=False,
+            {"cube": cube}, [touching("cube", "floor", friction=0.3)], 200.0 / np.sqrt(s), rigid=False,
             gravity=[G * np.sin(angle), 0.0, -G * np.cos(angle)],
             material={"young_modulus": 1e5 * s, "poisson_ratio": 0.3, "density": DENSITY},
             integration={"rayleigh_stiffness": 0.005 * np.sqrt(s)},
@@ -210,7 +169,7 @@ def test_a_block_between_plates_resists_as_its_stiffness_says() -> None:
     top = {**FLOOR, "name": "top", "position": [0.0, 0.0, edge],
            "parameters": {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, -1.0]}}  # fmt: skip
     for friction in (0.0, 1.0):
-        contacts = [touching("cube", name, friction) for name in ("floor", "top")]
+        contacts = [touching("cube", name, friction=friction) for name in ("floor", "top")]
         cube = {"cube": box((edge, edge, edge), (0.0, 0.0, 0.0), cells=3)}
         robot = world(
             cube, contacts, 100.0, rigid=False, obstacles=[FLOOR, top], gravity=[0.0, 0.0, 0.0],
@@ -245,7 +204,7 @@ def test_a_groove_carries_a_block_on_its_edge_in_steps_and_at_equilibrium(fricti
     nodes = mesh.nodes @ turn.T
     lowest = nodes[nodes[:, 2].argmin()]
     cube = TetMesh(nodes - [lowest[0], 0.0, lowest[2] - 1e-4], mesh.tets)
-    contact = touching("cube", "groove", friction)
+    contact = touching("cube", "groove", friction=friction)
     simulator = Simulator(world({"cube": cube}, [contact], 200.0, obstacles=[groove]), "full")
     for _ in range(20):
         simulator.move(effort=[0.0])
