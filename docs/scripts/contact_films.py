@@ -87,7 +87,7 @@ def crawler_scene() -> Scene:
     """The strip from the side, two cycles."""
     return Scene(
         example="07_crawler",
-        run=lambda names: names["crawl"](load_robot(names["FILE"]), 2),
+        run=function_of({}, "crawl", 2),
         plots=(
             ("front foot [mm]", lambda now: MM * now.tip[0]),
             ("tension, rear cable [N]", lambda now: now.effort[0]),
@@ -102,13 +102,9 @@ def ring_scene() -> Scene:
     """The ring from the side, two half turns of the oval."""
     names: dict[str, Any] = {}
 
-    def run(found: dict[str, Any]) -> Iterator[Simulator]:
-        names.update(found)
-        yield from found["roll"](load_robot(found["FILE"]), 2)
-
     return Scene(
         example="13_ring",
-        run=run,
+        run=function_of(names, "roll", 2),
         plots=(
             ("place of the middle [mm]", lambda now: MM * now.tip[0]),
             ("cosine of its angle", lambda now: float(np.cos(names["turned"](now)))),
@@ -154,18 +150,19 @@ def plate_scene() -> Scene:
 
 
 def function_of(
-    names: dict[str, Any], name: str
+    names: dict[str, Any], name: str, *more: object
 ) -> Callable[[dict[str, Any]], Iterator[Simulator]]:
     """A scene's run by a function of its example, called with the robot of the example's file.
 
     Args:
         names: the example's names are kept here, for the plots.
         name: of the function, which gives the simulator after every step.
+        more: what else it is called with.
     """
 
     def run(found: dict[str, Any]) -> Iterator[Simulator]:
         names.update(found)
-        yield from found[name](load_robot(found["FILE"]))
+        yield from found[name](load_robot(found["FILE"]), *more)
 
     return run
 

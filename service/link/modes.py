@@ -26,6 +26,7 @@ class Cause(StrEnum):
     IMPLAUSIBLE = "measurement not plausible"
     UNUSABLE = "decision not usable"
     SHUTDOWN = "shutting down"
+    HURRIED = "shutting down fast"  # after a second request to stop
 
 
 class OperatorCommand(StrEnum):

@@ -100,6 +100,7 @@ class ControlLoop:
         last = controller.actuation
         self._limiter.limit(last, last)  # compiles its kernels now, not at the first tick
         self._ramp: Iterator[Actuation] | None = None
+        self._hurried = False  # whether the ramp is as fast as the rate limits permit
 
     @property
     def state(self) -> NodeState:
@@ -231,20 +232,18 @@ class ControlLoop:
         self.controller.set_obstacles(self.controller.obstacles.with_given(seen))
         self._ramp = None
 
-    def hurry(self) -> None:
-        """Release the cables as fast as the rate limits permit, from where they are."""
-        self._ramp = self._limiter.release(self._start_of_release(), 0.0)
-
     def _release(self) -> Actuation:
-        """Slacken the cables in a straight ramp within the rate limits, then keep them slack."""
-        if self._ramp is None:
-            start = self._start_of_release()
-            self._ramp = self._limiter.release(start, self._settings.release_time)
-        return next(self._ramp)
+        """Slacken the cables in a straight ramp within the rate limits, then keep them slack.
 
-    def _start_of_release(self) -> Actuation:
-        last = self.controller.actuation
-        return Actuation(
-            last.position, last.effort, last.effort, self.controller.effector,
-            self.controller.effector_values, Status.OK, NO_CERTIFICATE,
-        )  # fmt: skip
+        A ramp that is hurried begins anew from where the cables are.
+        """
+        hurried = self._state.cause is Cause.HURRIED
+        if self._ramp is None or hurried is not self._hurried:
+            last, self._hurried = self.controller.actuation, hurried
+            start = Actuation(
+                last.position, last.effort, last.effort, self.controller.effector,
+                self.controller.effector_values, Status.OK, NO_CERTIFICATE,
+            )  # fmt: skip
+            seconds = 0.0 if hurried else self._settings.release_time
+            self._ramp = self._limiter.release(start, seconds)
+        return next(self._ramp)

@@ -123,8 +123,15 @@ class Node:
         finally:
             self._release(clock, stop)
 
-    def tick(self, clock: Clock, beat: Beat, shutdown: bool) -> None:
-        """One tick."""
+    def tick(self, clock: Clock, beat: Beat, shutdown: bool, hurried: bool = False) -> None:
+        """One tick.
+
+        Args:
+            clock: that gave the beat.
+            beat: of the tick.
+            shutdown: whether the process is requested to end, and
+            hurried: whether it was a second time.
+        """
         inputs, loop, index = self._inputs, self._loop, self._index
         inputs.read_targets(index)
         for command in inputs.read_commands(index):
@@ -132,7 +139,7 @@ class Node:
         effectors = loop.controller.effector_values
         measurement = inputs.read_measurements(effectors, loop.state.mode is not Mode.STOP, index)
         goal, fresh = inputs.goal(effectors), inputs.take_fresh()
-        seen = Signals(goal is not None, beat.slack >= 0.0, measurement, shutdown)
+        seen = Signals(goal is not None, beat.slack >= 0.0, measurement, shutdown, hurried)
         begin = time.perf_counter()
         action = loop.tick(None if goal is None else goal.corrected, seen)
         self._decide_seconds = time.perf_counter() - begin
@@ -158,8 +165,7 @@ class Node:
             if stop.urgent and not hurried:
                 hurried = True
                 log.info("releasing them as fast as the rate limits permit")
-                self._loop.hurry()
-            self.tick(clock, clock.wait(), shutdown=True)
+            self.tick(clock, clock.wait(), shutdown=True, hurried=hurried)
         self._publish_ticks(clock, 0)
         for _ in self._reporting(clock):
             pass

@@ -20,12 +20,14 @@ class Signals:
         in_time: whether the tick before met its deadline.
         measurement: why the measurements of a closed loop cannot be used; `NONE` where they can.
         shutdown: whether the process is requested to end.
+        hurried: whether there was a second request: then the cables are released as fast as they may be.
     """
 
     target: bool
     in_time: bool = True
     measurement: Cause = Cause.NONE
     shutdown: bool = False
+    hurried: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +78,8 @@ def transition(state: NodeState, seen: Signals, late_limit: int) -> NodeState:
             than missed.
     """
     if seen.shutdown:
-        return replace(state, mode=Mode.STOP, cause=Cause.SHUTDOWN)
+        cause = Cause.HURRIED if seen.hurried else Cause.SHUTDOWN
+        return replace(state, mode=Mode.STOP, cause=cause)
     if state.mode is Mode.STOP:
         return state
     state = _counted(state, seen.in_time, late_limit)

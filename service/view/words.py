@@ -23,6 +23,7 @@ _ADVICE = {
     Cause.IMPLAUSIBLE: "a measurement is not plausible: check the camera, then press “enable”",
     Cause.UNUSABLE: "no usable decision: move the target back",
     Cause.SHUTDOWN: "the node is shutting down",
+    Cause.HURRIED: "the node is shutting down as fast as it may",
 }
 _STATUSES = {  # by the names of `Status`
     "FEASIBLE_ONLY": "the decision may not be the best one",

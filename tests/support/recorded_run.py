@@ -44,7 +44,8 @@ def write_run(setup: Setup, path: Path) -> None:
         goal = None
         if 5 <= index < TICKS - 10:
             goal = rest + np.array([[0.0, 0.0, 1e-4 * index], [0.0, 0.0, 3e-5 * index]])
-        action = loop.tick(goal, Signals(goal is not None, shutdown=index >= TICKS))
+        ends, hurried = index >= TICKS, index >= TICKS + 5  # a second Ctrl-C
+        action = loop.tick(goal, Signals(goal is not None, shutdown=ends, hurried=hurried))
         loop.prepare()
         x, y, z = action.actuation.effector[0].tolist()
         joints = Joints(

@@ -37,6 +37,7 @@ from tauten.service.link import close_session
 from tauten.service.log import LogReader
 from tauten.service.plant import free_ports
 from tauten.service.process import StopFlag, stop_on_signals
+from tauten.service.replay import replay
 from tauten.service.wire import Keys, Mode, Network, Role, open_session
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -160,6 +161,9 @@ def test_a_second_ctrl_c_releases_as_fast_as_the_rates_permit(slow: tuple[Served
     assert steps[0].max() < 0.01 * 0.05 * PERIOD
     assert steps.max() > 0.1 * 0.05 * PERIOD
     assert len(stopped) < 10.0 / PERIOD
+    assert replay(
+        served.log, tolerance=1e-9, recorded_paths=True
+    ).same  # the log says when it hurries
 
 
 @pytest.mark.realtime

@@ -86,6 +86,8 @@ def test_a_node_that_waits_is_idle_until_enabled() -> None:
 def test_a_shutdown_stops_from_everywhere(mode: Mode) -> None:
     state = after(replace(NodeState(), mode=mode), replace(NOTHING, shutdown=True))
     assert (state.mode, state.cause) == (Mode.STOP, Cause.SHUTDOWN)
+    state = after(state, replace(NOTHING, shutdown=True, hurried=True))
+    assert (state.mode, state.cause) == (Mode.STOP, Cause.HURRIED)
 
 
 signals = st.builds(
