@@ -12,6 +12,7 @@ from tauten.controller.plan import Prepared
 from tauten.controller.qpcc.solution import Certificate, Status
 from tauten.controller.settings import (
     ControllerSettings,
+    ControllerTable,
     DecideSettings,
     ModelSettings,
     load_controller_settings,
@@ -26,6 +27,7 @@ __all__ = [
     "Certificate",
     "Controller",
     "ControllerSettings",
+    "ControllerTable",
     "ControllerSetup",
     "DecideSettings",
     "Decision",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from tauten.controller.friction import FrictionSettings
 from tauten.controller.qpcc import Backend, QpccSettings, TimeLimit
@@ -19,7 +19,16 @@ from tauten.model import (
     of_kind,
 )
 from tauten.model.load import robot_path
-from tauten.model.schema import Name, Positive, Rate, Section, in_range, read_toml, validated
+from tauten.model.schema import (
+    ControlPeriod,
+    Name,
+    Positive,
+    Rate,
+    Section,
+    in_range,
+    read_toml,
+    validated,
+)
 
 # Of the coefficients of friction. Decisions squeeze to the border of what they count on: a grasp that carries
 # a weight W counts on W / (share μ). With 20 % less friction and 20 % more mass than the model has it needs
@@ -73,6 +82,12 @@ class ControllerSettings(Section):
     )
 
 
+class ControllerTable(ControllerSettings, ControlPeriod):
+    """The table `controller`, which model and controller read: the rate is the time step of the model."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
 class ModelSettings(Section):
     """Which model decides: the full one, or that of a state basis with its sample of elements.
 
@@ -113,10 +128,8 @@ def controller_settings(contents: dict[str, Any], path: Path) -> ControllerSetti
     Raises:
         RobotFileError: a field that is not allowed.
     """
-    table = contents.get("controller", {})
-    if isinstance(table, dict):  # the rate belongs to the model: it is its time step
-        table = {key: value for key, value in table.items() if key != "rate"}
-    return validated(ControllerSettings, table, path, "controller")
+    table = validated(ControllerTable, contents.get("controller", {}), path, "controller")
+    return ControllerSettings(**table.model_dump(exclude={"rate"}, exclude_unset=True))
 
 
 def load_controller_settings(name_or_path: str | Path) -> ControllerSettings:

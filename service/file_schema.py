@@ -8,19 +8,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import ConfigDict, Field, TypeAdapter
+from pydantic import Field, TypeAdapter
 
-from tauten.controller import ControllerSettings, ModelSettings
-from tauten.model.schema import ControlPeriod, PartsConfig, RobotConfig, Section
+from tauten.controller import ControllerTable, ModelSettings
+from tauten.model.schema import PartsConfig, RobotConfig, Section
 from tauten.service.settings import ServiceSettings
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-
-
-class ControllerTable(ControllerSettings, ControlPeriod):
-    """The table `controller`, which model and controller read."""
-
-    model_config = ConfigDict(extra="forbid")
 
 
 CONTROLLER = Field(default=ControllerTable(), description="Control rate and inverse control.")

@@ -10,7 +10,13 @@ from typing import TypeVar
 
 import numpy as np
 
-from tauten.model.contact import ContactPair, ContactSet, holes_before_obstacles, holes_between
+from tauten.model.contact import (
+    ContactPair,
+    ContactSet,
+    MeshShape,
+    holes_before_obstacles,
+    holes_between,
+)
 from tauten.model.load.contacts import (
     NO_TRIANGLES,
     build_obstacle,
@@ -231,19 +237,24 @@ def contact_between(
     names = [part.name for part in parts]
     surfaces: dict[tuple[int, str | None], Ints] = {}
 
-    def triangles(side: PartSurfaceSettings) -> tuple[int, Ints]:
+    def triangles(side: PartSurfaceSettings, field: str) -> tuple[int, Ints]:
         key = names.index(side.part), side.surface
         if key not in surfaces:
-            surfaces[key] = loaded[key[0]].surface(side.surface)
+            try:
+                surfaces[key] = loaded[key[0]].surface(side.surface)
+            except RobotFileError as error:
+                raise RobotFileError(f"{source}: {field}.surface: {error}") from error
         return key[0], surfaces[key]
 
     sides = [
         (
             contact,
-            triangles(contact.candidates),
-            None if isinstance(contact.against, str) else triangles(contact.against),
+            triangles(contact.candidates, f"contacts.{index}.candidates"),
+            None
+            if isinstance(contact.against, str)
+            else triangles(contact.against, f"contacts.{index}.against"),
         )
-        for contact in config.contacts
+        for index, contact in enumerate(config.contacts)
     ]
     none = np.zeros(0, dtype=np.int64)
     used = [
@@ -263,6 +274,7 @@ def contact_between(
 
     at_rest = np.concatenate([np.zeros((0, 3)), *map(vertices_at_rest, parts, used)])
     obstacles = {one.name: build_obstacle(one, source) for one in config.obstacles}
+    skins = [one.surface(None) for one in loaded]
     pairs = []
     for index, (contact, candidates, against) in enumerate(sides):
         where, own = f"{source}: contacts.{index}", renumbered(candidates)
@@ -271,6 +283,12 @@ def contact_between(
         mu, bounds = contact.friction, force_bounds(contact)
         if against is not None:
             other = renumbered(against)
+            for points, (number, _), side in (
+                (np.einsum("mj,mji->mi", weights, at_rest[nodes]), against, contact.candidates),
+                (at_rest[np.unique(other)], sides[index][1], contact.against),
+            ):
+                overlap = f"{where}.against: {side_name(side)} is in part {names[number]!r} at rest"
+                check_outside_part(points, parts[number], skins[number], tolerance, overlap)
             loose = ((np.arange(len(nodes)), np.arange(len(other))),)
             pair = ContactPair(name, nodes, weights, other, friction=mu, bounds=bounds, loose=loose)
             pairs.append(replace(pair, owner=contact.candidates.part, other=names[against[0]]))
@@ -288,6 +306,29 @@ def contact_between(
     for note in (*between, *holes_before_obstacles(touching, at_rest)):
         log.warning("%s: %s", source, note)
     return Between(tuple(used), tuple(pairs))
+
+
+def check_outside_part(points: Array, part: Part, skin: Ints, depth: float, message: str) -> None:
+    """Raise a RobotFileError where points of another part are in a part at rest.
+
+    Args:
+        points: (m, 3) in the robot's frame [m].
+        part: whose skin is checked where it is closed.
+        skin: (t, 3) vertices of its whole surface.
+        depth: that is accepted [m].
+        message: begins the error.
+    """
+    ids, triangles = np.unique(skin, return_inverse=True)
+    try:
+        shape = MeshShape(vertices_at_rest(part, ids), triangles.reshape(skin.shape))
+    except ValueError:  # the ends of a tube of beams are open
+        return
+    gap, _ = shape.closest_within(points, 0.0)
+    if gap.min(initial=0.0) < -depth:
+        raise RobotFileError(
+            f"{message}: {-1e3 * gap.min():.3g} mm deep at {np.round(points[gap.argmin()], 6).tolist()} m, "
+            f"allowed is contact.tolerance, {1e3 * depth:.3g} mm; move one of the parts"
+        )
 
 
 def vertices_at_rest(part: Part, ids: Ints) -> Array:

@@ -122,7 +122,8 @@ class PartsConfig(NamedRobot):
         parts = {part.name for part in self.parts}
         obstacles = {one.name for one in self.obstacles}
         for index, contact in enumerate(self.contacts):
-            for side in (contact.candidates, contact.against):
+            for field in ("candidates", "against"):
+                side = getattr(contact, field)
                 if isinstance(side, str):
                     known, name = obstacles, side
                 else:
@@ -130,7 +131,7 @@ class PartsConfig(NamedRobot):
                 if name not in known:
                     what = "obstacle" if isinstance(side, str) else "part"
                     raise ValueError(
-                        f"contacts.{index}: there is no {what} {name!r}, known are "
+                        f"contacts.{index}.{field}: there is no {what} {name!r}, known are "
                         f"{', '.join(sorted(known)) or 'none'}"
                     )
             if (

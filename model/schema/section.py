@@ -13,9 +13,11 @@ from pydantic import (
     AfterValidator,
     BaseModel,
     ConfigDict,
+    Discriminator,
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
+    Tag,
     ValidationError,
     model_validator,
 )
@@ -141,6 +143,15 @@ class in_range:
         return handler(schema) | {least: self.low, "maximum": self.high}
 
 
+def kind_of_parameter(value: object) -> str:
+    """Which of the choices of a parameter a value is checked against, as a tag that errors leave out."""
+    if isinstance(value, str):
+        return "<text>"
+    if not isinstance(value, list | tuple):
+        return "<number>"
+    return "<rows>" if any(isinstance(item, list | tuple) for item in value) else "<numbers>"
+
+
 def not_zero(direction: tuple[float, float, float]) -> tuple[float, float, float]:
     """Raise a ValueError for a direction too short to be normalised."""
     if max(abs(value) for value in direction) < SHORTEST_DIRECTION:
@@ -163,7 +174,14 @@ Distance = Annotated[float, in_range(1e-9, 1.0, "m")]  # alarm distance and tole
 Rate = Annotated[float, Field(gt=0.0, le=10_000.0), in_range(1e-2, 1e4, "Hz")]
 
 # What a function of another package is made with: numbers, lists of such, or texts such as names of files.
-Parameters = dict[Name, float | str | list[float] | list[list[float]]]
+Parameter = Annotated[
+    Annotated[float, Tag("<number>")]
+    | Annotated[str, Tag("<text>")]
+    | Annotated[list[float], Tag("<numbers>")]
+    | Annotated[list[list[float]], Tag("<rows>")],
+    Discriminator(kind_of_parameter),
+]
+Parameters = dict[Name, Parameter]
 
 MaxOutside = Annotated[
     NonNegative,

@@ -90,6 +90,7 @@ def test_a_file_without_tables_has_the_defaults(folder: Path) -> None:
         ),
         ("[controller]\nqp_solver = 3", "controller.qp_solver: .*valid string, found 3"),
         ("[controller]\nrate = -1.0", "controller.rate: .* greater than 0, found -1.0"),
+        ("[controller]\nrat = 1.0", "controller.rat: unknown field, allowed are rate, qp_solver,"),
         ("[extra]\nx = 1", "extra: unknown field, allowed are "),
     ],
 )

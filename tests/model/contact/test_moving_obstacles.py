@@ -208,6 +208,9 @@ REFUSED: dict[str, dict[str, Any]] = {
         "shape": "box", "parameters": {"lower": [-0.003] * 3, "upper": [0.003] * 3},
         "position": [0.01, 0.007, 0.007],
     },
+    "obstacles.0.parameters.heights.0.1: Input should be a finite number, found nan": {
+        "shape": "height-field", "parameters": {"heights": [[0.0, np.nan], [0.0, 0.0]]},
+    },
     "obstacles.0.path: the times of waypoints start with 0 and ascend": waypoints(
         (0.0, [0.0] * 3), (0.0, [0.0] * 3)
     ),

@@ -156,12 +156,22 @@ def test_a_cube_on_a_plane_is_carried_by_it_and_slides_down_as_on_ice(
             "is not unique|twice",
         ),
         (('robot = "cube.toml"', 'robot = "ball.toml"'), "ball.toml"),
-        (('part = "cube"', 'part = "ball"'), "there is no part 'ball', known are cube, cushion"),
-        (('against = { part = "cushion" }', 'against = "floor"'), "no obstacle 'floor'"),
+        (
+            ('part = "cube"', 'part = "ball"'),
+            r"contacts.0.candidates: there is no part 'ball', known are cube, cushion",
+        ),
+        (
+            ('against = { part = "cushion" }', 'against = "floor"'),
+            r"contacts.0.against: there is no obstacle 'floor'",
+        ),
         (('against = { part = "cushion" }', 'against = { part = "cube" }'), "both surfaces"),
         (
             ('surface = "below"', 'surface = "side"'),
-            "surface 'side' is not defined, known are below",
+            "contacts.0.candidates.surface: .*surface 'side' is not defined, known are below",
+        ),
+        (
+            ("0.0302]", "0.0298]"),
+            "contacts.0.against: cube.below is in part 'cushion' at rest: 0.2 mm deep at",
         ),
         (('robot = "cushion.toml"', 'robot = "cube.toml"'), "no part has one"),
         (('robot = "cube.toml"', 'robot = "table.toml"'), "has no parts of its own"),
@@ -174,6 +184,19 @@ def test_what_is_wrong_is_named(tmp_path: Path, change: tuple[str, str], message
     path = written(tmp_path, table.replace(*change))
     with pytest.raises(RobotFileError, match=message):
         load_robot(path)
+
+
+def test_an_object_within_a_part_is_found_where_no_candidate_lies_in_it(tmp_path: Path) -> None:
+    inside = TABLE.replace("0.0302]", "0.005]")
+    contact = """
+    [[contacts]]
+    candidates = { part = "cushion" }
+    against = { part = "cube" }
+    points = "vertices"
+    """
+    where = r"cube.skin is in part 'cushion' at rest: .* mm deep at .* move one of the parts"
+    with pytest.raises(RobotFileError, match=where):
+        load_robot(written(tmp_path, inside.replace("0.02, 0.02", "0.017, 0.017") + contact))
 
 
 def test_a_file_of_an_object_is_no_robot_by_itself(tmp_path: Path) -> None:
