@@ -23,12 +23,12 @@ from tauten.controller import Controller, ModelSettings, warm_up
 from tauten.model import ContactSpace, Robot, load_robot, one_blas_thread
 from tauten.reduction.state import ReducedBody, ReducedParts, TipCheck
 from tauten.service.node.loop import ControlLoop
+from tauten.service.process import give_lower_priority
 from tauten.service.setup import Setup
 from tauten.service.wire import Diagnostic, Level
 
 log = logging.getLogger(__name__)
 
-_NICE = 10  # of the process while it starts, and where the idle class is not permitted
 _GLANCE = 0.02  # s between reads of the pipe: each is a system call
 _PROCESSOR = 36  # field of /proc/…/stat after the name
 _SILENT = 60.0  # s without a result after which health warns
@@ -61,7 +61,7 @@ class ModelWatch:
         far.close()
         assert self._process.pid is not None
         with suppress(OSError):  # it has ended
-            os.setpriority(os.PRIO_PROCESS, self._process.pid, _NICE)
+            give_lower_priority(self._process.pid)
         self._pending = False
         self._next = self._due = self._heard = time.monotonic()
         # pickled here, which takes the interpreter longer than a tick may wait; the pipe takes seconds
@@ -218,7 +218,7 @@ def _give_way() -> None:
     try:
         os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
     except OSError:  # some sandboxes
-        os.setpriority(os.PRIO_PROCESS, 0, _NICE)
+        give_lower_priority(0)
 
 
 def leave_idle_class(process: int) -> None:

@@ -19,12 +19,12 @@ from pathlib import Path
 
 from tauten.model.kernels import kernel_folder
 from tauten.service.parent import PARENT, end_with
+from tauten.service.process import give_lower_priority
 
 STOP_TIME = (
     60.0  # s, the release of the cables included, on a machine that is busy with something else
 )
 _START = 300.0  # s without a kernel that is compiled
-_NICENESS = 10  # of what gives way
 _PORTS = range(28_000, 32_000, 2)
 
 
@@ -115,7 +115,7 @@ class Child:
         while new := self._threads() - done:  # a thread may have started one before its own turn
             for thread in new:
                 with contextlib.suppress(ProcessLookupError):
-                    os.setpriority(os.PRIO_PROCESS, thread, _NICENESS)
+                    give_lower_priority(thread)
             done |= new
 
     def _threads(self) -> set[int]:

@@ -8,6 +8,7 @@ from tauten.service.process.realtime import (
     RealtimeError,
     RealtimeSettings,
     apply_realtime,
+    give_lower_priority,
     has_realtime_priority,
     realtime_permitted,
 )
@@ -28,6 +29,7 @@ __all__ = [
     "StopFlag",
     "apply_realtime",
     "drained",
+    "give_lower_priority",
     "has_realtime_priority",
     "host_info",
     "manual_garbage_collection",

@@ -27,6 +27,7 @@ class RealtimeSettings:
 
 
 ORDINARY = RealtimeSettings()
+_LESS_URGENT, _LEAST_URGENT = 10, 19  # niceness
 
 
 def apply_realtime(settings: RealtimeSettings) -> None:
@@ -67,3 +68,19 @@ def realtime_permitted() -> bool:
         return False
     os.sched_setscheduler(0, before, param)
     return True
+
+
+def give_lower_priority(process: int) -> None:
+    """Make a process or thread, which has not ended, less urgent than the caller, as far as that is possible.
+
+    The niceness follows that of the caller: under `nice -n 15` a fixed one of 10 would be a higher priority,
+    which an ordinary user may not give.
+
+    Args:
+        process: its number; 0 for the caller.
+
+    Raises:
+        ProcessLookupError: there is none of this number.
+    """
+    niceness = min(os.getpriority(os.PRIO_PROCESS, 0) + _LESS_URGENT, _LEAST_URGENT)
+    os.setpriority(os.PRIO_PROCESS, process, niceness)
