@@ -207,18 +207,19 @@ def make_plan(
         return plan
     if not (resumed or settings.time is None or settings.time.allows()):
         return replace(plan, cut=CutPlan(None, seeking=True))
-    near = np.argsort(step.rows.contacts.rows.delta, kind="stable")[:NEAREST]
-    near = np.setdiff1d(near, step.extra)
+    gaps = step.rows.contacts.rows.delta
+    near = np.setdiff1d(np.argsort(gaps, kind="stable")[:NEAREST], step.extra)
     if len(near) > 0:
         step = step.with_unit_columns(near)
-    aim = aim if resumed else replace(aim, cut=None)
-    seeking = _plan_from(step, ENDLESSLY, robot, prepared, aim, position, settings, locks)
+    aim, hidden = aim if resumed else replace(aim, cut=None), plan.status is Status.SEEKING_CONTACT
+    looking = replace(settings, seeking=hidden)
+    seeking = _plan_from(step, ENDLESSLY, robot, prepared, aim, position, looking, locks)
     cut = None if seeking.cut is None else replace(seeking.cut, seeking=True)
     if seeking.status.usable and _brings_nearer(robot, aim, seeking, apart):
         if seeking.status is Status.RELAXED:  # of the two, what a user must know
             return replace(seeking, cut=cut)
         return replace(seeking, status=Status.SEEKING_CONTACT, cut=cut)
-    if plan.status is Status.SEEKING_CONTACT and _presses_as_it_may(prepared, plan, aim.grasp):
+    if hidden and _presses_as_it_may(prepared, plan, aim.grasp):
         return replace(plan, status=Status.OK, cut=cut)
     return replace(plan, cut=cut)
 
@@ -238,7 +239,7 @@ def _plan_from(
     scale, W_aa = prepared.scale, step.compliance.W[layout.actuators, layout.actuators]
     if step.frictional:
         scale = min(scale, energy_cap(W_aa, robot.limits, robot.size))
-    weight, share = settings.epsilon * scale, gamma / (1.0 + gamma)
+    weight, share, largest = settings.epsilon * scale, gamma / (1.0 + gamma), float(aim.scale.max())
     held_to = _held_back_to(prepared, aim)
     target = aim.scale * (aim.target + share * (held_to - aim.target))  # (n_e,)
     kept = held.delta[layout.actuators]
@@ -270,7 +271,7 @@ def _plan_from(
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
         if loop.step.frictional:
-            problem = with_slip(problem, loop.step, prepared.forces, float(aim.scale.max()))
+            problem = with_slip(problem, loop.step, prepared.forces, largest, settings.seeking)
         others = len(problem.G)
         problem = with_force_limits(problem, aim.grasp, loop.step, held)
         if loop.step.frictional and len(loop.step.extra) > 0:

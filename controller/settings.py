@@ -35,6 +35,7 @@ from tauten.model.schema import (
 # 1.2 W / (0.8 μ), so that the share must be less than 0.8 / 1.2.
 FRICTION_SHARE = 0.66
 PATH_STEPS, DESCENT = 25, 3  # of a plan with friction
+LONG_PATH = 60  # of one that looks for contact
 
 
 class ControllerSettings(Section):
@@ -164,6 +165,7 @@ class DecideSettings:
         friction_share: of the coefficients of friction, that plans count on.
         forces: limits of contact forces; None: there are none.
         time: after which plans with friction end with the best that they have; None: no limit.
+        seeking: whether a plan looks for contact because no effort moves the effectors without it.
     """
 
     epsilon: float
@@ -173,12 +175,16 @@ class DecideSettings:
     friction_share: float = FRICTION_SHARE
     forces: ForceLimits | None = None
     time: TimeLimit | None = None
+    seeking: bool = False
 
     @property
     def search(self) -> FrictionSettings:
         """How far a search with friction may go that begins now."""
         solves = 2 * self.qpcc.max_pivots
-        return FrictionSettings(self.qpcc.solver, solves, self.time, PATH_STEPS, DESCENT, True)
+        steps = LONG_PATH if self.seeking else PATH_STEPS
+        return FrictionSettings(
+            self.qpcc.solver, solves, self.time, steps, DESCENT, True, self.seeking
+        )
 
 
 def checked_settings(given: ControllerSettings | None) -> ControllerSettings:

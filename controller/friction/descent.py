@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tauten.controller.friction.exact import TRIED
 from tauten.controller.friction.nearest import within_limits
 from tauten.controller.friction.problem import EffortPoint
 from tauten.controller.friction.search import EffortSearch
@@ -12,6 +13,7 @@ TRUST = 0.15  # of the span of the efforts, a step at first
 LEAST = 1e-5  # of the objective, predicted gain below which a point counts as stationary
 WORTH = 0.05  # of the predicted gain that a step must bring
 GOOD = 0.5  # of the predicted gain, above which the trust region grows
+ON_PIECE = 6  # steps on the exact law, at most, from a point that is lower than holding
 GONE = 1e-12  # of the objective of holding, below which there is nothing left to gain
 
 
@@ -21,7 +23,7 @@ def descend(
     held: EffortPoint,
     forwards: int,
     at_least: int = 0,
-    credible: float = np.inf,
+    brief: bool = False,
 ) -> EffortPoint:
     """The lowest exact point within the limits that some steps find.
 
@@ -31,7 +33,7 @@ def descend(
         held: that of holding.
         forwards: exact solutions, at most.
         at_least: of these, whatever the budget.
-        credible: largest predicted gain, of the objective, that is believed.
+        brief: whether it ends where the piece does not go on, once it is lower than holding.
     """
     best, trust = start, TRUST * search.span
     for number in range(forwards):
@@ -39,15 +41,21 @@ def descend(
         if spent or best.objective <= GONE * held.objective:
             break
         step = search.step(best.lam, best.r, best.slope, trust)
-        if step is None or not LEAST * best.objective < step.gain <= credible * best.objective:
+        if step is None or step.gain <= LEAST * best.objective:
             break
-        found = search.exact(best.lam + step.change, best.r + best.slope @ step.change)
+        better = best.objective < held.objective
+        if brief:
+            found = search.along(best, step.change, ON_PIECE if better else TRIED)
+        else:
+            found = search.exact(best.lam + step.change, best.r + best.slope @ step.change)
         if found is not None:
             found = within_limits(search, found, held)
         if found is not None and found.objective < best.objective - WORTH * step.gain:
             if found.objective < best.objective - GOOD * step.gain:
                 trust = 2.0 * trust
             best = found
+        elif brief and better and found is None:
+            break
         else:
             largest = float((np.abs(step.change) / search.span).max())
             trust = 0.25 * np.minimum(trust, largest * search.span)

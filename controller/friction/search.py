@@ -12,7 +12,7 @@ from tauten.controller.friction.effort_step import (
     effort_arrays,
     effort_reach,
 )
-from tauten.controller.friction.exact import WIDE, exact_point
+from tauten.controller.friction.exact import WIDE, exact_point, point_at
 from tauten.controller.friction.problem import (
     EffortPoint,
     FrictionInverse,
@@ -107,6 +107,21 @@ class EffortSearch:
         """
         arrays = self.program.arrays
         return exact_point(self.contacts, arrays, lam, start, self.budget, wide, needed)
+
+    def along(self, point: EffortPoint, change: Array, newton: int) -> EffortPoint | None:
+        """The exact point after a change of the efforts; None where steps on the exact law do not find it.
+
+        Args:
+            point: exact; its piece tells where they start.
+            change: (n_a,) of the efforts.
+            newton: steps, at most.
+        """
+        ahead, begin = point.r + point.slope @ change, self.budget.time.clock()
+        found, there, systems = point_at(
+            self.contacts, self.program.arrays, point.lam + change, ahead, newton
+        )
+        self.budget.count(systems, begin)
+        return there if found else None
 
 
 def effort_search(problem: FrictionInverse, solver: str | Backend, budget: Budget) -> EffortSearch:

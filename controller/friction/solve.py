@@ -19,7 +19,7 @@ from tauten.controller.friction.nearest import nearest_to_limits, within_limits
 from tauten.controller.friction.path import AT_ONCE, PathEnd, nested_path, one_shot_path
 from tauten.controller.friction.problem import EffortPoint, FrictionInverse, normals_alone
 from tauten.controller.friction.search import EffortSearch, effort_search
-from tauten.controller.friction.trials import FLAT, SLOPED, WARM, CutSearch, PathTrial
+from tauten.controller.friction.trials import FLAT, SEEK, SLOPED, WARM, CutSearch, PathTrial
 from tauten.controller.qpcc import (
     Backend,
     Budget,
@@ -36,7 +36,6 @@ MOVED = 0.1  # of the way to the target, or of open contacts, that efforts move 
 UNMOVED = 1e-6  # of the way to the target, that counts as no motion
 RESERVED = AT_ONCE + TRIED + 4  # linear systems: of a path, an exact solution, a slope and two QPs
 SLIPPERY = 1e-3  # friction, below which the efforts without it are tried, too
-CREDIBLE = 0.01  # the same, above which the end of a path in a control loop is rather at a kink
 SLOPING = 1e-3  # predicted gain, of the objective, from which a point counts as having a gradient
 
 
@@ -51,6 +50,7 @@ class FrictionSettings:
         path_steps: of a path, at most; 0: no paths.
         forwards: exact solutions of a descent, at most.
         warm: whether one narrow path is enough, as from step to step of a control loop.
+        seeking: whether the search is for contact, without which no effort moves the effectors.
     """
 
     solver: str | Backend = "daqp"
@@ -59,6 +59,7 @@ class FrictionSettings:
     path_steps: int = 60
     forwards: int = 12
     warm: bool = False
+    seeking: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,8 +192,10 @@ def _searched(
     best = _lower(search, near, held, settings)
     if best is not None:
         return best, False, None
-    flat = _flat(search, held, settings.warm)
-    trials: tuple[PathTrial, ...] = FLAT if flat else WARM if settings.warm else SLOPED
+    flat = settings.seeking or _flat(search, held, settings.warm)
+    trials: tuple[PathTrial, ...] = SEEK if settings.seeking else FLAT
+    if not flat:
+        trials = WARM if settings.warm else SLOPED
     met, apart = search.away(held) <= search.problem.near, not search.contacts.W_ca.any()
     if flat and (met or apart):  # efforts move nothing that contacts could move
         trials = ()
@@ -249,9 +252,9 @@ def _best(
     """
     best, allowed = held, search.feasible(held)
     enough = max(GONE * held.objective, search.problem.enough)
-    first = 0 if before is None else before.trial
+    first, least = 0 if before is None else before.trial, (1.0 - SLOPING) * search.away(held)
     for number in range(first, len(trials) if settings.path_steps > 0 else 0):
-        continued = best is held or not trials[number].fallback
+        continued = not trials[number].fallback or search.away(best) > least
         spent = number > first and search.budget.exhausted
         if spent or not continued or (allowed and best.objective <= enough):
             break
@@ -301,8 +304,7 @@ def _tried(
         found = within_limits(search, found, held)
     if found is None:
         return None, path
-    credible = CREDIBLE if settings.warm else math.inf
-    return descend(search, found, held, settings.forwards, credible=credible), path
+    return descend(search, found, held, settings.forwards, brief=settings.warm), path
 
 
 def _without_friction(
@@ -345,7 +347,7 @@ def _lower(
         near = within_limits(search, near, held)
     if near is None:
         return None
-    found = descend(search, near, held, settings.forwards)
+    found = descend(search, near, held, settings.forwards, brief=settings.warm)
     lower = found.objective < (1.0 - LOWER) * held.objective or not search.feasible(held)
     return found if lower else None
 

@@ -45,6 +45,13 @@ FLAT = (
     PathTrial(0.3, nested=True, from_hold=True, fallback=True),
 )
 WARM = (PathTrial(0.3, from_hold=True, pace=FAST),)
+# where contact is looked for in a control loop: paths that are not nested find it more often and sooner
+SEEK = (
+    PathTrial(3.0, from_hold=True, pace=FAST),
+    PathTrial(0.3, from_hold=True, fallback=True),
+    PathTrial(1.0, from_hold=True, fallback=True),
+    PathTrial(10.0, from_hold=True, fallback=True),
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import count
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -75,3 +76,17 @@ def test_the_lift_begins_where_an_actuator_is_at_its_limit(tmp_path: Path) -> No
         if found.status is Status.SEEKING_CONTACT:
             break
         assert step < 5
+
+
+@pytest.mark.parametrize("model", ["full", "reduced"])
+@pytest.mark.parametrize("away", [1e-3, 3e-3])
+def test_contact_is_sought_at_once_and_where_the_cube_is(
+    model: Literal["full", "reduced"], away: float
+) -> None:
+    """The first decision closes the fingers, and turns the palm by no more than lifts the cube."""
+    controller = Controller.of(LIFT["FILE"].with_name("quick_lift.toml"), model)
+    found = controller.step(controller.effector_values + np.array([0.0, 0.0, away]))
+    assert found.status is Status.SEEKING_CONTACT
+    close, turn = found.position
+    assert close > 1e-3  # m
+    assert 0.082 * abs(turn) < 3.0 * away  # m, at the cube's distance from the axis
