@@ -23,14 +23,14 @@ gained than before.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tauten.controller.friction import CutPlan
+from tauten.controller.friction import CutPlan, no_slots
 from tauten.controller.plan import Aim, Plan, Prepared
 from tauten.model import ContactForces, ContactSpace, ForceLimits, Grasp, PredictedStep
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Ints
 
 REVERSED = 0.1  # d_k·d_(k-1) / |d_(k-1)|² below which a change counts as an overshoot,
 REPEATED = 0.6  # and above which as one of a series
@@ -231,11 +231,13 @@ class Carried:
         damping: how much it holds back.
         grasp: limits of contact forces, and which of them count; None: there are none.
         cut: where the search of the last plan with friction was cut; None: it was not.
+        pushed: slots of the unit columns that pushed in that plan: they are known to the next one.
     """
 
     damping: Damping
     grasp: Grasp | None
     cut: CutPlan | None = None
+    pushed: Ints = field(default_factory=no_slots)
 
     def exceeded(self, step: PredictedStep, space: ContactSpace) -> tuple[str, ...]:
         """The names of the limits that the contact forces of a step are beyond."""

@@ -9,11 +9,20 @@ that the actuators reach within one tick; a step of that size is what the linear
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tauten.controller.friction import ALL_TRIED, MET, CutPlan, PlanContacts, PlanSearch, with_slip
+from tauten.controller.friction import (
+    ALL_TRIED,
+    MET,
+    CutPlan,
+    PlanContacts,
+    PlanSearch,
+    no_slots,
+    with_known_columns,
+    with_slip,
+)
 from tauten.controller.inverse import (
     energy_cap,
     energy_scale,
@@ -52,7 +61,7 @@ from tauten.model import (
     under_friction,
     unit_start,
 )
-from tauten.model.numerics import Array, Bools
+from tauten.model.numerics import Array, Bools, Ints
 
 EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
 ENDLESSLY = 1e6  # s, in which every actuator can get everywhere
@@ -92,6 +101,7 @@ class Aim:
         gamma: γ, weight on the change of the rows.
         grasp: limits of contact forces, and which of them count; None: there are none.
         cut: where the search of the last plan with friction was cut; None: it was not.
+        pushed: slots of the unit columns that pushed in that plan.
     """
 
     target: Array
@@ -100,6 +110,7 @@ class Aim:
     gamma: float
     grasp: Grasp | None
     cut: CutPlan | None = None
+    pushed: Ints = field(default_factory=no_slots)
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,8 +206,11 @@ def make_plan(
     given = robot, prepared, first, position, settings, locks
     if not prepared.farther.frictional:
         return _plan_from(prepared.held.step, robot.h, *given)
-    step, apart = _with_held_columns(prepared), _distance(aim, prepared.held)
-    plan = _content(robot, _plan_from(step, robot.h, *given), apart)
+    step = with_known_columns(prepared.farther, prepared.held.step, aim.pushed)
+    apart = _distance(aim, prepared.held)
+    plan = _plan_from(step, robot.h, *given)
+    met = plan.status is Status.SEEKING_CONTACT and apart <= MET * robot.size
+    plan = replace(plan, status=Status.OK) if met else plan
     if plan.status is Status.NOT_FOUND:
         loaded = prepared.held.step
         if loaded.frictional:
@@ -330,21 +344,6 @@ def _held_back_to(prepared: Prepared, aim: Aim) -> Array:
         return held
     lost = _length(aim.scale * (held - aim.target)) > _length(aim.scale * (now - aim.target))
     return now if lost else held
-
-
-def _with_held_columns(prepared: Prepared) -> CondensedStep:
-    """The step over the horizon with friction, and the unit columns that joined in the hold."""
-    step, held = prepared.farther, prepared.held.step
-    if held.frictional:
-        return held
-    joined = held.extra[len(step.extra) :]
-    return step if len(joined) == 0 else step.with_unit_columns(joined)
-
-
-def _content(robot: Robot, plan: Plan, apart: float) -> Plan:
-    """A plan, which seeks no contact where holding leaves the effectors at their target, apart by [m]."""
-    met = plan.status is Status.SEEKING_CONTACT and apart <= MET * robot.size
-    return replace(plan, status=Status.OK) if met else plan
 
 
 def _brings_nearer(robot: Robot, aim: Aim, plan: Plan, apart: float) -> bool:

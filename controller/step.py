@@ -28,6 +28,7 @@ from tauten.controller.carried import (
     objective_of,
 )
 from tauten.controller.certificates import hold_certificate
+from tauten.controller.friction import pushed_slots
 from tauten.controller.horizon import Horizon, held_taut, step_ahead
 from tauten.controller.locks import ahead_of_locks
 from tauten.controller.plan import Aim, Plan, Prepared, make_plan, prepared_plans
@@ -192,7 +193,8 @@ def decide(
         prepared.farther.rows.effectors.values,
     )
     target = layout.row_targets(values, goal)  # (n_e,)
-    aim = Aim(target, layout.scale, layout.exact, damping.gamma, carried.grasp, carried.cut)
+    given = damping.gamma, carried.grasp, carried.cut, carried.pushed
+    aim = Aim(target, layout.scale, layout.exact, *given)
     kept = None if locks is None else ahead_of_locks(locks, position)
     plan = make_plan(robot, prepared, aim, position, settings, kept)
     if layout.any_exact and not plan.status.usable:
@@ -225,12 +227,13 @@ def decide(
         none = np.zeros(robot.n_a, np.bool_)
         left = after, tick.position, Status.INFEASIBLE, certificate, conflict
         return Decision(*left, none, plan, Carried(damping, carried.grasp, plan.cut))
+    pushed = pushed_slots(plan.predicted)
     stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.laws.held_by_force
     if locks is not None:
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.position, status, certificate, conflict, stalled, plan,
-        Carried(adapted(damping, change, robot.size, objective), carried.grasp, plan.cut), goal,
+        Carried(adapted(damping, change, robot.size, objective), carried.grasp, plan.cut, pushed), goal,
         given_in(tick, supplied, robot.limits),
     )  # fmt: skip
 

@@ -1,6 +1,14 @@
 """Inverse control with exact Coulomb friction: problem and solver."""
 
-from tauten.controller.friction.planned import MET, CutPlan, PlanContacts, PlanSearch
+from tauten.controller.friction.planned import (
+    MET,
+    CutPlan,
+    PlanContacts,
+    PlanSearch,
+    no_slots,
+    pushed_slots,
+    with_known_columns,
+)
 from tauten.controller.friction.problem import FrictionInverse, normals_alone
 from tauten.controller.friction.slip import with_slip
 from tauten.controller.friction.solve import (
@@ -20,8 +28,11 @@ __all__ = [
     "InverseSolution",
     "PlanContacts",
     "PlanSearch",
+    "no_slots",
     "normals_alone",
+    "pushed_slots",
     "solve_friction_inverse",
     "warm_search",
+    "with_known_columns",
     "with_slip",
 ]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tauten.controller.friction.dual_qp import solve_dual
-from tauten.controller.friction.problem import FrictionInverse, contact_rows, symmetric_root
+from tauten.controller.friction.problem import RANK, FrictionInverse, contact_rows, symmetric_root
 from tauten.controller.qpcc import UNBOUNDED, Backend, Qp, qp_backend
 from tauten.model.numerics import Array, Ints, kernel
 
@@ -50,11 +50,30 @@ def effort_arrays(problem: FrictionInverse) -> EffortArrays:
     """The arrays of a problem; its Q is factorised."""
     p, place = problem.program, contact_rows(problem)
     size = len(p.m) + 2 * problem.singles
-    root = symmetric_root(p.Q, -1.0)
+    root = objective_root(p.Q, problem.energy)
     given = (p.c, p.lb, p.ub, p.G, p.g_lo, p.g_hi)
     c, lb, ub, G, g_lo, g_hi = (np.ascontiguousarray(values, dtype=float) for values in given)
     parts = padded_arrays(root, c, G, place, size)
     return EffortArrays(*parts[:4], lb, ub, *parts[4:], g_lo, g_hi, p.constant)
+
+
+def objective_root(Q: Array, energy: Array | None) -> Array:
+    """G (n, k) with Q = G Gᵀ.
+
+    The energy has columns of its own: beside the compliance of an object that nothing holds it is lost in
+    rounding, and efforts that differ in their energy alone would be equal.
+
+    Args:
+        Q: (n, n) curvature of the objective.
+        energy: (n_a, n_a) part of it in the efforts; None: nothing is known of it.
+    """
+    if energy is None:
+        return symmetric_root(Q, -1.0)
+    rest, n_a = Q.copy(), len(energy)
+    rest[:n_a, :n_a] -= energy
+    root = symmetric_root(rest, RANK * max(float(rest.diagonal().max()), 1e-300))
+    own = symmetric_root(energy, -1.0)
+    return np.hstack([root, np.vstack([own, np.zeros((len(Q) - n_a, own.shape[1]))])])
 
 
 @kernel

@@ -68,7 +68,7 @@ def _weighed(search: EffortSearch, point: EffortPoint) -> EffortPoint:
         if step is None:
             break
         found = search.exact(point.lam + step.change, point.r + point.slope @ step.change)
-        if found is None:
+        if found is None or found.excess >= point.excess:
             break
         point = found
     return point

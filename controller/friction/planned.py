@@ -18,12 +18,49 @@ from tauten.controller.friction.solve import (
 )
 from tauten.controller.friction.trials import CutSearch
 from tauten.controller.qpcc import Certificate, Qpcc, Solution, Status
-from tauten.model import CondensedStep, Forces, unit_start
+from tauten.model import CondensedStep, Forces, PredictedStep, unit_start
 from tauten.model.numerics import Array, Ints
 
 EXACTLY = 1e-7  # of the robot's size, error of contact forces
 ARRIVED = 1e-5  # of the robot's size, distance from a target below which nothing is looked for
 MET = 1e-3  # of the robot's size, distance from a target that needs no contact
+
+
+def no_slots() -> Ints:
+    """Slots of no contact (0,)."""
+    return np.zeros(0, np.int64)
+
+
+def with_known_columns(step: CondensedStep, held: CondensedStep, pushed: Ints) -> CondensedStep:
+    """A step with friction, with the unit columns that joined in its hold or pushed in the last plan.
+
+    Contacts of a plan that a hold does not touch would join after a first search otherwise, in each tick.
+
+    Args:
+        step: over the horizon.
+        held: the same with the columns that joined in the hold, with friction unless no forces were found.
+        pushed: slots of the unit columns that pushed in the last plan.
+    """
+    joined = no_slots() if held.frictional else held.extra[len(step.extra) :]
+    step = held if held.frictional else step
+    known = step.rows.contacts.rows_of(pushed)
+    joined = np.setdiff1d(np.union1d(joined, known), step.extra)
+    return step if len(joined) == 0 else step.with_unit_columns(joined)
+
+
+def pushed_slots(predicted: PredictedStep) -> Ints:
+    """Slots of the unit columns that push in a step with friction; none in one without.
+
+    Args:
+        predicted: the step.
+    """
+    step, lam = predicted.step, predicted.lam
+    if not step.frictional:
+        return no_slots()
+    slots: Ints = step.rows.contacts.slots[
+        step.extra[lam[len(lam) - 3 * len(step.extra) :: 3] > 0.0]
+    ]
+    return slots
 
 
 @dataclass(frozen=True, slots=True)

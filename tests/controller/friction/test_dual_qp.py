@@ -1,4 +1,4 @@
-"""Small QPs within kernels, against daqp."""
+"""Small QPs within kernels, against daqp, and the factor of their objective."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tauten.controller.friction.dual_qp import solve_dual
+from tauten.controller.friction.effort_step import objective_root
 from tauten.controller.qpcc import UNBOUNDED, Qp, solve_daqp
 
 
@@ -44,3 +45,14 @@ def test_limits_that_exclude_one_another_and_numbers_that_are_none_are_not_solve
     assert not solve_dual(H, np.zeros(1), A, *excluded)[0]
     assert not solve_dual(np.nan * H, np.zeros(1), A, np.zeros(2), np.ones(2))[0]
     assert not solve_dual(H, np.full(1, np.nan), A, np.zeros(2), np.ones(2))[0]
+
+
+def test_the_energy_of_efforts_is_not_lost_beside_an_object_that_nothing_holds() -> None:
+    """Rounding of its compliance is larger, and a factor of both together ends before the energy."""
+    moves = np.array([[0.0, 0.0, 14.0]])
+    energy, Q = 1e-14 * np.eye(2), moves.T @ moves
+    Q[:2, :2] += energy
+    root = objective_root(Q, energy)
+    found = np.square(root.T @ np.array([1.0, -1.0, 0.0])).sum()
+    assert found == pytest.approx(2e-14, rel=1e-9)
+    np.testing.assert_allclose(root @ root.T, Q, rtol=1e-12, atol=1e-12)
