@@ -34,6 +34,7 @@ from tauten.model.friction import (
 from tauten.model.numerics import Array, kernel
 
 NARROWEST = 1e-2  # κ at the end
+LAST_GATE = 0.1  # error of the law, of its widths, up to which it counts as met there
 ENOUGH_NARROW = 2  # steps that meet the law there
 AT_ONCE = 4  # steps between two looks at the clock
 SHRINK = 0.6  # of κ, in the nested form
@@ -187,11 +188,10 @@ def path_steps(
             ahead = r + law.residual
             solved, found, _ = effort_step(arrays, lam, ahead, law.slope, trust)
             change = found if solved else change
-        taken, error, lam, r = line_search(
-            cones, contacts.W_ca, lam, r, change, law, width, pace.gate
-        )
+        gate = pace.gate if share > NARROWEST else min(pace.gate, LAST_GATE)
+        taken, error, lam, r = line_search(cones, contacts.W_ca, lam, r, change, law, width, gate)
         trust = np.minimum(GROW * trust, widest) if taken > ENOUGH else CUT * trust
-        if error <= pace.gate:
+        if error <= gate:
             narrow += int(share <= NARROWEST)
             if narrow == ENOUGH_NARROW:
                 return PathState(lam, r, trust, share, narrow), step + 1
