@@ -3,7 +3,7 @@
 from tauten.model.contact.broad_phase import BLOCK, blocks_of
 from tauten.model.contact.detection import ContactSet
 from tauten.model.contact.gap_rows import contact_rows
-from tauten.model.contact.holes import bodies_of, holes_before_obstacles, holes_between
+from tauten.model.contact.holes import holes_before_obstacles, holes_between
 from tauten.model.contact.mesh_shape import MeshShape, heights_of_file, mesh_of_file
 from tauten.model.contact.obstacle import (
     Obstacle,
@@ -51,7 +51,6 @@ __all__ = [
     "Shape",
     "WALL_ALARMS",
     "blocks_of",
-    "bodies_of",
     "contact_rows",
     "heights_of_file",
     "holes_before_obstacles",

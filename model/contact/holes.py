@@ -6,8 +6,6 @@ from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from tauten.model.contact.pair import ContactPair
 from tauten.model.contact.shapes import PlaneShape
@@ -92,16 +90,3 @@ def middle_extent(points: Array) -> float:
     axes = np.linalg.svd(away, full_matrices=False)[2]
     extents = [np.sort(np.ptp(x, axis=0))[1] for x in (away, away @ axes.T)]
     return float(min(extents))
-
-
-def bodies_of(triangles: Ints, n_vertices: int) -> Ints:
-    """The number of the body that each vertex belongs to: (v,), one for each closed surface.
-
-    Args:
-        triangles: (t, 3) of the surfaces of all bodies.
-        n_vertices: number of vertices.
-    """
-    links = np.concatenate([triangles[:, :2], triangles[:, 1:]])
-    graph = sp.coo_array((np.ones(len(links)), links.T), shape=(n_vertices, n_vertices))
-    body: Ints = connected_components(graph, directed=False)[1]
-    return body

@@ -58,9 +58,16 @@ def of_beams_alone(config: RobotConfig) -> bool:
 
 
 def build_beam_robot(
-    config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, source: str
+    config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, joined: Ints, source: str
 ) -> Robot[BeamBody]:
     """Build a robot whose bodies are all made of beams.
+
+    Args:
+        config: the robot file.
+        shapes: of its bodies.
+        bodies: the bodies.
+        joined: (n_nodes,) number of the bodies joined to each other that each node belongs to.
+        source: the robot file's path, for errors.
 
     Raises:
         RobotFileError: a point that lies away from the beams, unknown names or empty regions; the text names
@@ -104,7 +111,7 @@ def build_beam_robot(
         actuators=actuators_of(config),
         limits=limits_of(config, source),
         effectors=effectors,
-        contacts=contact_set(config, vertices, triangles, source),
+        contacts=contact_set(config, vertices, triangles, joined[touched_nodes(bodies)], source),
         vertices=surfaces.contact_points,
         body=BeamBody(
             gravity=np.array(config.gravity),

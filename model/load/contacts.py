@@ -24,7 +24,6 @@ from tauten.model.contact import (
     PlaneShape,
     PoseStream,
     Shape,
-    bodies_of,
     heights_of_file,
     holes_before_obstacles,
     holes_between,
@@ -68,18 +67,27 @@ CHECKED = 50  # points of an obstacle, about
 NO_TRIANGLES = np.zeros((0, 3), dtype=np.int64)
 
 
-def build_contacts(config: RobotConfig, selector: Selector) -> ContactSet:
+def build_contacts(config: RobotConfig, selector: Selector, joined: Ints) -> ContactSet:
     """Candidates and target surfaces of every contact of a robot with meshes.
+
+    Args:
+        config: the robot file.
+        selector: of its regions, with the surfaces of beams.
+        joined: (n_nodes,) see `contact_set`.
 
     Raises:
         RobotFileError: a surface without triangles or area.
     """
     surfaces = contact_surfaces(config, selector)
-    return contact_set(config, selector.nodes, surfaces, selector.source)
+    return contact_set(config, selector.nodes, surfaces, joined, selector.source)
 
 
 def contact_set(
-    config: RobotConfig, vertices: Array, surfaces: Mapping[str | None, Ints], source: str
+    config: RobotConfig,
+    vertices: Array,
+    surfaces: Mapping[str | None, Ints],
+    joined: Ints,
+    source: str,
 ) -> ContactSet:
     """Candidates and target surfaces of every contact.
 
@@ -87,6 +95,7 @@ def contact_set(
         config: the robot file.
         vertices: (v, 3) of the surfaces at rest [m].
         surfaces: triangles (t, 3) of each surface by name; None is all of them.
+        joined: (v,) number of the bodies that elasticity, beams or glue join, that each vertex belongs to.
         source: the robot file's path, for errors.
 
     Raises:
@@ -99,10 +108,6 @@ def contact_set(
         **surfaces,
         **{one.name: one for one in obstacles},
     }
-    # beams and glue join bodies, unless one of them is free
-    body = np.zeros(len(vertices), np.int64)
-    if any(one.free for one in config.bodies):
-        body = bodies_of(surfaces[None], len(vertices))
     pairs = [
         contact_pair(
             contact,
@@ -111,7 +116,7 @@ def contact_set(
             targets,
             alarm,
             config.contact.tolerance,
-            body,
+            joined,
         )
         for index, contact in enumerate(config.contacts)
     ]
@@ -119,7 +124,7 @@ def contact_set(
         check_outside(one, vertices, surfaces[None], f"{source}: obstacles.{one.name}")
     of_files = zip(pairs, config.contacts, strict=True)
     touching = [(pair, surfaces[one.candidates]) for pair, one in of_files]
-    between = holes_between([one for one in touching if one[0].loose], vertices, body)
+    between = holes_between([one for one in touching if one[0].loose], vertices, joined)
     for note in (*between, *holes_before_obstacles(touching, vertices)):
         log.warning("%s: %s", source, note)
     sums = (*obstacle_sums(pairs), *largest_sums(config.contact, len(pairs)))

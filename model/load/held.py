@@ -15,11 +15,19 @@ from tauten.model.numerics import Bools, Ints
 from tauten.model.schema import RobotConfig, RobotFileError
 
 
-def loose_nodes(config: RobotConfig, bodies: Bodies, constraints: Constraints) -> Bools:
+def loose_nodes(
+    config: RobotConfig, bodies: Bodies, constraints: Constraints, joined: tuple[Ints, Ints]
+) -> Bools:
     """Which nodes belong to bodies that nothing holds and that may move freely: (n_nodes,).
 
     Nodes that are fixed or move with a drive hold a body where three of them are not on a line. Bodies that
     are attached to each other are held together, and are free together.
+
+    Args:
+        config: the robot file.
+        bodies: of it.
+        constraints: of it.
+        joined: what `groups_of_bodies` finds.
 
     Raises:
         RobotFileError: nothing holds a body that is not free, or the fixed nodes are all there are.
@@ -28,7 +36,7 @@ def loose_nodes(config: RobotConfig, bodies: Bodies, constraints: Constraints) -
     supported = bodies.fixed.copy()
     for drive in constraints.drives:
         supported[drive.nodes] = True
-    of_body, group = groups_of_bodies(bodies, constraints)
+    of_body, group = joined
     every, loose = config.all_bodies, np.zeros(len(nodes), dtype=bool)
     freed = {int(group[number]) for number, body in enumerate(every) if body.free}
     short = 1e-6 * bodies.parts.mesh.size

@@ -20,7 +20,7 @@ from tauten.model.load.bodies import Bodies, Shape, build_bodies, digests_of, re
 from tauten.model.load.constraints import build_constraints, constrained
 from tauten.model.load.contacts import build_contacts
 from tauten.model.load.effectors import build_nodal_effectors
-from tauten.model.load.held import loose_nodes
+from tauten.model.load.held import groups_of_bodies, loose_nodes
 from tauten.model.load.parts import LoadedPart, body_surface, build_parts
 from tauten.model.load.places import MeshPlaces
 from tauten.model.numerics import Bools, Ints, make_factorisation
@@ -292,14 +292,15 @@ def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, sourc
     """`build_robot` where the bodies are built."""
     body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
     constraints = build_constraints(config, bodies)
-    loose = loose_nodes(config, bodies, constraints)
+    of_body, group = groups_of_bodies(bodies, constraints)
+    loose = loose_nodes(config, bodies, constraints, (of_body, group))
     if of_beams_alone(config):
-        return build_beam_robot(config, shapes, bodies, source)
+        return build_beam_robot(config, shapes, bodies, group[of_body], source)
     places = MeshPlaces(bodies, config.extrapolate_from)
     parts = build_actuators(config, body, selector, places)
     moving = deforming_domains(body.domains, constraints.carriers(fixed))
     pattern = make_pattern(fixed, [*(part.nodes for part in moving), *parts.groups])
-    contacts = build_contacts(config, bodies.touching)
+    contacts = build_contacts(config, bodies.touching, group[of_body])
     mass = body.mass[~fixed]  # (n / 3,)
     elements = deforming = make_solid(body.domains, body.laws, pattern, body.n_elements)
     if moving != body.domains:

@@ -9,7 +9,6 @@ import pytest
 from support.robots.blocks import box, free_bodies, plane, touching
 
 from tauten.model import Simulator
-from tauten.model.contact import bodies_of
 from tauten.model.mesh import TetMesh, boundary_triangles, covering_points, largest_hole
 from tauten.model.schema import RobotFileError
 
@@ -126,10 +125,3 @@ def test_a_spacing_that_makes_too_many_candidates_is_refused() -> None:
     """Before anything of that size is computed: it took all memory of a computer."""
     with pytest.raises(RobotFileError, match=r"spacing = 1e-06 m would make .* make it larger"):
         stacked(*bars(0.0), {"spacing": 1e-6}, 0.5)
-
-
-def test_bodies_are_the_connected_parts_of_a_surface() -> None:
-    one = boundary_triangles(box((1.0, 1.0, 1.0), (0.0, 0.0, 0.0), cells=1).tets)
-    found = bodies_of(np.concatenate([one, one + 8]), 16)
-    assert len(set(found[:8])) == 1
-    assert found[0] != found[8]

@@ -1,0 +1,50 @@
+"""Which contacts are of bodies that nothing but contact joins."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.robots.blocks import box, free_bodies, moving, speeds, touching
+
+from tauten.model import Robot
+from tauten.model.contact.sides import hits_of
+
+EDGE = 0.02  # m
+FACE = {"lower": [EDGE - 1e-6, -1.0, -1.0], "upper": [EDGE + 1e-6, 1.0, 1.0], "body": "body_other"}
+
+
+def two_cubes(gap: float, rigid: bool, **changes: Any) -> Robot:
+    """Two cubes, one behind the other along x, of which the first one may touch the other."""
+    cube = (EDGE, EDGE, EDGE)
+    bodies = {"one": box(cube, (0.0, 0.0, 0.0)), "other": box(cube, (EDGE + gap, 0.0, 0.0))}
+    return free_bodies(bodies, [touching("one", "other")], 50.0, rigid, **changes)
+
+
+@pytest.mark.parametrize("rigid", [True, False])
+def test_a_body_may_move_far_from_another_one_that_only_contact_joins(rigid: bool) -> None:
+    (pair,) = two_cubes(0.001, rigid).contacts.pairs
+    ((candidates, triangles),) = pair.loose
+    assert len(candidates) == len(pair.nodes)
+    assert len(triangles) == len(pair.triangles)
+
+
+def test_bodies_that_glue_joins_do_not_move_far_from_each_other_though_they_are_free() -> None:
+    glue = {"kind": "glue", "region": FACE, "to": {"kind": "all", "body": "body_one"}}
+    (pair,) = two_cubes(0.0, rigid=False, attachments=[glue]).contacts.pairs
+    assert pair.loose == ()
+
+
+@pytest.mark.parametrize(("speed", "met"), [(0.049, False), (0.051, True), (1.0, True)])
+def test_a_triangle_is_met_by_what_reaches_it_within_the_step(speed: float, met: bool) -> None:
+    """A gap of 1 mm is passed within 20 ms from 5 cm/s on; the last 5 % of a way are grazing."""
+    robot = two_cubes(0.001, rigid=True)
+    state = moving(robot, speeds(2, np.array([speed / 0.95, 0.0, 0.0]))).state
+    x, end = (
+        robot.motion(at).placed(robot.vertices).y
+        for at in (state, robot.advance(state, state.v, robot.h))
+    )
+    (pair,) = robot.contacts.pairs
+    hits = hits_of(x, end, (pair.nodes, pair.weights, pair.triangles), pair.loose)
+    assert (hits is not None) is met
