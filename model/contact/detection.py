@@ -52,7 +52,7 @@ from tauten.model.contact.narrow_phase import no_closest_points, search
 from tauten.model.contact.obstacle import ObstaclePoses, poses_at_start
 from tauten.model.contact.pair import ContactPair, LargestSum, check_pair, finite_candidates
 from tauten.model.contact.shapes import PlaneShape
-from tauten.model.contact.sides import FAST, Hits, Sides, add_hits, hits_of, joined, sides_of
+from tauten.model.contact.sides import Hits, Sides, add_hits, hits_of, joined, sides_of
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
 from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Bools, Ints, kernel
@@ -178,10 +178,6 @@ class ContactSet:
         other.poses, other._sides, other._hits = poses, {}, {}
         return other
 
-    def far(self, way: float) -> bool:
-        """Whether bodies move farther relative to each other in a step than detection at its end allows."""
-        return way > FAST * self.alarm_distance
-
     def stepping(
         self, x: Array, ends: Sequence[Array], before: ObstaclePoses, far: bool = False
     ) -> ContactSet:
@@ -211,7 +207,7 @@ class ContactSet:
         for number in self.loose:
             pair = self.pairs[number]
             arrays = pair.nodes, pair.weights, pair.triangles
-            hits = hits_of(x, ends[0], arrays, pair.loose, self.alarm_distance)
+            hits = hits_of(x, ends[0], arrays, pair.loose)
             if hits is not None:
                 other._hits[number] = hits
         return other

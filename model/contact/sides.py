@@ -44,7 +44,6 @@ ADVANCES = (
     64  # steps to the place where a candidate meets an obstacle; those that graze it need most
 )
 ROUNDING = 1e-9  # of depths
-FAST = 0.02  # of the alarm distance, way of two bodies relative to each other that counts as far
 GRAZING = 0.05  # of the way of a candidate, depth at the end below which it has not met a triangle
 BEHIND = 0.02  # of it, depth at the start that is rounding
 BESIDE = 1e-9  # barycentric weight of a point that is on the edge of a triangle
@@ -165,25 +164,12 @@ class Hits:
 
 
 @kernel
-def swept(start: Array, end: Array, ids: Ints) -> Array:
-    """Box around points (r, c) at two times, and around their displacements: (2, 2, 3), lower corners first.
-
-    Args:
-        start: (v, 3) [m].
-        end: (v, 3) [m].
-        ids: (r, c) of the points.
-    """
-    box = np.empty((2, 2, 3))
-    box[:, 0], box[:, 1] = np.inf, -np.inf
-    for r in range(ids.shape[0]):
-        for c in range(ids.shape[1]):
-            for i in range(3):
-                one, other = start[ids[r, c], i], end[ids[r, c], i]
-                box[0, 0, i] = min(box[0, 0, i], one, other)
-                box[0, 1, i] = max(box[0, 1, i], one, other)
-                box[1, 0, i] = min(box[1, 0, i], other - one)
-                box[1, 1, i] = max(box[1, 1, i], other - one)
-    return box
+def widen(box: Array, points: Array) -> None:
+    """Make a box, lower and upper corner (2, 3), large enough for points (r, 3)."""
+    for r in range(points.shape[0]):
+        for i in range(3):
+            box[0, i] = min(box[0, i], points[r, i])
+            box[1, i] = max(box[1, i], points[r, i])
 
 
 @kernel
@@ -196,51 +182,81 @@ def apart(one: Array, other: Array) -> bool:
 
 
 @kernel
-def relative_way(one: Array, other: Array) -> float:
-    """Largest difference of vectors in two boxes, lower and upper corners (2, 3)."""
-    square = 0.0
-    for i in range(3):
-        square += max(one[1, i] - other[0, i], other[1, i] - one[0, i]) ** 2
-    return float(square**0.5)
+def swept(x: Array, end: Array, of: tuple[Ints, Array], numbers: Ints) -> Array:
+    """Points of triangles at the start and at the end of a step: (r, 2, 3).
+
+    Args:
+        x: (v, 3) vertices at the start [m].
+        end: (v, 3) at the end [m].
+        of: vertices (m, 3) of triangles, and weights (m, 3) of a point of each.
+        numbers: (r,) of these.
+    """
+    nodes, weights = of
+    ways = np.zeros((len(numbers), 2, 3))
+    for r in range(len(numbers)):
+        for j in range(3):
+            vertex, weight = nodes[numbers[r], j], weights[numbers[r], j]
+            for i in range(3):
+                ways[r, 0, i] += weight * x[vertex, i]
+                ways[r, 1, i] += weight * end[vertex, i]
+    return ways
+
+
+@kernel
+def boxes_around(x: Array, end: Array, triangles: Ints, numbers: Ints) -> Array:
+    """Boxes around what triangles sweep in a step: (f, 2, 3), lower and upper corners.
+
+    Args:
+        x: (v, 3) vertices at the start [m].
+        end: (v, 3) at the end [m].
+        triangles: (t, 3) vertex ids.
+        numbers: (f,) of some.
+    """
+    boxes = np.empty((len(numbers), 2, 3))
+    boxes[:, 0], boxes[:, 1] = np.inf, -np.inf
+    for f in range(len(numbers)):
+        for j in range(3):
+            vertex = triangles[numbers[f], j]
+            widen(boxes[f], x[vertex : vertex + 1])
+            widen(boxes[f], end[vertex : vertex + 1])
+    return boxes
 
 
 @kernel
 def triangles_met(
-    x: Array, end: Array, of_pair: tuple[Ints, Array, Ints], bodies: tuple[Ints, Ints], alarm: float
+    x: Array, end: Array, of_pair: tuple[Ints, Array, Ints], bodies: tuple[Ints, Ints]
 ) -> tuple[Ints, Ints, Array]:
     """The arrays of `Hits`, of candidates of one body and triangles of another one.
+
+    What a candidate and a triangle sweep says whether they may meet, however slow they are.
 
     Args:
         x: (v, 3) vertices at the start of a step [m], and
         end: (v, 3) at its end, where nothing touches.
         of_pair: vertices (m, 3) and weights (m, 3) of its candidates, and its triangles (t, 3).
         bodies: numbers of the candidates (c,) and of the triangles (f,) that may meet.
-        alarm: the alarm distance [m].
     """
     (nodes, weights, triangles), (places, faces) = of_pair, bodies
-    met, points, n = np.empty(len(places), np.int64), np.zeros((2, 3)), 0
+    ways = swept(x, end, (nodes, weights), places)
+    boxes = boxes_around(x, end, triangles, faces)
+    every, own = np.empty((2, 3)), np.empty((2, 3))
+    every[0], every[1] = np.inf, -np.inf
+    widen(every, ways.reshape(-1, 3))
+    near = [f for f in range(len(faces)) if not apart(boxes[f], every)]
+    met, n = np.empty(len(places), np.int64), 0
     vertices, inside = np.empty((len(places), 3), np.int64), np.empty((len(places), 3))
-    one, other = swept(x, end, nodes[places]), swept(x, end, triangles[faces])
-    if apart(one[0], other[0]) or not relative_way(one[1], other[1]) > FAST * alarm:
+    if len(near) == 0:
         return met[:0], vertices[:0], inside[:0]
-    boxes = np.empty((len(faces), 2, 3))
-    for f in range(len(faces)):
-        boxes[f] = swept(x, end, triangles[faces[f] : faces[f] + 1])[0]
-    near = np.array([f for f in range(len(faces)) if not apart(boxes[f], one[0])])
-    for place in places:
-        points[:] = 0.0
-        for j in range(3):
-            points[0] += weights[place, j] * x[nodes[place, j]]
-            points[1] += weights[place, j] * end[nodes[place, j]]
-        own, first = np.empty((2, 3)), np.inf
-        for i in range(3):
-            own[0, i], own[1, i] = min(points[:, i]), max(points[:, i])
+    for c in range(len(places)):
+        first = np.inf
+        own[0], own[1] = np.inf, -np.inf
+        widen(own, ways[c])
         for f in near:
             if apart(boxes[f], own):
                 continue
-            share, w = meeting(points, x, end, triangles, faces[f])
+            share, w = meeting(ways[c], x, end, triangles, faces[f])
             if share < first:
-                first, met[n], vertices[n] = share, place, triangles[faces[f]]
+                first, met[n], vertices[n] = share, places[c], triangles[faces[f]]
                 inside[n, 0], inside[n, 1], inside[n, 2] = w
         n += first < np.inf
     return met[:n], vertices[:n], inside[:n]
@@ -301,9 +317,8 @@ def between(a: Vector3, b: Vector3, share: float) -> Vector3:
 
 
 def hits_of(
-    x: Array, end: Array, of_pair: tuple[Ints, Array, Ints],
-    loose: Sequence[tuple[Ints, Ints]], alarm: float,
-) -> Hits | None:  # fmt: skip
+    x: Array, end: Array, of_pair: tuple[Ints, Array, Ints], loose: Sequence[tuple[Ints, Ints]]
+) -> Hits | None:
     """The triangles that candidates of a pair meet first in a step; None where none does.
 
     Args:
@@ -311,9 +326,8 @@ def hits_of(
         end: (v, 3) at its end, where nothing touches [m].
         of_pair: see `triangles_met`.
         loose: its bodies, see `ContactPair`.
-        alarm: the alarm distance [m].
     """
-    found = [triangles_met(x, end, of_pair, bodies, alarm) for bodies in loose]
+    found = [triangles_met(x, end, of_pair, bodies) for bodies in loose]
     place, vertices, weights = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return Hits(place, vertices, weights) if len(place) > 0 else None
 

@@ -237,10 +237,6 @@ class Robot(Generic[B_co]):
         if end is None:
             moves = not self.integration.static and bool(state.v.any())
             end = self.advance(state, state.v, h) if moves else state
-        if not of_obstacles and not self.contacts.far(
-            2.0 * max(self.displacement(at, h * at.v) for at in (state, end))
-        ):
-            return self
         if end is state and not poses.change:
             return self.with_contacts(self.contacts.placed(poses))
         x, led = (self.motion(at).placed(self.vertices).y for at in (state, end))
