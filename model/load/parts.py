@@ -274,7 +274,8 @@ def contact_between(
 
     at_rest = np.concatenate([np.zeros((0, 3)), *map(vertices_at_rest, parts, used)])
     obstacles = {one.name: build_obstacle(one, source) for one in config.obstacles}
-    skins = [one.surface(None) for one in loaded]
+    touched = {side[0] for _, own, other in sides if other is not None for side in (own, other)}
+    solids = {one: enclosed_by(parts[one], loaded[one].surface(None)) for one in touched}
     pairs = []
     for index, (contact, candidates, against) in enumerate(sides):
         where, own = f"{source}: contacts.{index}", renumbered(candidates)
@@ -283,12 +284,12 @@ def contact_between(
         mu, bounds = contact.friction, force_bounds(contact)
         if against is not None:
             other = renumbered(against)
-            for points, (number, _), side in (
-                (np.einsum("mj,mji->mi", weights, at_rest[nodes]), against, contact.candidates),
-                (at_rest[np.unique(other)], sides[index][1], contact.against),
+            for points, number, side in (
+                (np.einsum("mj,mji->mi", weights, at_rest[nodes]), against[0], contact.candidates),
+                (at_rest[np.unique(other)], candidates[0], contact.against),
             ):
                 overlap = f"{where}.against: {side_name(side)} is in part {names[number]!r} at rest"
-                check_outside_part(points, parts[number], skins[number], tolerance, overlap)
+                check_outside_part(points, solids[number], tolerance, overlap)
             loose = ((np.arange(len(nodes)), np.arange(len(other))),)
             pair = ContactPair(name, nodes, weights, other, friction=mu, bounds=bounds, loose=loose)
             pairs.append(replace(pair, owner=contact.candidates.part, other=names[against[0]]))
@@ -308,22 +309,32 @@ def contact_between(
     return Between(tuple(used), tuple(pairs))
 
 
-def check_outside_part(points: Array, part: Part, skin: Ints, depth: float, message: str) -> None:
+def enclosed_by(part: Part, skin: Ints) -> MeshShape | None:
+    """What a part encloses at rest, in the robot's frame; None where its skin is open, as tubes of beams are.
+
+    Args:
+        part: the part.
+        skin: (t, 3) vertices of its whole surface.
+    """
+    ids, triangles = np.unique(skin, return_inverse=True)
+    try:
+        return MeshShape(vertices_at_rest(part, ids), triangles.reshape(skin.shape))
+    except ValueError:
+        return None
+
+
+def check_outside_part(points: Array, solid: MeshShape | None, depth: float, message: str) -> None:
     """Raise a RobotFileError where points of another part are in a part at rest.
 
     Args:
         points: (m, 3) in the robot's frame [m].
-        part: whose skin is checked where it is closed.
-        skin: (t, 3) vertices of its whole surface.
+        solid: what the part encloses; None: nothing is checked.
         depth: that is accepted [m].
         message: begins the error.
     """
-    ids, triangles = np.unique(skin, return_inverse=True)
-    try:
-        shape = MeshShape(vertices_at_rest(part, ids), triangles.reshape(skin.shape))
-    except ValueError:  # the ends of a tube of beams are open
+    if solid is None:
         return
-    gap, _ = shape.closest_within(points, 0.0)
+    gap, _ = solid.closest_within(points, 0.0)
     if gap.min(initial=0.0) < -depth:
         raise RobotFileError(
             f"{message}: {-1e3 * gap.min():.3g} mm deep at {np.round(points[gap.argmin()], 6).tolist()} m, "
