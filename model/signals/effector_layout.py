@@ -128,7 +128,7 @@ class EffectorLayout:
         return found
 
     def goal_values(self, target: Target) -> Array | None:
-        """A target as goal values (n_v,), see `target_values`; None where they are not `checked`.
+        """A target as a copy of goal values (n_v,), see `target_values`; None where they are not `checked`.
 
         Raises:
             ValueError: it has another shape, or entries that are no numbers.
@@ -136,15 +136,15 @@ class EffectorLayout:
         return self.checked(target_values(target, self.names, self.kinds))
 
     def checked(self, values: Array) -> Array | None:
-        """Values (n_v,) with quaternions of length one; None where they are no goal of these effectors.
+        """A copy of values (n_v,) with quaternions of length one; None: they are no goal of these effectors.
 
         That is: of another number, not finite, or with quaternions of another length.
         """
         if values.shape != (self.n_values,) or not np.isfinite(values).all():
             return None
+        values = values.copy()
         if self.positions_only:
             return values
-        values = values.copy()
         for q in self._quaternions(values):
             size = float(np.linalg.norm(q))
             if abs(size - 1.0) > UNIT_LENGTH:

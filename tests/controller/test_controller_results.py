@@ -98,6 +98,18 @@ def test_states_and_actuations_that_are_passed_in_are_copied(beam: Robot) -> Non
     np.testing.assert_array_equal(controller.position, other.position)
 
 
+def test_a_target_may_be_changed_in_place(beam: Robot) -> None:
+    """A decision compares its goal with that of the one before: a caller's array must not be both."""
+    controller = Controller(beam, "none")
+    target = controller.effector.copy()
+    controller.step(target)
+    target += DOWN
+    decision = controller.last_decision
+    assert decision is not None
+    assert decision.goal is not None
+    np.testing.assert_array_equal(decision.goal, (target - DOWN).ravel())
+
+
 def test_a_second_decision_replaces_the_first(beam: Robot) -> None:
     controller, other = Controller(beam), Controller(beam)
     goal = controller.effector[0] + 5.0 * DOWN
