@@ -14,8 +14,21 @@ target is followed. Changes that become smaller and smaller converge, and γ rem
 Where a cable is taut in one plan and slack in the next, plans jump between two pieces of the problem, and no
 γ ends that: commands go to and fro for ever. While the target is constant, actuators therefore go a share of
 the way that is adapted as trust regions are (Conn, Gould and Toint, Trust-Region Methods, 2000): by how much
-the objective of holding has decreased over the last ticks, of what plans have predicted. A share with which
-it has not decreased is too large where the robot comes to rest: the share grows to half of it at most. They
+the objective of holding has decreased over the last ticks, of what plans have predicted. Both are the
+objective of the plan before, with its weights and unknown forces: another one may increase along good plans.
+A share with which it has not decreased is too large where the robot comes to rest: the share grows to half of
+it at most.
+
+A robot that relaxes changes what holding leads to, for seconds, whatever its actuators do. So the decrease
+is that from where holding for one tick would have led. The end q_H = q + H v₁ of a step of implicit Euler in
+which actuators hold, the same for their forces, changes by
+
+    dq_H/dt = v₁ = (q_H − q) / H,   dλ_H/dt = (λ_H − λ) / H
+
+as the equations of a linear robot M dv/dt = f − C v − K q + hᵀ λ say, for all M, C, K and whatever moves.
+
+Of forces that redundant actuators share plans change little, so that these would go on for seconds after the
+effectors have stopped. Where a plan changes so little that it makes no difference, the share fades. Actuators
 go all of the way again where the target or a lock has changed, and as far as they may where much more can be
 gained than before.
 """
@@ -41,6 +54,8 @@ LARGEST = 100.0  # γ
 POOR = 0.1  # of the predicted decrease: where less is reached, the share of the way shrinks,
 GOOD = 0.5  # and where more is reached, it grows
 SHRINKAGE, GROWTH = 0.7, 1.1  # of the share of the way in a tick
+SETTLED = 3e-6  # of the robot's size, a change that makes no difference:
+FADING = 0.9  # of the way that is gone, in a tick
 LOWERED = 0.5  # of a share with which decreases become poor, that it may grow to again;
 ALLOWED = 0.1  # it may always grow to this one
 SMALL = 1e-3  # share of the way below which it becomes the largest one again
@@ -51,30 +66,50 @@ STILL = 1e-9  # of the robot's size; smaller changes are rounding
 
 
 @dataclass(frozen=True, slots=True)
+class Energy:
+    """The energy of the actuators as the objective of one plan weighs it.
+
+    Attributes:
+        weight: (n_a, n_a) matrix ε s W_aa of the unknown forces [m²/N²].
+        rho: (n_a,) stiffness along actuators in these, see `CondensedStep.efforts` [N/m].
+        origin: (n_a,) positions where that stiffness pulls nothing [m].
+    """
+
+    weight: Array
+    rho: Array
+    origin: Array
+
+    def of(self, efforts: Array, positions: Array) -> list[float]:
+        """Twice the energy of each of some efforts (s, n_a) at positions (s, n_a), of any plan [m²]."""
+        forces = efforts + self.rho * (positions - self.origin)  # (s, n_a)
+        found: list[float] = (forces @ self.weight @ forces.T).diagonal().tolist()
+        return found
+
+
+@dataclass(frozen=True, slots=True)
 class Objective:
-    """The objective of (T1) at the end of the horizon.
+    """Twice the objective of (T1) at the end of the horizon.
 
     Attributes:
         holding: where all actuators hold [m²].
-        before: the same for the goal of the decision before [m²].
+        relaxed: the same a tick later, if they held in it [m²].
+        before: that of holding for the goal of the decision before, with the weights of its plan [m²].
         planned: where they go to the plan [m²].
         share: of the way there that they go in the tick.
+        energy: how it weighs efforts; None: it does not.
     """
 
     holding: float
+    relaxed: float
     before: float
     planned: float
     share: float
-
-    @property
-    def gain(self) -> float:
-        """What all of the way would decrease it by [m²]."""
-        return self.holding - self.planned
+    energy: Energy | None = None
 
     @property
     def predicted(self) -> float:
         """Decrease in the tick, as the first order has it [m²]."""
-        return self.share * self.gain
+        return self.share * (self.holding - self.planned)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +120,8 @@ class Damping:
         gamma: γ, weight on the change of the effectors relative to that on their distance from the target.
         change: (n_e + n_a,) predicted change d of the decision before, of effector rows and efforts as (T1)
             weighs them [m]; empty: none.
-        share: of the way to the plan that actuators go in a tick, 0 to 1.
+        share: of the way to the plan that actuators go in a tick, 0 to 1,
+        faded: and what is left of it where plans change nothing that counts, 0 to 1.
         most: largest share.
         grown: whether the share has not shrunk since it grew.
         objective: of the decision before; None: the goal has jumped.
@@ -98,6 +134,7 @@ class Damping:
     gamma: float
     change: Array
     share: float
+    faded: float
     most: float
     grown: bool
     objective: Objective | None
@@ -118,43 +155,48 @@ class Damping:
             return self.starting(goal)
         return replace(self, goal=goal)
 
+    def fading(self, change: Array, size: float) -> Damping:
+        """The damping of a decision whose plan changes effector rows and efforts so (n_e + n_a,) [m].
+
+        Args:
+            change: of its plan, see `change_of`.
+            size: of the robot [m].
+        """
+        settled = float(change @ change) <= (SETTLED * size) ** 2
+        faded = FADING * self.faded if settled else 1.0
+        return self if faded == self.faded else replace(self, faded=faded)
+
     def starting(self, goal: Array) -> Damping:
         """The same for a goal (n_v,) that nothing is known of: all of the way."""
-        return Damping(self.gamma, self.change, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, goal)
+        return Damping(self.gamma, self.change, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, goal)
 
 
 def undamped() -> Damping:
     """The start."""
     none = np.zeros(0)
-    return Damping(0.0, none, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, none)
+    return Damping(0.0, none, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, none)
 
 
 def adapted(damping: Damping, change: Array, size: float, objective: Objective) -> Damping:
     """The damping of the next decision.
 
     Args:
-        damping: of this one, see `Damping.towards`.
+        damping: of this one, see `Damping.towards` and `Damping.fading`.
         change: (n_e + n_a,) that this one predicts [m].
         size: of the robot [m].
         objective: that this one predicts.
     """
-    before, gamma = damping.change, damping.gamma
-    if len(before) == len(change) and float(before @ before) > (STILL * size) ** 2:
-        repeated = round(GRID * float(change @ before) / float(before @ before)) / GRID
-        if repeated < REVERSED:
-            growth = min(1.0 + REVERSED - repeated, LARGEST_GROWTH)
-            gamma = min((1.0 + gamma) * growth - 1.0, LARGEST)
-        elif repeated > REPEATED:
-            gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
-    last, share, most, grown = damping.objective, damping.share, damping.most, damping.grown
-    gain, still = objective.gain, (STILL * size) ** 2
+    gamma, last = _gamma_after(damping, change, size), damping.objective
+    share, most, grown = damping.share, damping.most, damping.grown
+    gain = objective.holding - objective.planned
     if last is None:
         return replace(damping, gamma=gamma, change=change, objective=objective, gain=gain)
-    if share < SMALL and gain > MORE * damping.gain + still:
+    still, settled = (STILL * size) ** 2, damping.faded < 1.0
+    if share < SMALL and not settled and gain > MORE * damping.gain + still:
         return replace(damping.starting(damping.goal), share=most, most=most)
-    actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
+    actual = damping.actual + RECENT * (last.relaxed - objective.before - damping.actual)
     predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
-    if predicted > still:
+    if predicted > still and not settled:
         if actual < POOR * predicted:
             if grown:
                 most = min(most, max(LOWERED * share, ALLOWED))
@@ -163,8 +205,22 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
             share, grown = min(GROWTH * share, most), True
     mean = damping.gain + RECENT * (gain - damping.gain)
     return Damping(
-        gamma, change, share, most, grown, objective, actual, predicted, mean, damping.goal
-    )
+        gamma, change, share, damping.faded, most, grown, objective, actual, predicted, mean,
+        damping.goal,
+    )  # fmt: skip
+
+
+def _gamma_after(damping: Damping, change: Array, size: float) -> float:
+    """The weight γ of the next decision; arguments as of `adapted`."""
+    before, gamma = damping.change, damping.gamma
+    if len(before) == len(change) and float(before @ before) > (STILL * size) ** 2:
+        repeated = round(GRID * float(change @ before) / float(before @ before)) / GRID
+        if repeated < REVERSED:
+            growth = min(1.0 + REVERSED - repeated, LARGEST_GROWTH)
+            return min((1.0 + gamma) * growth - 1.0, LARGEST)
+        if repeated > REPEATED:
+            return max((1.0 + gamma) * DECREASE - 1.0, 0.0)
+    return gamma
 
 
 def effort_scale(prepared: Prepared, weight: float) -> Array:
@@ -196,7 +252,14 @@ def change_of(prepared: Prepared, plan: Plan, aim: Aim, root: Array) -> Array:
 
 
 def objective_of(
-    prepared: Prepared, plan: Plan, aim: Aim, before: Array, root: Array, way: Array
+    prepared: Prepared,
+    plan: Plan,
+    aim: Aim,
+    weight: float,
+    way: Array,
+    effort: Array,
+    before: Array,
+    last: Objective | None,
 ) -> Objective:
     """What a plan predicts beside holding.
 
@@ -204,23 +267,43 @@ def objective_of(
         prepared: the step.
         plan: over the horizon.
         aim: targets and weights of the effector rows.
-        before: (n_e,) targets of the goal of the decision before.
-        root: (n_a,) of `effort_scale`.
+        weight: of the energy, ε s [m/N].
         way: (n_a,) of the actuators in the tick [m].
+        effort: (n_a,) of the actuators in it [N, Pa].
+        before: (n_e,) targets of the goal of the decision before.
+        last: objective of that decision; None: nothing is compared with it.
     """
-    layout, held, planned = prepared.held.step.layout, prepared.held, plan.predicted
-    effectors, actuators = layout.effectors, layout.actuators
-    here, there = held.delta[effectors], planned.delta[effectors]
-    effort, ahead = (root * held.effort).tolist(), (root * planned.effort).tolist()
-    whole = math.dist(planned.delta[actuators].tolist(), held.delta[actuators].tolist())
-    lengths = (  # whose squares may be infinite
-        math.hypot(*(aim.scale * (here - aim.target)).tolist(), *effort),
-        math.hypot(*(aim.scale * (here - before)).tolist(), *effort),
-        math.hypot(*(aim.scale * (there - aim.target)).tolist(), *ahead),
+    held, planned, step = prepared.held, plan.predicted, prepared.held.step
+    effectors, actuators = step.layout.effectors, step.layout.actuators
+    rho = np.zeros(len(held.effort)) if step.rho is None else step.rho
+    W = step.compliance.W[actuators, actuators]
+    energy = Energy(weight * W, rho, step.rows.actuators.delta)
+    here, there, kept = held.delta[effectors], planned.delta[effectors], held.delta[actuators]
+    later, force, rows = here, held.effort, step.rows.effectors
+    H, h = step.system.h, prepared.step.system.h
+    if h < H and rows is prepared.step.rows.effectors:  # a step over H, linearised here
+        later = here + (h / H) * (here - rows.delta)
+        force = force + (h / H) * (force - effort)
+    reached = planned.delta[actuators]
+    spent, spent_later, spent_there = energy.of(
+        np.array([held.effort, force, planned.effort]), np.array([kept, kept, reached])
     )
-    squares = [length * length for length in lengths]
-    share = min(math.hypot(*way.tolist()) / max(whole, 1e-300), 1.0)
-    return Objective(squares[0], squares[1], squares[2], share)
+    spent_before = spent
+    if last is not None and last.energy is not None:
+        (spent_before,) = last.energy.of(held.effort[None], kept[None])
+    lengths = (  # whose squares may be infinite
+        math.hypot(*(aim.scale * (here - aim.target)).tolist()),
+        math.hypot(*(aim.scale * (later - aim.target)).tolist()),
+        math.hypot(*(aim.scale * (here - before)).tolist()),
+        math.hypot(*(aim.scale * (there - aim.target)).tolist()),
+    )
+    away, relaxed, away_before, left = [length * length for length in lengths]
+    share = min(
+        math.hypot(*way.tolist()) / max(math.dist(reached.tolist(), kept.tolist()), 1e-300), 1.0
+    )
+    return Objective(
+        away + spent, relaxed + spent_later, away_before + spent_before, left + spent_there, share, energy
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

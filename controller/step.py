@@ -204,19 +204,18 @@ def decide(
         found = plan.predicted, position, plan.status, plan.certificate, plan.conflict
         return Decision(*found, none, plan, Carried(damping, carried.grasp, plan.cut))
     planned = Command(plan.predicted.delta[robot.layout.actuators], plan.predicted.effort)
-    wanted, reach = first_tick(
-        robot, planned, position, locks, prepared.forces.effort, damping.share
-    )
+    weight, last = settings.epsilon * prepared.scale, damping.objective
+    change = change_of(prepared, plan, aim, effort_scale(prepared, weight))
+    damping = damping.fading(change, robot.size)
+    share = damping.share * damping.faded
+    wanted, reach = first_tick(robot, planned, position, locks, prepared.forces.effort, share)
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
     after = tick.solved.prediction
-    root = effort_scale(prepared, settings.epsilon * prepared.scale)
-    change = change_of(prepared, plan, aim, root)
-    before = (
-        target if damping.objective is None else layout.row_targets(values, carried.damping.goal)
-    )
-    objective = objective_of(prepared, plan, aim, before, root, tick.position - position)
+    before = target if last is None else layout.row_targets(values, carried.damping.goal)
+    way = tick.position - position
+    objective = objective_of(prepared, plan, aim, weight, way, after.effort, before, last)
     certificate = replace(
         plan.certificate, deepest_gap=after.deepest_gap, extra_columns=len(after.step.extra)
     )
