@@ -37,6 +37,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from operator import mul
 
 import numpy as np
 
@@ -297,7 +298,7 @@ def objective_of(
         math.hypot(*(aim.scale * (here - before)).tolist()),
         math.hypot(*(aim.scale * (there - aim.target)).tolist()),
     )
-    away, relaxed, away_before, left = [length * length for length in lengths]
+    away, relaxed, away_before, left = map(mul, lengths, lengths)
     share = min(
         math.hypot(*way.tolist()) / max(math.dist(reached.tolist(), kept.tolist()), 1e-300), 1.0
     )

@@ -54,13 +54,9 @@ def target_values(target: Target, names: tuple[str, ...], kinds: tuple[EffectorK
         values = _joined(given, sizes) if isinstance(given, Sequence) else np.zeros(0)
     if values.shape == (sum(sizes),):
         return values
-    if values.shape == (len(names), 3) and _are_positions(kinds):
+    if values.shape == (len(names), 3) and set(sizes) == {3}:
         return values.ravel()
     raise ValueError(f"target: found {_shape_of(target)}, expected {_expected(names, kinds)}")
-
-
-def _are_positions(kinds: tuple[EffectorKind, ...]) -> bool:
-    return all(VALUES[kind] == 3 for kind in kinds)
 
 
 def _joined(target: Sequence[EffectorGoal] | Sequence[float], sizes: list[int]) -> Array:
@@ -91,10 +87,10 @@ def _shape_of(target: object) -> str:
 
 def _expected(names: tuple[str, ...], kinds: tuple[EffectorKind, ...]) -> str:
     """What a target is, for errors."""
-    if _are_positions(kinds):
+    sizes = [VALUES[kind] for kind in kinds]
+    if set(sizes) == {3}:
         if len(names) == 1:
             return f"shape (3,), the position of {names[0]} [m]"
         return f"shape ({len(names)}, 3), the positions of {', '.join(names)} [m]"
-    sizes = [VALUES[kind] for kind in kinds]
     goals = [f"{_GOALS[size]} for {name}" for name, size in zip(names, sizes, strict=True)]
     return f"{', '.join(goals)}, or shape ({sum(sizes)},), all values in a row"
