@@ -60,7 +60,7 @@ FADING = 0.9  # of the way that is gone, in a tick
 LOWERED = 0.5  # of a share with which decreases become poor, that it may grow to again;
 ALLOWED = 0.1  # it may always grow to this one
 SMALL = 1e-3  # share of the way below which it becomes the largest one again
-MORE = 2.0  # where the gain is this multiple of its mean
+MORE = 2.0  # where the gain is this multiple of its mean in two ticks
 RECENT = 0.2  # weight of the last tick in the mean of decreases
 JUMP = 1e-4  # of the robot's size: a goal that changes by more in a tick is another one
 STILL = 1e-9  # of the robot's size; smaller changes are rounding
@@ -193,7 +193,8 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
     if last is None:
         return replace(damping, gamma=gamma, change=change, objective=objective, gain=gain)
     still, settled = (STILL * size) ** 2, damping.faded < 1.0
-    if share < SMALL and not settled and gain > MORE * damping.gain + still:
+    twice = min(gain, last.holding - last.planned)
+    if share < SMALL and not settled and twice > MORE * damping.gain + still:
         return replace(damping.starting(damping.goal), share=most, most=most)
     actual = damping.actual + RECENT * (last.relaxed - objective.before - damping.actual)
     predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)

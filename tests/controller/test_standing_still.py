@@ -150,7 +150,9 @@ def test_ways_become_shorter_where_nothing_is_gained_until_something_is() -> Non
     assert after(damping, falling).share > 2.0 * damping.share
     small = after(damping, [2e-4, 2.01e-4] * 20)
     assert small.share < 1e-3
-    again = after(small, [2e-4], gain=1e-5)
+    once = after(after(small, [2e-4], gain=1e-5), [2e-4])
+    assert once.share < 1e-3, "a plan of another piece promises more in one tick"
+    again = after(small, [2e-4] * 2, gain=1e-5)
     assert again.share == again.most >= 0.1, "an obstacle has gone: much can be gained"
     damping = undamped()
     for k in range(10):  # as predicted
