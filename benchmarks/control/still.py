@@ -156,15 +156,17 @@ def bench_still(settings: StillSettings, stop: StopFlag, progress: Progress) -> 
     runs, orders = list[StillRun](), list[OrderRun]()
     share = 1.0 / (len(settings.robots) * len(settings.models))
     with one_blas_thread(), suppress(Interrupted):
-        for name in settings.robots:
-            for model in settings.models:
-                setup = load_setup(name, model=model)
-                for run in _robot_runs(setup, settings, stop):
-                    runs.append(run)
-                    progress(0.8 * share / (3 * settings.targets), f"{name}, {model}")
-                if settings.orders:
-                    orders.append(order_run(setup, settings.orders, settings.seed, stop))
-                progress(0.2 * share, f"{name}, {model}")
+        setups = [
+            load_setup(name, model=model) for name in settings.robots for model in settings.models
+        ]
+        for setup in setups:
+            what = f"{setup.robot.name}, {setup.order}"
+            for run in _robot_runs(setup, settings, stop):
+                runs.append(run)
+                progress(0.8 * share / (3 * settings.targets), what)
+            if settings.orders:
+                orders.append(order_run(setup, settings.orders, settings.seed, stop))
+            progress(0.2 * share, what)
     return StillBench(host_info(), settings, tuple(runs), tuple(orders), not stop.requested)
 
 
