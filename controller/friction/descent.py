@@ -6,6 +6,7 @@ import numpy as np
 
 from tauten.controller.friction.exact import TRIED
 from tauten.controller.friction.nearest import within_limits
+from tauten.controller.friction.path import displacement_scale
 from tauten.controller.friction.problem import EffortPoint
 from tauten.controller.friction.search import EffortSearch
 
@@ -14,6 +15,9 @@ LEAST = 1e-5  # of the objective, predicted gain below which a point counts as s
 WORTH = 0.05  # of the predicted gain that a step must bring
 GOOD = 0.5  # of the predicted gain, above which the trust region grows
 ON_PIECE = 6  # steps on the exact law, at most, from a point that is lower than holding
+ENDED = (
+    10.0  # of the way to the target, error of forces after a step beyond which its piece has ended
+)
 GONE = 1e-12  # of the objective of holding, below which there is nothing left to gain
 
 
@@ -35,7 +39,7 @@ def descend(
         at_least: of these, whatever the budget.
         brief: whether it ends where the piece does not go on, once it is lower than holding.
     """
-    best, trust = start, TRUST * search.span
+    best, trust, way = start, TRUST * search.span, displacement_scale(search, held)
     for number in range(forwards):
         spent = number >= at_least and search.budget.exhausted
         if spent or best.objective <= GONE * held.objective:
@@ -45,7 +49,7 @@ def descend(
             break
         better = best.objective < held.objective
         if brief:
-            found = search.along(best, step.change, ON_PIECE if better else TRIED)
+            found = search.along(best, step.change, ON_PIECE if better else TRIED, ENDED * way)
         else:
             found = search.exact(best.lam + step.change, best.r + best.slope @ step.change)
         if found is not None:

@@ -45,19 +45,24 @@ def exact_point(
         needed: whether the smoothed law is tried in any case.
     """
     begin, newton = budget.time.clock(), NEWTON if needed else TRIED
-    found, point, spent = point_at(contacts, arrays, lam, start, newton)
+    found, point, spent = point_at(contacts, arrays, lam, start, newton, np.inf)
     budget.count(spent, begin)
     if not found and (needed or (not budget.exhausted and budget.allows(SMOOTHED + TRIED))):
         begin = budget.time.clock()
         near, systems = smoothed_at(contacts, point.lam, start, wide)
-        found, point, spent = point_at(contacts, arrays, lam, near, newton)
+        found, point, spent = point_at(contacts, arrays, lam, near, newton, np.inf)
         budget.count(systems + spent, begin)
     return point if found else None
 
 
 @kernel
 def point_at(
-    contacts: InverseContacts, arrays: EffortArrays, lam: Array, start: Array, newton: int
+    contacts: InverseContacts,
+    arrays: EffortArrays,
+    lam: Array,
+    start: Array,
+    newton: int,
+    farthest: float,
 ) -> tuple[bool, EffortPoint, int]:
     """Whether the forces at efforts within their bounds are exact, the point there, and linear systems.
 
@@ -67,9 +72,10 @@ def point_at(
         lam: (n_a,) efforts.
         start: (3 m,) forces to start from.
         newton: steps on the exact law, at most.
+        farthest: error of the natural map at the start, beyond which none is taken.
     """
     within = np.minimum(np.maximum(lam, arrays.lb), arrays.ub)
-    error, r, systems = forces_at(contacts, within, start, newton)
+    error, r, systems = forces_at(contacts, within, start, newton, farthest)
     if not error <= contacts.exact:
         return False, EffortPoint(within, r, error, np.empty((0, 0)), np.inf, np.inf), systems
     slope = slope_at(contacts, within, r)
@@ -98,7 +104,7 @@ def smoothed_at(
 
 @kernel
 def forces_at(
-    contacts: InverseContacts, lam: Array, start: Array, newton: int
+    contacts: InverseContacts, lam: Array, start: Array, newton: int, farthest: float
 ) -> tuple[float, Array, int]:
     """Error of the natural map of the best forces found at efforts, these (3 m,), and linear systems.
 
@@ -107,10 +113,11 @@ def forces_at(
         lam: (n_a,) efforts.
         start: (3 m,) forces to start from; where they are exact they are returned.
         newton: steps on the exact law, at most.
+        farthest: error at the start, beyond which none is taken.
     """
     cones = cones_at(contacts, lam)
     before = error_of(cones, start)
-    if before <= contacts.exact:
+    if before <= contacts.exact or before > farthest:
         return before, start, 0
     error = PRECISELY * contacts.exact
     found = newton_forces(cones, start, error, contacts.exact, newton, bool(np.any(start)))

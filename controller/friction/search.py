@@ -108,17 +108,20 @@ class EffortSearch:
         arrays = self.program.arrays
         return exact_point(self.contacts, arrays, lam, start, self.budget, wide, needed)
 
-    def along(self, point: EffortPoint, change: Array, newton: int) -> EffortPoint | None:
+    def along(
+        self, point: EffortPoint, change: Array, newton: int, farthest: float
+    ) -> EffortPoint | None:
         """The exact point after a change of the efforts; None where steps on the exact law do not find it.
 
         Args:
             point: exact; its piece tells where they start.
             change: (n_a,) of the efforts.
             newton: steps, at most.
+            farthest: error of the natural map after the change on the piece, beyond which it has ended there.
         """
         ahead, begin = point.r + point.slope @ change, self.budget.time.clock()
         found, there, systems = point_at(
-            self.contacts, self.program.arrays, point.lam + change, ahead, newton
+            self.contacts, self.program.arrays, point.lam + change, ahead, newton, farthest
         )
         self.budget.count(systems, begin)
         return there if found else None

@@ -109,9 +109,11 @@ def pressed_block(mu: float, target: float, most: float) -> FrictionInverse:
 def exact_at(contacts: InverseContacts, lam: Array, start: Array | None = None) -> Array:
     """Exact forces (3 m,) at efforts."""
     first = np.zeros(len(contacts.q)) if start is None else start
-    error, r, _ = forces_at(contacts, lam, first, NEWTON)
+    error, r, _ = forces_at(contacts, lam, first, NEWTON, np.inf)
     if error > contacts.exact:
-        error, r, _ = forces_at(contacts, lam, smoothed_at(contacts, lam, first, WIDE)[0], NEWTON)
+        error, r, _ = forces_at(
+            contacts, lam, smoothed_at(contacts, lam, first, WIDE)[0], NEWTON, np.inf
+        )
     assert error <= contacts.exact
     return r
 
