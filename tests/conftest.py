@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import sys
 from collections import Counter
 from collections.abc import Generator
 from pathlib import Path
@@ -22,6 +23,9 @@ if (
 # The processes of the suite share the processor's cores; read by BLAS when numpy is imported.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ["MPLBACKEND"] = "Agg"
+# Else each of hundreds of processes would compile all modules again, and rewrite the assertions of all tests.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 EARLY = 0.8  # share of the suite in which files that wait for processes are begun
 MOST_CORES = 8  # that the suite uses; each process of it needs about half a gigabyte
