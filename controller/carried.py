@@ -19,9 +19,10 @@ objective of the plan before, with its weights and unknown forces: another one m
 A share with which it has not decreased is too large where the robot comes to rest: the share grows to half of
 it at most.
 
-A robot that relaxes changes what holding leads to, for seconds, whatever its actuators do. So the decrease
-is that from where holding for one tick would have led. The end q_H = q + H v₁ of a step of implicit Euler in
-which actuators hold, the same for their forces, changes by
+A robot that relaxes changes what holding leads to, for seconds, whatever its actuators do. So where holding
+for one tick would increase the objective, the decrease is that from there; where it would decrease it, that
+is due to a momentum that plans have given. The end q_H = q + H v₁ of a step of implicit Euler in which
+actuators hold, the same for their forces, changes by
 
     dq_H/dt = v₁ = (q_H − q) / H,   dλ_H/dt = (λ_H − λ) / H
 
@@ -196,7 +197,8 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
     twice = min(gain, last.holding - last.planned)
     if share < SMALL and not settled and twice > MORE * damping.gain + still:
         return replace(damping.starting(damping.goal), share=most, most=most)
-    actual = damping.actual + RECENT * (last.relaxed - objective.before - damping.actual)
+    start = max(last.holding, last.relaxed)
+    actual = damping.actual + RECENT * (start - objective.before - damping.actual)
     predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
     if predicted > still and not settled:
         if actual < POOR * predicted:

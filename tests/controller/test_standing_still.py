@@ -77,15 +77,24 @@ def test_a_force_on_the_tip_of_a_lightly_damped_robot_comes_to_rest() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param("finger", marks=pytest.mark.slow), "trunk", "diamond", "tripod"]
+    ("name", "most"),
+    [
+        pytest.param("finger", 0.15, marks=pytest.mark.slow),
+        *[("trunk", 0.15), ("diamond", 0.15), ("tripod", 0.15)],
+        ("pneumatic_finger", 0.8),
+    ],
 )
-def test_a_near_target_in_reach_is_reached(name: str) -> None:
-    """The energy of the actuators selects among equally good efforts, and does not hold the robot back."""
+def test_a_target_in_reach_is_reached(name: str, most: float) -> None:
+    """The energy of the actuators selects among equally good efforts, and does not hold the robot back.
+
+    On a long way the pneumatic finger's momentum decreased the objective, which was no merit of the plans
+    that had given it: ways became zero in the middle.
+    """
     setup = load_setup(name)
     robot, held = setup.robot, setup.robot.actuators.laws.held_by_force
     simulator = Simulator(robot, "none")
     simulator.settle_start()
-    share = 0.15 * np.linspace(1.0, 0.2, robot.n_a)
+    share = most * np.linspace(1.0, 0.2, robot.n_a)
     position = np.where(held, np.nan, share * robot.limits.farthest_position)
     effort = np.where(held, share * robot.limits.effort_max, np.nan)
     assert simulator.settle(position, effort).converged
@@ -94,7 +103,7 @@ def test_a_near_target_in_reach_is_reached(name: str) -> None:
     goal = simulator.effector_values
     away = robot.effector_layout.error(goal, controller.effector_values)
     assert away > 5e-4
-    for _ in range(100):
+    for _ in range(100 if most < 0.5 else 200):
         controller.step(goal)
     left = robot.effector_layout.error(controller.effector_values, goal)
     assert left < 1e-5 * away + 1e-6 * robot.size
