@@ -31,7 +31,8 @@ from tauten.controller.friction.problem import (
     inverse_contacts,
     normals_alone,
 )
-from tauten.controller.qpcc import Qpcc, Status, TimeLimit, solve_qpcc
+from tauten.controller.friction.search import effort_search
+from tauten.controller.qpcc import Budget, Qpcc, Status, TimeLimit, solve_qpcc
 from tauten.model.friction import linear_law, smoothed_law, velocities, widths
 from tauten.model.numerics import Array
 
@@ -191,6 +192,18 @@ def test_the_slope_of_a_piece_is_the_derivative_of_exact_forces(seed: int) -> No
         found = (exact_at(contacts, lam + t, r) - exact_at(contacts, lam - t, r)) / 2e-6
         u = contacts.W @ (found - slope[:, j])  # forces of redundant contacts are not unique
         assert np.abs(u).max() < 1e-4 * max(1.0, np.abs(contacts.W @ found).max())
+
+
+def test_no_system_is_solved_where_the_forces_after_a_step_tell_that_the_piece_has_ended() -> None:
+    search = effort_search(block(0.5, 2.0, 3.0), "daqp", Budget(100, TimeLimit()))
+    sticks = search.exact(np.array([0.6]), np.zeros(3))
+    assert sticks is not None
+    spent = search.budget.spent
+    assert search.along(sticks, np.array([1.0]), 15, farthest=0.3) is None
+    assert search.budget.spent == spent
+    slides = search.along(sticks, np.array([1.0]), 15, farthest=3.0)
+    assert slides is not None
+    np.testing.assert_allclose(slides.r, [2.0, -1.0, 0.0], atol=EXACT)
 
 
 @pytest.mark.parametrize("singles", [0, 3])
