@@ -41,11 +41,11 @@ def with_known_columns(step: CondensedStep, held: CondensedStep, pushed: Ints) -
         held: the same with the columns that joined in the hold, with friction unless no forces were found.
         pushed: slots of the unit columns that pushed in the last plan.
     """
-    joined = no_slots() if held.frictional else held.extra[len(step.extra) :]
+    joins = np.zeros(len(step.rows.contacts.slots), np.bool_)
+    joins[held.extra] = joins[step.rows.contacts.rows_of(pushed)] = True
     step = held if held.frictional else step
-    known = step.rows.contacts.rows_of(pushed)
-    joined = np.setdiff1d(np.union1d(joined, known), step.extra)
-    return step if len(joined) == 0 else step.with_unit_columns(joined)
+    joins[step.extra] = False
+    return step.with_unit_columns(np.flatnonzero(joins)) if joins.any() else step
 
 
 def pushed_slots(predicted: PredictedStep) -> Ints:

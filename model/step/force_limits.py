@@ -18,7 +18,7 @@ import numpy as np
 
 from tauten.model.contact import ContactSet, ForceBounds
 from tauten.model.contacts import ContactForces
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.step.condensed_step import CondensedStep
 from tauten.model.step.contact_space import ContactSpace
 from tauten.model.step.enrichment import PredictedStep
@@ -58,9 +58,14 @@ class LimitedPairs:
         margin = self.bounds.margin / self.friction if self.bounds.margin > 0.0 else 0.0
         return max(self.bounds.least, margin)
 
+    def among(self, pair: Ints) -> Bools:
+        """Which contacts (k,) are of these pairs, by the numbers (k,) of theirs."""
+        chosen: Bools = (pair[:, None] == self.pairs).any(axis=1)
+        return chosen
+
     def sums(self, found: ContactForces) -> tuple[float, float]:
         """Sums of the normal forces of the pairs and of their friction [N]."""
-        own = np.isin(found.contacts.pair, self.pairs)
+        own = self.among(found.contacts.pair)
         normal, at = found.normal_force[own], found.contacts.normal[own]
         across = (found.force[own] - normal[:, None] * at).sum(axis=0)
         return float(normal.sum()), float(np.linalg.norm(across))
@@ -109,7 +114,7 @@ class ForceLimits:
             limited: the pairs.
         """
         contacts, modes = step.rows.contacts.found, step.reduced.modes
-        chosen = np.isin(contacts.pair, limited.pairs)
+        chosen = limited.among(contacts.pair)
         by_basis = contacts.slots[chosen & (contacts.friction == 0.0)]
         row = np.zeros(len(step.compliance) - step.layout.contacts.start)
         row[: len(modes)] = self.Psi[by_basis][:, modes].sum(axis=0)
@@ -226,7 +231,7 @@ def friction_sums(step: CondensedStep, limited: LimitedPairs) -> Array:
     """
     contacts = step.rows.contacts.found
     rows = np.zeros((DIRECTIONS, len(step.compliance) - step.layout.contacts.start))
-    own = np.flatnonzero(np.isin(contacts.pair[step.extra], limited.pairs))
+    own = np.flatnonzero(limited.among(contacts.pair[step.extra]))
     if len(own) == 0 or not step.frictional:
         return rows
     touching = contacts.at(step.extra[own])
