@@ -19,10 +19,10 @@ objective of the plan before, with its weights and unknown forces: another one m
 A share with which it has not decreased is too large where the robot comes to rest: the share grows to half of
 it at most.
 
-A robot that relaxes changes what holding leads to, for seconds, whatever its actuators do. So where holding
-for one tick would increase the objective, the decrease is that from there; where it would decrease it, that
-is due to a momentum that plans have given. The end q_H = q + H v₁ of a step of implicit Euler in which
-actuators hold, the same for their forces, changes by
+A robot that relaxes changes what holding leads to, for seconds, whatever its actuators do. So the decrease is
+also counted from where holding for one tick would have led, and the mean of the two that is larger counts:
+where holding alone decreases the objective, that is due to a momentum that plans have given. The end
+q_H = q + H v₁ of a step of implicit Euler in which actuators hold, the same for their forces, changes by
 
     dq_H/dt = v₁ = (q_H − q) / H,   dλ_H/dt = (λ_H − λ) / H
 
@@ -127,7 +127,8 @@ class Damping:
         most: largest share.
         grown: whether the share has not shrunk since it grew.
         objective: of the decision before; None: the goal has jumped.
-        actual: mean decrease of the objective of holding in a tick [m²].
+        actual: mean decrease of the objective of holding in a tick [m²],
+        apart: and from where holding for the tick would have led, see `Objective.relaxed` [m²].
         predicted: mean of what plans predicted [m²].
         gain: mean of what all of the way would decrease it by [m²].
         goal: (n_v,) of the decision before; empty: none.
@@ -141,6 +142,7 @@ class Damping:
     grown: bool
     objective: Objective | None
     actual: float
+    apart: float
     predicted: float
     gain: float
     goal: Array
@@ -170,13 +172,13 @@ class Damping:
 
     def starting(self, goal: Array) -> Damping:
         """The same for a goal (n_v,) that nothing is known of: all of the way."""
-        return Damping(self.gamma, self.change, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, goal)
+        return Damping(self.gamma, self.change, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, 0.0, goal)
 
 
 def undamped() -> Damping:
     """The start."""
     none = np.zeros(0)
-    return Damping(0.0, none, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, none)
+    return Damping(0.0, none, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, 0.0, none)
 
 
 def adapted(damping: Damping, change: Array, size: float, objective: Objective) -> Damping:
@@ -197,19 +199,19 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
     twice = min(gain, last.holding - last.planned)
     if share < SMALL and not settled and twice > MORE * damping.gain + still:
         return replace(damping.starting(damping.goal), share=most, most=most)
-    start = max(last.holding, last.relaxed)
-    actual = damping.actual + RECENT * (start - objective.before - damping.actual)
+    actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
+    apart = damping.apart + RECENT * (last.relaxed - objective.before - damping.apart)
     predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
     if predicted > still and not settled:
-        if actual < POOR * predicted:
+        if max(actual, apart) < POOR * predicted:
             if grown:
                 most = min(most, max(LOWERED * share, ALLOWED))
             share, grown = min(SHRINKAGE * share, most), False
-        elif actual > GOOD * predicted:
+        elif max(actual, apart) > GOOD * predicted:
             share, grown = min(GROWTH * share, most), True
     mean = damping.gain + RECENT * (gain - damping.gain)
     return Damping(
-        gamma, change, share, damping.faded, most, grown, objective, actual, predicted, mean,
+        gamma, change, share, damping.faded, most, grown, objective, actual, apart, predicted, mean,
         damping.goal,
     )  # fmt: skip
 

@@ -186,6 +186,16 @@ def test_what_relaxing_adds_to_the_objective_does_not_shorten_ways() -> None:
     assert damping.share < 1e-3
 
 
+def test_a_robot_that_goes_to_and_fro_by_itself_gains_nothing() -> None:
+    """Holding leads back and forth, as each tick predicts: two fingers of a gripper trembled by 0.1 µm."""
+    damping, gain = undamped().towards(np.zeros(3), 0.1), 1e-6
+    for tick in range(60):
+        held, other = (1e-4, 1e-4 + gain) if tick % 2 else (1e-4 + gain, 1e-4)
+        planned = Objective(held, other, held, held - gain, damping.share)
+        damping = adapted(damping, np.array([1e-3]), 0.1, planned)
+    assert damping.share < 1e-2
+
+
 def test_ways_fade_where_plans_change_nothing_that_counts() -> None:
     """Redundant cables would share their forces anew for minutes after the effectors have stopped."""
     damping, held, small = undamped().towards(np.zeros(3), 0.1), 1e-10, np.array([2e-7])
