@@ -15,7 +15,7 @@ LEAST = 1e-5  # of the objective, predicted gain below which a point counts as s
 WORTH = 0.05  # of the predicted gain that a step must bring
 GOOD = 0.5  # of the predicted gain, above which the trust region grows
 ON_PIECE = 6  # steps on the exact law, at most, from a point that is lower than holding
-ENDED = 20.0  # of the way to the target, error of forces after a step, beyond which its piece ends
+ENDED = 50.0  # of the way to the target, error of forces after a step, beyond which its piece ends
 GONE = 1e-12  # of the objective of holding, below which there is nothing left to gain
 
 
