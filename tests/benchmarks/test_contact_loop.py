@@ -64,4 +64,5 @@ def test_a_cube_that_is_heavier_and_more_slippery_than_believed_is_lifted(
 def test_decisions_that_count_on_less_friction_lose_less_of_a_slippery_cube() -> None:
     bench = LiftBench(steps=1)
     most, least = (bench.with_reserve(*reserve).run for reserve in ((0.8, 0.0), (0.66, 0.0)))
-    assert least.held and least.end_mm < 1.0 < most.end_mm
+    assert least.held and least.end_mm < 1.0
+    assert least.end_mm < 0.7 * most.end_mm
