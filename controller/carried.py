@@ -109,9 +109,14 @@ class Objective:
     energy: Energy | None = None
 
     @property
+    def gain(self) -> float:
+        """What all of the way would decrease it by [m²]."""
+        return self.holding - self.planned
+
+    @property
     def predicted(self) -> float:
         """Decrease in the tick, as the first order has it [m²]."""
-        return self.share * (self.holding - self.planned)
+        return self.share * self.gain
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,22 +197,23 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
     """
     gamma, last = _gamma_after(damping, change, size), damping.objective
     share, most, grown = damping.share, damping.most, damping.grown
-    gain = objective.holding - objective.planned
+    gain = objective.gain
     if last is None:
         return replace(damping, gamma=gamma, change=change, objective=objective, gain=gain)
     still, settled = (STILL * size) ** 2, damping.faded < 1.0
-    twice = min(gain, last.holding - last.planned)
+    twice = min(gain, last.gain)
     if share < SMALL and not settled and twice > MORE * damping.gain + still:
         return replace(damping.starting(damping.goal), share=most, most=most)
     actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
     apart = damping.apart + RECENT * (last.relaxed - objective.before - damping.apart)
     predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
     if predicted > still and not settled:
-        if max(actual, apart) < POOR * predicted:
+        decrease = max(actual, apart)
+        if decrease < POOR * predicted:
             if grown:
                 most = min(most, max(LOWERED * share, ALLOWED))
             share, grown = min(SHRINKAGE * share, most), False
-        elif max(actual, apart) > GOOD * predicted:
+        elif decrease > GOOD * predicted:
             share, grown = min(GROWTH * share, most), True
     mean = damping.gain + RECENT * (gain - damping.gain)
     return Damping(
@@ -229,30 +235,18 @@ def _gamma_after(damping: Damping, change: Array, size: float) -> float:
     return gamma
 
 
-def effort_scale(prepared: Prepared, weight: float) -> Array:
-    """What makes efforts (n_a,) lengths as (T1) weighs them [m/N].
-
-    Args:
-        prepared: the step.
-        weight: of the energy, ε s [m/N].
-    """
-    step = prepared.held.step
-    scale: Array = np.sqrt(weight * step.compliance.W.diagonal()[step.layout.actuators])
-    return scale
-
-
-def change_of(prepared: Prepared, plan: Plan, aim: Aim, root: Array) -> Array:
+def change_of(prepared: Prepared, plan: Plan, aim: Aim, weight: float) -> Array:
     """How a plan differs from holding: (n_e + n_a,) [m], effector rows and efforts as (T1) weighs them.
 
     Args:
         prepared: the step.
         plan: over the horizon.
         aim: targets and weights of the effector rows.
-        root: (n_a,) of `effort_scale`.
+        weight: of the energy, ε s [m/N].
     """
-    held, planned = prepared.held, plan.predicted
-    there = planned.delta[held.step.layout.effectors]  # (n_e,)
-    moved = aim.scale * (there - plan.held_to)
+    held, planned, layout = prepared.held, plan.predicted, prepared.held.step.layout
+    root = np.sqrt(weight * held.step.compliance.W.diagonal()[layout.actuators])  # (n_a,) [m/N]
+    moved = aim.scale * (planned.delta[layout.effectors] - plan.held_to)
     pulled = root * (planned.effort - held.effort)
     return np.concatenate([moved, pulled])
 

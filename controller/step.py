@@ -23,7 +23,6 @@ from tauten.controller.carried import (
     Carried,
     adapted,
     change_of,
-    effort_scale,
     nothing_carried,
     objective_of,
 )
@@ -205,7 +204,7 @@ def decide(
         return Decision(*found, none, plan, Carried(damping, carried.grasp, plan.cut))
     planned = Command(plan.predicted.delta[robot.layout.actuators], plan.predicted.effort)
     weight, last = settings.epsilon * prepared.scale, damping.objective
-    change = change_of(prepared, plan, aim, effort_scale(prepared, weight))
+    change = change_of(prepared, plan, aim, weight)
     damping = damping.fading(change, robot.size)
     share = damping.share * damping.faded
     wanted, reach = first_tick(robot, planned, position, locks, prepared.forces.effort, share)

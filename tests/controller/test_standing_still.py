@@ -87,8 +87,8 @@ def test_a_force_on_the_tip_of_a_lightly_damped_robot_comes_to_rest() -> None:
 def test_a_target_in_reach_is_reached(name: str, most: float) -> None:
     """The energy of the actuators selects among equally good efforts, and does not hold the robot back.
 
-    On a long way the pneumatic finger's momentum decreased the objective, which was no merit of the plans
-    that had given it: ways became zero in the middle.
+    On a long way the pneumatic finger's momentum decreases the objective. Where that was not counted for
+    the plans that had given the momentum, ways became zero in the middle.
     """
     setup = load_setup(name)
     robot, held = setup.robot, setup.robot.actuators.laws.held_by_force
