@@ -9,6 +9,7 @@ import viser
 
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook
+from tauten.service.view.picture import Arrows
 
 COLOUR = (200, 30, 130)
 
@@ -36,7 +37,7 @@ class HandPull:
         self._scene, self._look = scene, look
         self._pull: tuple[Array, Array] | None = None  # grip and mouse (3,) [m]
         self._effector: int | None = None
-        self._arrow: viser.ArrowsHandle | None = None
+        self._arrow = Arrows(scene, "/push", COLOUR, look.robot.size, (0.006, 0.014, 0.03))
         self._number: viser.LabelHandle | None = None
         for skin in skins:
             skin.on_drag("left", modifier="cmd/ctrl")(self._dragged)
@@ -68,23 +69,17 @@ class HandPull:
             force: (3,) on it [N].
         """
         if position is None or force is None:
-            if self._arrow is not None and self._number is not None:
-                self._arrow.remove()
-                self._number.remove()
-            self._arrow = self._number = None
+            self._arrow.draw(np.zeros((0, 2, 3), np.float32))
+            if self._number is not None:
+                self._number.visible = False
             return
-        size, strength = self._look.robot.size, float(np.linalg.norm(force))
-        tip = position + 0.2 * size * force / max(strength, 1e-12)
-        ends, text = np.stack([position, tip])[None].astype(np.float32), f"{strength:.2g} N"
-        if self._arrow is not None and self._number is not None:
-            self._arrow.points = ends
-            self._number.position, self._number.text = tip, text
-            return
-        self._arrow = self._scene.add_arrows(
-            "/push", ends, COLOUR, shaft_radius=0.006 * size, head_radius=0.014 * size,
-            head_length=0.03 * size,
-        )  # fmt: skip
-        self._number = self._scene.add_label("/push_number", text, position=tip)
+        strength = float(np.linalg.norm(force))
+        tip = position + 0.2 * self._look.robot.size * force / max(strength, 1e-12)
+        self._arrow.draw(np.stack([position, tip])[None].astype(np.float32))
+        if self._number is None:
+            self._number = self._scene.add_label("/push_number", "")
+        self._number.position, self._number.text = tip, f"{strength:.2g} N"
+        self._number.visible = True
 
     async def _dragged(self, event: viser.SceneNodeDragEvent[viser.MeshHandle]) -> None:
         if event.phase == "end":

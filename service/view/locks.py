@@ -51,8 +51,7 @@ class LockPanel:
         for i, slider in self._sliders.items():
             one, box = self._actuators[i], self._boxes[i]
             is_locked = one.name in locked
-            if box.value != is_locked:
-                box.value = is_locked  # type: ignore[misc]  # viser types it so
+            box.value = is_locked  # type: ignore[misc]  # viser types it so
             if is_locked:
                 continue
             shown = one.kind.position.scale * float(position[i])

@@ -70,7 +70,6 @@ class ViewPanel:
         """
         self._requests: SimpleQueue[Request] = SimpleQueue()
         self._scrubbed: float | None = None
-        self._words = Words()
         self.for_all: dict[str, frozenset[bool | str]] = {}
         self._notices: dict[int, viser.GuiHtmlHandle] = {}
         gui, effectors = server.gui, look.robot.effectors
@@ -155,7 +154,7 @@ class ViewPanel:
 
     def show_follow(self, armed: bool) -> None:
         """Show whether *follow* is on."""
-        if self._follow is not None and self._follow.value != armed:
+        if self._follow is not None:
             self._follow.value = armed  # type: ignore[misc]  # viser types it so
 
     def requests(self) -> Iterator[Request]:
@@ -169,8 +168,7 @@ class ViewPanel:
 
     def pause(self, paused: bool) -> None:
         """Show whether time stands still."""
-        if self._pause.value != paused:
-            self._pause.value = paused  # type: ignore[misc]  # viser types it so
+        self._pause.value = paused  # type: ignore[misc]  # viser types it so
 
     @property
     def speed(self) -> float:
@@ -220,13 +218,8 @@ class ViewPanel:
             shown: the time that is shown [s].
         """
         first, last = round(first, 2), max(round(last, 2), round(first, 2) + 0.02)
-        if self._slider.min != first:
-            self._slider.min = first
-        if self._slider.max != last:
-            self._slider.max = last
-        shown = min(max(shown, first), last)
-        if self._slider.value != shown:
-            self._slider.value = shown  # type: ignore[misc]  # viser types it so
+        self._slider.min, self._slider.max = first, last
+        self._slider.value = min(max(shown, first), last)  # type: ignore[misc]  # viser types it so
 
     def show_progress(self, found: ReachSet) -> None:
         """Show how much of the reach is known, and whether the effector has one."""
@@ -234,9 +227,7 @@ class ViewPanel:
 
     def say(self, words: Words) -> None:
         """Show a text."""
-        if words != self._words:
-            self._words = words
-            self._status.content = words.html
+        self._status.content = words.html
 
     def show_onlookers(self, onlookers: dict[int, viser.ClientHandle]) -> None:
         """Say to browsers that they look on, and what works there."""

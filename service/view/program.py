@@ -174,13 +174,10 @@ class WaypointProgram:
             self._chosen.options = options
         if chosen not in options:
             chosen = options[-1]
-        if self._chosen.value != chosen:
-            self._chosen.value = chosen  # type: ignore[misc]  # viser types it so
+        self._chosen.value = chosen  # type: ignore[misc]  # viser types it so
 
     def _say(self, words: str) -> None:
-        content = Words(advice=words).html
-        if self._words.content != content:
-            self._words.content = content
+        self._words.content = Words(advice=words).html
 
     def _buttons(self, names: tuple[str, ...], hint: str) -> None:
         async def callback(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:

@@ -99,9 +99,7 @@ class Viewing:
         scene.show_skin(not strained)
         self._skin.draw(frame.geometry.vertices if strained else None)
         self._numbers.draw(frame if forces else None)
-        content = strain_bar(self._skin.end) if strained else ""
-        if self._bar.content != content:
-            self._bar.content = content
+        self._bar.content = strain_bar(self._skin.end) if strained else ""
 
     def show_progress(self, found: ReachSet, possible: bool) -> None:
         """Show how much of the reach is known.
@@ -112,12 +110,9 @@ class Viewing:
         """
         if self._reach is None:
             return
-        if self._reach.disabled == possible:
-            self._reach.disabled = not possible
+        self._reach.disabled = not possible
         part = f" {len(found.points)}/{found.wanted}" if found.wanted else " …"
         if found.failed:
             part = " failed"
         done = found.complete and not found.failed
-        label = "reach" + (part if possible and self.shows_reach and not done else "")
-        if self._reach.label != label:
-            self._reach.label = label
+        self._reach.label = "reach" + (part if possible and self.shows_reach and not done else "")

@@ -1,5 +1,6 @@
 """The picture of a robot in the browser: skin, actuators, surroundings, and where one looks from."""
 
+from tauten.service.view.picture.arrows import Arrows
 from tauten.service.view.picture.cameras import (
     FIELD_OF_VIEW,
     PRESETS,
@@ -17,6 +18,7 @@ from tauten.service.view.picture.strain import StrainSkin, strain_bar
 from tauten.service.view.picture.surroundings import above, scale_text
 
 __all__ = [
+    "Arrows",
     "FIELD_OF_VIEW",
     "ForceNumbers",
     "PRESETS",

@@ -1,6 +1,6 @@
 """How actuators are drawn: cables with their springs, chambers, forces, drives and slides.
 
-A drawing is made once for each actuator and updated with each frame; nothing is sent while nothing changes.
+A drawing is made once for each actuator and updated with each frame; viser sends what has changed.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import viser
 from tauten.model import ActuatorKind, Floats
 from tauten.model.numerics import Array, Ints
 from tauten.service.frames import RobotLook
+from tauten.service.view.picture.arrows import Arrows
 from tauten.service.wire import DescribedActuator
 
 Colour = tuple[int, int, int]
@@ -28,6 +29,7 @@ LEVELS = 16  # of a colour: nothing is sent while the level remains
 _SLENDER = 0.15  # largest width that is counted, as a share of the robot's size
 _THIN, _THICK = 0.06, 0.15  # thickness of a cable, as a share of the robot's width
 _ARROW = 0.2  # length of the arrow of the largest force, as a share of the robot's size
+_LEAST = 0.01  # share of that force below which no arrow is drawn
 _RADIUS = 0.12  # of the arc of a drive, as a share of the robot's size
 _ARC = 24  # pieces of the arc of an angle
 _COILS = 6
@@ -64,7 +66,7 @@ def drawings_of(scene: viser.SceneApi, look: RobotLook) -> list[tuple[int, Drawi
             if actuator.flexibility > 0.0:
                 found.append((i, _Spring(scene, look, actuator)))
         elif actuator.kind is ActuatorKind.FORCE:
-            found.append((i, _Force(scene, look, actuator, count)))
+            found.append((i, _Force(scene, look, actuator)))
         else:
             found.append((i, _Drive(scene, look, actuator, count)))
     return found
@@ -76,7 +78,7 @@ class _Cable:
     def __init__(
         self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, count: int
     ) -> None:
-        self._actuator, self._width, self._level = actuator, width_of(look), -1
+        self._actuator, self._width = actuator, width_of(look)
         self._handle = scene.add_line_segments(
             f"/actuators/{actuator.name}",
             np.zeros((count, 2, 3), np.float32),
@@ -87,12 +89,10 @@ class _Cable:
     def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
         handle = self._handle
         handle.points = segments
-        level = round(effort_share(self._actuator, effort) * LEVELS)
-        if level != self._level:
-            self._level = level
-            colour = np.array(cable_colour(level / LEVELS), np.uint8)
-            handle.colors = np.tile(colour, (len(segments), 2, 1))
-            handle.thickness = self._width * (_THIN + (_THICK - _THIN) * level / LEVELS)
+        share = round(effort_share(self._actuator, effort) * LEVELS) / LEVELS
+        colour = np.array(cable_colour(share), np.uint8)
+        handle.colors = np.tile(colour, (len(segments), 2, 1))
+        handle.thickness = self._width * (_THIN + (_THICK - _THIN) * share)
 
 
 class _Spring:
@@ -119,7 +119,7 @@ class _Chamber:
         self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, triangles: Ints
     ) -> None:
         # opaque: what is transparent may be hidden by the skin around it
-        self._actuator, self._level = actuator, 0
+        self._actuator = actuator
         self._used, corners = np.unique(triangles, return_inverse=True)
         self._handle = scene.add_mesh_simple(
             f"/actuators/{actuator.name}", look.vertices[self._used],
@@ -129,35 +129,24 @@ class _Chamber:
 
     def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
         self._handle.vertices = vertices[self._used]
-        share = effort_share(self._actuator, effort)
-        level = round(share * LEVELS) * (1 if effort >= 0.0 else -1)
-        if level != self._level:
-            self._level = level
-            self._handle.color = chamber_colour(level / LEVELS)
+        share = round(effort_share(self._actuator, effort) * LEVELS) / LEVELS
+        self._handle.color = chamber_colour(share if effort >= 0.0 else -share)
 
 
 class _Force:
     """An arrow from each point of action, as long as the force is large."""
 
-    def __init__(
-        self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, count: int
-    ) -> None:
-        self._actuator, self._length = actuator, _ARROW * look.robot.size
-        self._handle = scene.add_arrows(
-            f"/actuators/{actuator.name}", np.zeros((count, 2, 3), np.float32), FORCE,
-            shaft_radius=0.006 * look.robot.size, head_radius=0.014 * look.robot.size,
-            head_length=0.03 * look.robot.size, visible=False,
-        )  # fmt: skip
+    def __init__(self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator) -> None:
+        size, name = look.robot.size, f"/actuators/{actuator.name}"
+        self._actuator, self._length = actuator, _ARROW * size
+        self._arrows = Arrows(scene, name, FORCE, size, (0.006, 0.014, 0.03))
 
     def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
         share = effort_share(self._actuator, effort) * (1.0 if effort >= 0.0 else -1.0)
-        seen = abs(share) > 0.01
-        if self._handle.visible != seen:
-            self._handle.visible = seen
-        if seen:
-            starts = segments[:, 0]
-            along = (segments[:, 1] - starts) * np.float32(share * self._length)
-            self._handle.points = np.stack([starts, starts + along], axis=1)
+        starts = segments[:, 0]
+        along = (segments[:, 1] - starts) * np.float32(share * self._length)
+        arrows = np.stack([starts, starts + along], axis=1)  # (s, 2, 3)
+        self._arrows.draw(arrows if abs(share) > _LEAST else arrows[:0])
 
 
 class _Drive:

@@ -14,6 +14,7 @@ from tauten.model import Floats, PushingContacts
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.view.picture.actuators import LINES, TIGHT, effort_share
+from tauten.service.view.picture.arrows import Arrows
 
 _MOST = 6  # contact forces with a number
 _APART = 0.12  # between them, as a share of the robot's size: numbers do not cover each other
@@ -35,7 +36,7 @@ class ForceNumbers:
         """Add nothing yet."""
         self._scene, self._look = scene, look
         self._labels: dict[str, viser.LabelHandle] = {}
-        self._arrows: viser.ArrowsHandle | None = None
+        self._arrows = Arrows(scene, "/efforts", TIGHT, look.robot.size, (0.005, 0.012, 0.025))
         self._cones: viser.MeshHandle | None = None
 
     def draw(self, frame: ViewFrame | None) -> None:
@@ -56,27 +57,8 @@ class ForceNumbers:
             if label is None:
                 self._labels[name] = self._scene.add_label(name, text, position=position)
                 continue
-            label.position = position
-            if label.text != text:
-                label.text = text
-        self._draw_arrows(arrows)
-
-    def _draw_arrows(self, arrows: list[Array]) -> None:
-        if self._arrows is not None and (
-            len(arrows) == 0 or len(arrows) != len(self._arrows.points)
-        ):
-            self._arrows.remove()
-            self._arrows = None
-        if not arrows:
-            return
-        points, size = np.array(arrows, np.float32), self._look.robot.size
-        if self._arrows is not None:
-            self._arrows.points = points
-            return
-        self._arrows = self._scene.add_arrows(
-            "/efforts", points, TIGHT, shaft_radius=0.005 * size, head_radius=0.012 * size,
-            head_length=0.025 * size,
-        )  # fmt: skip
+            label.position, label.text = position, text
+        self._arrows.draw(np.array(arrows, np.float32))
 
     def _of_actuators(self, frame: ViewFrame) -> tuple[dict[str, tuple[str, Array]], list[Array]]:
         """Numbers at the first point of each actuator; arrows along cables, out of the robot."""
@@ -129,9 +111,7 @@ class ForceNumbers:
                 "/cones", vertices, triangles, color=_CONE_COLOUR, wireframe=True, cast_shadow=False,
                 receive_shadow=False,
             )  # fmt: skip
-        self._cones.vertices = vertices
-        if not self._cones.visible:
-            self._cones.visible = True
+        self._cones.vertices, self._cones.visible = vertices, True
 
 
 def contact_numbers(contacts: PushingContacts, chosen: list[int]) -> dict[str, tuple[str, Array]]:

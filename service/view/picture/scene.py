@@ -12,6 +12,7 @@ from tauten.model import Floats, PushingContacts
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.view.picture.actuators import drawings_of
+from tauten.service.view.picture.arrows import Arrows
 from tauten.service.view.picture.cameras import place_first
 from tauten.service.view.picture.directions import upwards
 from tauten.service.view.picture.surroundings import draw_surroundings
@@ -66,7 +67,10 @@ class RobotScene:
                 receive_shadow=False, visible=False,
             )  # fmt: skip
         self._drawings = drawings_of(scene, look)
-        self._arrows: dict[str, viser.ArrowsHandle] = {}
+        self._arrows = [
+            Arrows(scene, name, colour, size, (0.004, 0.009, 0.02))
+            for name, colour in (("/contacts", CONTACT), ("/contacts_that_slide", SLIDES))
+        ]
         self._effectors = [
             scene.add_icosphere(f"/effectors/{one.name}", 0.012 * size, EFFECTOR, subdivisions=2)
             for one in robot.effectors
@@ -123,12 +127,11 @@ class RobotScene:
     def show_skin(self, shown: bool) -> None:
         """Show or hide the skins in one colour each."""
         for skin in self.skins:
-            if skin.visible != shown:
-                skin.visible = shown
+            skin.visible = shown
 
     def show_ghost(self, shown: bool) -> None:
         """Show or hide the model beside the robot."""
-        if self._ghost is not None and self._ghost.visible != shown:
+        if self._ghost is not None:
             self._ghost.visible = shown
 
     def place_gizmos(self, values: Array) -> None:
@@ -145,8 +148,7 @@ class RobotScene:
     def show_gizmos(self, shown: bool) -> None:
         """Show gizmos, or hide them while the past is shown."""
         for gizmo in self.gizmos.values():
-            if gizmo.visible != shown:
-                gizmo.visible = shown
+            gizmo.visible = shown
 
     def on_drag(self, moved: Callable[[int, Array], None]) -> None:
         """Call a function with the effector's number and goal values (v,) when a gizmo is dragged."""
@@ -178,23 +180,8 @@ class RobotScene:
         drawn = contacts.forces * (_ARROW * size / self._largest)
         points = np.stack([contacts.points - drawn, contacts.points], axis=1).astype(np.float32)
         slides = contacts.sliding & (contacts.friction > 0.0)
-        for name, colour, chosen in (
-            ("/contacts", CONTACT, ~slides),
-            ("/contacts_that_slide", SLIDES, slides),
-        ):
-            arrows, own = self._arrows.get(name), points[chosen]
-            if len(own) == 0:
-                if arrows is not None:
-                    arrows.visible = False
-            elif arrows is None:
-                self._arrows[name] = self._scene.add_arrows(
-                    name, own, colour, shaft_radius=0.004 * size, head_radius=0.009 * size,
-                    head_length=0.02 * size,
-                )  # fmt: skip
-            else:
-                arrows.points = own
-                if not arrows.visible:
-                    arrows.visible = True
+        for arrows, chosen in zip(self._arrows, (~slides, slides), strict=True):
+            arrows.draw(points[chosen])
 
 
 class _Trail:
@@ -210,13 +197,9 @@ class _Trail:
     def draw(self, positions: Array) -> None:
         """Show a line through positions (m, 3) [m]; pieces to those that are not finite are left out."""
         pieces = line_pieces(positions)
-        if pieces is None:
-            if self._handle.visible:
-                self._handle.visible = False
-            return
-        self._handle.points = pieces
-        if not self._handle.visible:
-            self._handle.visible = True
+        self._handle.visible = pieces is not None
+        if pieces is not None:
+            self._handle.points = pieces
 
 
 def line_pieces(points: Array) -> Floats | None:
@@ -233,8 +216,7 @@ def line_pieces(points: Array) -> Floats | None:
 def _show_at(sphere: viser.IcosphereHandle, position: Array) -> None:
     """Show a sphere at a position (3,) [m]; nowhere where it is not finite."""
     seen = bool(np.isfinite(position).all())
-    if sphere.visible != seen:
-        sphere.visible = seen
+    sphere.visible = seen
     if seen:
         sphere.position = position
 

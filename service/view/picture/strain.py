@@ -41,8 +41,7 @@ class StrainSkin:
         """
         if vertices is None:
             for band in self._bands:
-                if band.visible:
-                    band.visible = False
+                band.visible = False
             return
         strain = largest_strain(self._vertices, vertices, self._triangles)
         if len(strain):
@@ -52,8 +51,7 @@ class StrainSkin:
             self._bands = [self._added(i, vertices) for i in range(len(COLOURS))]
         for i, band in enumerate(self._bands):
             own = self._triangles[level == i]
-            if band.visible != (len(own) > 0):
-                band.visible = len(own) > 0
+            band.visible = len(own) > 0
             if len(own):
                 band.faces, band.vertices = own.astype(np.uint32), vertices
 

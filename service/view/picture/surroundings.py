@@ -9,6 +9,7 @@ from viser import transforms
 
 from tauten.model.numerics import Array, Ints
 from tauten.service.frames import RobotLook
+from tauten.service.view.picture.arrows import Arrows
 from tauten.service.view.picture.directions import WEIGHTLESS, sideways, upwards
 from tauten.service.view.picture.round_numbers import rounded_down
 
@@ -131,8 +132,6 @@ def _draw_gravity(scene: viser.SceneApi, look: RobotLook) -> None:
     low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
     start = 0.5 * (low + high) + _BESIDE * size * right + 0.5 * _ARROW * size * up
     ends = np.stack([start, start - _ARROW * size * up])[None]  # (1, 2, 3)
-    scene.add_arrows(
-        "/gravity", ends.astype(np.float32), GRAVITY, shaft_radius=0.004 * size,
-        head_radius=0.012 * size, head_length=0.03 * size,
-    )  # fmt: skip
+    arrow = Arrows(scene, "/gravity", GRAVITY, size, (0.004, 0.012, 0.03))
+    arrow.draw(ends.astype(np.float32))
     scene.add_label("/gravity/name", "g", position=start, anchor="bottom-center")
