@@ -16,7 +16,7 @@ from tauten.service.node import ControlLoop, Signals, punctual_clock
 from tauten.service.plant import free_ports
 from tauten.service.process import host_info, manual_garbage_collection, realtime_permitted
 from tauten.service.setup import Setup
-from tauten.service.wire import Network, Role, close_session, open_session
+from tauten.service.wire import Network, Role, session_of
 
 _SLEEPS = 200
 _ROUND_TRIPS = 200
@@ -91,9 +91,21 @@ def _realtime() -> HostFinding:
 
 
 def _network() -> HostFinding:
-    port = free_ports()
-    sessions = [open_session(Network(port), role, "doctor") for role in (Role.NODE, Role.OTHER)]
-    here, there = sessions
+    network = Network(free_ports())
+    with (
+        session_of(network, Role.NODE, "doctor") as here,
+        session_of(network, Role.OTHER, "doctor") as there,
+    ):
+        times = _round_trips(here, there)
+    p50, p99 = (1e3 * float(value) for value in np.percentile(times, [50.0, 99.0]))
+    advice = "no answer on loopback: a firewall?" if p50 > 40.0 else ""
+    return HostFinding(
+        "Zenoh round trip on loopback, p50 / p99", f"{p50:.2f} / {p99:.2f} ms", advice
+    )
+
+
+def _round_trips(here: zenoh.Session, there: zenoh.Session) -> list[float]:
+    """Times of messages from one session to another one and back [s]."""
     echo = there.declare_publisher("tauten/doctor/back", express=True)
     back = here.declare_subscriber("tauten/doctor/back", zenoh.handlers.RingChannel(1))
     replier = there.declare_subscriber("tauten/doctor/there", lambda sample: echo.put(b"x"))
@@ -107,13 +119,7 @@ def _network() -> HostFinding:
             time.sleep(2e-5)
         times.append(time.perf_counter() - begin)
     replier.undeclare()  # type: ignore[no-untyped-call]
-    for session in sessions:
-        close_session(session)
-    p50, p99 = (1e3 * float(value) for value in np.percentile(times, [50.0, 99.0]))
-    advice = "no answer on loopback: a firewall?" if p50 > 40.0 else ""
-    return HostFinding(
-        "Zenoh round trip on loopback, p50 / p99", f"{p50:.2f} / {p99:.2f} ms", advice
-    )
+    return times
 
 
 def _rate(setup: Setup, seconds: float) -> list[HostFinding]:

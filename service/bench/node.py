@@ -43,11 +43,10 @@ from tauten.service.wire import (
     Network,
     Role,
     Tick,
-    close_session,
     decode_health,
     decode_tick,
     is_alive,
-    open_session,
+    session_of,
 )
 
 _SETTLE = 1.0  # s of ticks that are left out at the start
@@ -328,8 +327,7 @@ def _served(
         stack.push(lambda error, *_: None if error else shutil.rmtree(folder))
         save_path(path, folder / "path.csv")
         node = stack.enter_context(child("serve", [robot, *settings.options, *common], folder))
-        session = open_session(Network(port), Role.OTHER, name)
-        stack.callback(close_session, session)
+        session = stack.enter_context(session_of(Network(port), Role.OTHER, name))
         observer = _Observer(session, keys)
         _await(lambda: is_alive(session, keys.token), (node,), None, stop)
         watched = [node]

@@ -8,21 +8,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from tauten.service.codec.messages import (
-    header,
-    nanoseconds,
-    new,
-    to_cdr,
-)
-from tauten.service.codec.rejection import Rejection, RejectionReason, quoted
+from tauten.service.codec.messages import from_cdr, header, nanoseconds, new, to_cdr
+from tauten.service.codec.rejection import Rejection, RejectionReason
 
 if TYPE_CHECKING:
     from tauten.model import ContactForces
@@ -100,10 +94,9 @@ def decode_cloud(payload: bytes, fields: tuple[str, ...]) -> Cloud | Rejection:
     if len(payload) > LARGEST_CLOUD:
         detail = f"{len(payload)} bytes, allowed are {LARGEST_CLOUD}"
         return Rejection(RejectionReason.TOO_LARGE, detail)
-    try:
-        message: Any = _large().deserialize_cdr(payload, CLOUD)
-    except (SerdeError, ValueError, IndexError, OverflowError, MemoryError) as error:
-        return Rejection(RejectionReason.MALFORMED, f"not a {CLOUD} in CDR: {quoted(error)}")
+    message = from_cdr(CLOUD, payload, _large())
+    if isinstance(message, Rejection):
+        return message
     found = tuple((one.name, one.offset, one.datatype, one.count) for one in message.fields)
     expected = tuple((name, 4 * i, _FLOAT32, 1) for i, name in enumerate(fields))
     size = 4 * len(fields) * message.width

@@ -117,10 +117,16 @@ def to_cdr(kind: str, message: object) -> bytes:
     return bytes(typestore().serialize_cdr(message, kind, little_endian=True))
 
 
-def from_cdr(kind: str, payload: bytes) -> Any | Rejection:
-    """A ROS message from CDR."""
+def from_cdr(kind: str, payload: bytes, store: Typestore | None = None) -> Any | Rejection:
+    """A ROS message from CDR.
+
+    Args:
+        kind: message type.
+        payload: the message.
+        store: of types; None: `typestore`.
+    """
     try:
-        return typestore().deserialize_cdr(payload, kind)
+        return (store or typestore()).deserialize_cdr(payload, kind)
     except (SerdeError, ValueError, IndexError, OverflowError, MemoryError) as error:
         return Rejection(RejectionReason.MALFORMED, f"not a {kind} in CDR: {quoted(error)}")
 

@@ -16,6 +16,7 @@ import numpy as np
 import zenoh
 
 from tauten.service.drive.driver import Driver, Measured
+from tauten.service.link import announced
 from tauten.service.node import Clock
 from tauten.service.process import StopFlag, manual_garbage_collection
 from tauten.service.wire import (
@@ -36,15 +37,14 @@ from tauten.service.wire import (
     Role,
     Window,
     ask_description,
-    close_session,
     decode_joints,
     encode_effector,
     encode_float,
     encode_health,
     encode_joints,
-    open_session,
     payload_of,
     places_of,
+    session_of,
     typestore,
     wait_for,
 )
@@ -205,14 +205,10 @@ def run_driver(
         DriverError: the hardware fails.
     """
     loop = DriveLoop(session, robot, driver, measure)
-    with manual_garbage_collection():
-        # the last before the loop: who waits for the plant starts to move the model
-        token = session.liveliness().declare_token(Keys(robot.name).plant_token)
-        try:
-            log.info("driving %s at %g Hz", robot.name, robot.rate)
-            loop.run(stop)
-        finally:
-            token.undeclare()  # type: ignore[no-untyped-call]
+    # the token is the last before the loop: who waits for the plant starts to move the model
+    with manual_garbage_collection(), announced(session, Keys(robot.name).plant_token):
+        log.info("driving %s at %g Hz", robot.name, robot.rate)
+        loop.run(stop)
 
 
 def drive(
@@ -224,13 +220,11 @@ def drive(
         NetworkError: no session, or no description.
         DriverError: the hardware cannot be used, or fails.
     """
-    session, keys = open_session(network, Role.PLANT, robot), Keys(robot)
-    try:
+    keys = Keys(robot)
+    with session_of(network, Role.PLANT, robot) as session:
         if not wait_for(session, keys.token, stop):
             return
         description = ask_description(session, keys)
         driver.configure(description, options)
         typestore()
         run_driver(session, description, driver, True, stop)
-    finally:
-        close_session(session)

@@ -7,7 +7,6 @@ from tauten.service.frames.reach import ReachModel, ReachSearch, ReachSet
 from tauten.service.frames.recorded import RecordedRobot
 from tauten.service.frames.served import ServedRobot
 from tauten.service.frames.simulated import SimulatedRobot
-from tauten.service.frames.source import FrameSource
 from tauten.service.frames.targets import LARGEST_SCALAR, LEAST_SCALAR, TargetStore
 from tauten.service.frames.waypoints import WaypointList
 
@@ -15,7 +14,6 @@ __all__ = [
     "LARGEST_SCALAR",
     "LEAST_SCALAR",
     "FrameHistory",
-    "FrameSource",
     "Miss",
     "ReachModel",
     "ReachSearch",

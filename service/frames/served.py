@@ -137,7 +137,7 @@ class ServedRobot:
         put_command(self._session, self._robot, command)
 
     def advance(self, goal: Array | None, drawn: bool) -> ViewFrame | None:
-        """Send targets, read what has arrived; see `FrameSource`."""
+        """Send targets, read what has arrived; see `SimulatedRobot.advance`."""
         if goal is not None:
             stamp, robot = time.time_ns(), self.look.robot
             for publisher, effector, place in zip(

@@ -119,7 +119,15 @@ class SimulatedRobot:
         return self._stiff[effector]
 
     def advance(self, goal: Array | None, drawn: bool) -> ViewFrame | None:
-        """One period of model and plant, see `FrameSource`."""
+        """One period of model and plant.
+
+        Args:
+            goal: (n_v,) goal values to follow; None: nothing to follow.
+            drawn: whether a frame is wanted.
+
+        Returns:
+            The frame; None where there is none, or none is wanted.
+        """
         begin = time.perf_counter()
         action = self._loop.tick(goal, Signals(target=goal is not None))
         self._loop.prepare()

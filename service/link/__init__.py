@@ -22,12 +22,14 @@ from tauten.service.link.network import (
     Network,
     NetworkError,
     Role,
+    announced,
     await_token,
     close_session,
     default_port,
     is_alive,
     open_session,
     read_config,
+    session_of,
 )
 
 __all__ = [
@@ -44,6 +46,7 @@ __all__ = [
     "OperatorOrder",
     "OrderError",
     "Role",
+    "announced",
     "ask",
     "ask_metrics",
     "await_token",
@@ -56,5 +59,6 @@ __all__ = [
     "put_command",
     "read_config",
     "send_command",
+    "session_of",
     "step_at_start",
 ]

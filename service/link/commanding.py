@@ -21,10 +21,9 @@ from tauten.service.link.network import (
     NetworkError,
     Role,
     await_token,
-    close_session,
     is_alive,
     node_port,
-    open_session,
+    session_of,
 )
 
 _PATIENCE = 5.0  # s until a node must be alive
@@ -47,16 +46,13 @@ def is_there(robot: str, network: Network, token: str, patience: float = 2.0) ->
         token: of its node or plant.
         patience: time to wait for it [s].
     """
-    session = open_session(network, Role.OTHER, robot)
-    try:
+    with session_of(network, Role.OTHER, robot) as session:
         end = time.monotonic() + patience
         while not is_alive(session, token):
             if time.monotonic() > end:
                 return False
             time.sleep(0.1)
         return True
-    finally:
-        close_session(session)
 
 
 @contextmanager
@@ -68,18 +64,16 @@ def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
     Raises:
         NetworkError: no node is alive.
     """
-    session, keys = open_session(network, Role.OTHER, robot, connected=False), Keys(robot)
-    begin = time.monotonic()
+    keys = Keys(robot)
+    with session_of(network, Role.OTHER, robot, connected=False) as session:
+        begin = time.monotonic()
 
-    def in_vain() -> bool:
-        return time.monotonic() > begin + _PATIENCE and not is_alive(session, keys.starting)
+        def in_vain() -> bool:
+            return time.monotonic() > begin + _PATIENCE and not is_alive(session, keys.starting)
 
-    try:
         if not await_token(session, keys.token, in_vain, _PAUSE):
             raise NetworkError(_unanswered(robot, network))
         yield session
-    finally:
-        close_session(session)
 
 
 def _unanswered(robot: str, network: Network) -> str:

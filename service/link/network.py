@@ -12,7 +12,8 @@ import json
 import logging
 import time
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -132,6 +133,28 @@ def close_session(session: zenoh.Session) -> None:
         session.close()  # type: ignore[no-untyped-call]
     except zenoh.ZError as error:
         log.info("a session was not closed in time: %s", error)
+
+
+@contextmanager
+def session_of(
+    network: Network, role: Role, robot: str, connected: bool = True
+) -> Iterator[zenoh.Session]:
+    """A session that is closed when the block ends; arguments and errors of `open_session`."""
+    session = open_session(network, role, robot, connected)
+    try:
+        yield session
+    finally:
+        close_session(session)
+
+
+@contextmanager
+def announced(session: zenoh.Session, key: str) -> Iterator[None]:
+    """Declare a liveliness token until the block ends."""
+    token = session.liveliness().declare_token(key)
+    try:
+        yield
+    finally:
+        token.undeclare()  # type: ignore[no-untyped-call]
 
 
 def loopback_config(first_port: int, role: Role) -> zenoh.Config:

@@ -2,7 +2,7 @@
 
 from tauten.service.log.described import description_metadata, logged_description
 from tauten.service.log.reader import LogError, Logged, LogReader
-from tauten.service.log.record import record_robot
+from tauten.service.log.record import arrived, message_kinds, record_robot
 from tauten.service.log.recorder import Entry, LogRecorder
 
 __all__ = [
@@ -11,7 +11,9 @@ __all__ = [
     "LogReader",
     "LogRecorder",
     "Logged",
+    "arrived",
     "description_metadata",
     "logged_description",
+    "message_kinds",
     "record_robot",
 ]

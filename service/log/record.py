@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import zenoh
@@ -31,6 +32,7 @@ from tauten.service.wire import (
     ask_description,
     payload_format,
     payload_of,
+    waiting,
 )
 
 log = logging.getLogger(__name__)
@@ -40,7 +42,7 @@ _PAUSE = 0.02  # s
 
 
 def message_kinds(keys: Keys, effectors: dict[str, str]) -> dict[str, str]:
-    """Message type of each key of a robot."""
+    """Message type of each key of a robot; `effectors` are those of its effectors by name."""
     groups = (keys.targets, keys.measurements, keys.effectors, keys.plant_effectors)
     names, types = tuple(effectors), tuple(effectors.values())
     pairs = [pair for group in groups for pair in zip(group(names), types, strict=True)]
@@ -80,27 +82,32 @@ def record_robot(robot: str, path: Path, network: Network, stop: StopFlag) -> in
         try:
             while not stop.requested and not recorder.fault:
                 time.sleep(_PAUSE)
-                count += _drain(source, kinds, recorder)
+                for key, kind, payload, json in arrived(source, kinds, _RING):
+                    seen = time.time_ns()
+                    recorder.write(Entry(key, kind, payload, json, seen, seen, 0))
+                    count += 1
         finally:
             recorder.close()
     return count
 
 
-def _drain(source: Ring, kinds: dict[str, str], recorder: LogRecorder) -> int:
-    """Write the messages that have arrived, except those that are not of the type of their key."""
-    count = 0
-    for _ in range(_RING):
-        sample = source.try_recv()
-        if sample is None:
-            break
+def arrived(
+    source: Ring, kinds: dict[str, str], most: int
+) -> Iterator[tuple[str, str, bytes, bool]]:
+    """Key, type and payload of messages that have arrived, and whether they are JSON rather than CDR.
+
+    Those that are not of the type of their key are left out.
+
+    Args:
+        source: of samples.
+        kinds: the type of each key.
+        most: samples that are read.
+    """
+    for sample in waiting(source, most):
         key, payload = str(sample.key_expr), payload_of(sample)
         kind = kinds.get(key)
         if kind is None or isinstance(payload, Rejection):
             continue
         form = payload_format(payload, str(sample.encoding), kind)
-        if isinstance(form, Rejection):
-            continue
-        seen = time.time_ns()
-        recorder.write(Entry(key, kind, payload, form != CDR, seen, seen, 0))
-        count += 1
-    return count
+        if not isinstance(form, Rejection):
+            yield key, kind, payload, form != CDR

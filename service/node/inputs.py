@@ -17,18 +17,14 @@ from tauten.controller import Controller
 from tauten.model import Robot
 from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
-from tauten.service.log import Entry, LogRecorder
+from tauten.service.log import Entry, LogRecorder, arrived, message_kinds
 from tauten.service.node.estimator import Estimator, make_estimator
 from tauten.service.node.feedback import LARGEST, ModelHistory, capped, stable_gain
 from tauten.service.node.plausibility import MeasurementCheck
 from tauten.service.settings import ServiceSettings, lasting_timeout
 from tauten.service.wire import (
-    CDR,
     COMMAND_RING,
     EFFECTOR_RING,
-    FLOAT,
-    HEALTH,
-    JOINTS,
     JSON,
     MESSAGE_TYPES,
     OBSTACLE_RING,
@@ -45,8 +41,6 @@ from tauten.service.wire import (
     Received,
     Rejection,
     RejectionReason,
-    payload_format,
-    payload_of,
     quoted,
     reach_of,
 )
@@ -142,12 +136,7 @@ class NodeInputs:
             self._plant = session.declare_subscriber(
                 keys.plant, zenoh.handlers.RingChannel(_PLANT_RING)
             )
-            self._plant_kinds = {
-                keys.plant_state: JOINTS,
-                keys.plant_gap: FLOAT,
-                keys.plant_health: HEALTH,
-                **dict(zip(keys.plant_effectors(names), self._kinds, strict=True)),
-            }
+            self._message_kinds = message_kinds(keys, dict(zip(names, self._kinds, strict=True)))
 
     def read_targets(self, tick: int) -> bool:
         """Read the targets that have arrived; whether any has since `take_fresh`."""
@@ -227,15 +216,8 @@ class NodeInputs:
         """Write a plant's messages into the log; other messages on its keys are left out."""
         if self._plant is None:
             return
-        for _ in range(_PLANT_RING):
-            sample = self._plant.try_recv()
-            if sample is None:
-                return
-            key, payload = str(sample.key_expr), payload_of(sample)
-            kind = self._plant_kinds.get(key)
-            if kind is None or isinstance(payload, Rejection):
-                continue
-            if payload_format(payload, str(sample.encoding), kind) == CDR:
+        for key, kind, payload, json in arrived(self._plant, self._message_kinds, _PLANT_RING):
+            if not json:
                 self._write(key, kind, payload, False, 0, tick)
 
     def diagnostics(self) -> list[Diagnostic]:

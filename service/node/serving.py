@@ -15,6 +15,7 @@ from tauten.controller import warm_controller
 from tauten.model import one_blas_thread
 from tauten.service.check import check_rate, faster, reducing, step_seconds
 from tauten.service.describing import log_metadata
+from tauten.service.link import announced
 from tauten.service.log import LogRecorder
 from tauten.service.node.loop import ControlLoop
 from tauten.service.node.model_watch import make_fall_back
@@ -28,16 +29,7 @@ from tauten.service.process import (
     short_switch_interval,
 )
 from tauten.service.setup import Setup
-from tauten.service.wire import (
-    Keys,
-    Network,
-    NetworkError,
-    Role,
-    close_session,
-    is_alive,
-    open_session,
-    typestore,
-)
+from tauten.service.wire import Keys, Network, NetworkError, Role, is_alive, session_of, typestore
 
 log = logging.getLogger(__name__)
 
@@ -78,8 +70,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
     keys, rate = Keys(setup.robot.name), setup.robot.integration.rate
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
-        session = open_session(network, Role.NODE, setup.robot.name)
-        stack.callback(close_session, session)
+        session = stack.enter_context(session_of(network, Role.NODE, setup.robot.name))
         log.info("getting ready; kernels are compiled the first time, which takes a minute or two")
         stack.enter_context(announced(session, keys.starting))
         with stop.interruptible():
@@ -144,23 +135,10 @@ def claimed(session: zenoh.Session, keys: Keys) -> Iterator[Claim]:
     A claim is a liveliness token with the session's own id. Of nodes that claim a robot at the same
     time, the one with the smallest id continues.
     """
-    token = session.liveliness().declare_token(own_claim(session, keys))
-    try:
+    with announced(session, own_claim(session, keys)):
         yield Claim(session, keys, time.monotonic())
-    finally:
-        token.undeclare()  # type: ignore[no-untyped-call]
 
 
 def own_claim(session: zenoh.Session, keys: Keys) -> str:
     """The key of a session's claim of a robot."""
     return keys.claim(str(session.info.zid()))
-
-
-@contextmanager
-def announced(session: zenoh.Session, key: str) -> Iterator[None]:
-    """Declare a liveliness token: of a robot that is served, or of a node that gets ready or is."""
-    token = session.liveliness().declare_token(key)
-    try:
-        yield
-    finally:
-        token.undeclare()  # type: ignore[no-untyped-call]

@@ -48,9 +48,8 @@ from tauten.service.wire import (
     Network,
     RobotDescription,
     Role,
-    close_session,
     is_alive,
-    open_session,
+    session_of,
     typestore,
 )
 
@@ -293,8 +292,7 @@ def slow_plant(run: RecordedRun) -> list[str]:
 
 def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop: StopFlag) -> float:
     """Wait until node and plant are alive; the time of a control step by the node [s], NaN without one."""
-    session = open_session(network, Role.OTHER, keys.robot)
-    try:
+    with session_of(network, Role.OTHER, keys.robot) as session:
         limit = StartLimit()
         missing = {keys.token, keys.plant_token}
         while missing and not stop.requested:
@@ -309,8 +307,6 @@ def _wait_alive(keys: Keys, network: Network, children: tuple[Child, ...], stop:
                 one.check()
             step = step_at_start(session, keys.robot)
         return step
-    finally:
-        close_session(session)
 
 
 @contextlib.contextmanager

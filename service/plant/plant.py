@@ -28,10 +28,9 @@ from tauten.service.wire import (
     Ring,
     RobotDescription,
     Role,
-    close_session,
     decode_obstacle,
-    open_session,
     payload_of,
+    session_of,
     typestore,
 )
 
@@ -321,8 +320,7 @@ def simulate(
         with stop.interruptible():
             warm = warm_plant(robot, settings, model)
             typestore()
-        session = open_session(network, Role.PLANT, robot.name)
-        stack.callback(close_session, session)
+        session = stack.enter_context(session_of(network, Role.PLANT, robot.name))
         driver = SimulatedDriver(robot, warm, settings)
         driver.follow(session)
         run_driver(session, describe(setup), driver, settings.measure, stop)

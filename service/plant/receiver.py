@@ -21,8 +21,7 @@ from tauten.service.wire import (
     RobotDescription,
     Role,
     ask_description,
-    close_session,
-    open_session,
+    session_of,
     wait_for,
 )
 
@@ -81,13 +80,10 @@ def described_receiver(name: str, network: Network, stop: StopFlag) -> Receiver 
         NetworkError: no session, or no description.
     """
     keys = Keys(name)
-    session = open_session(network, Role.OTHER, name)
-    try:
+    with session_of(network, Role.OTHER, name) as session:
         if not wait_for(session, keys.token, stop):
             return None
         return Receiver(ask_description(session, keys))
-    finally:
-        close_session(session)
 
 
 def receiver_path(name: str, receiver: Receiver, settings: PathSettings) -> TargetPath:

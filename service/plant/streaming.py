@@ -20,10 +20,9 @@ from tauten.service.wire import (
     Network,
     RobotDescription,
     Role,
-    close_session,
     effector_json,
     encode_effector,
-    open_session,
+    session_of,
     wait_for,
 )
 
@@ -63,8 +62,7 @@ def stream(
     """
     keys = Keys(robot.name)
     key = keys.targets(robot.effector_names)[settings.effector]
-    session = open_session(network, Role.OTHER, robot.name, connected=False)
-    try:
+    with session_of(network, Role.OTHER, robot.name, connected=False) as session:
         tokens = [keys.token, *([keys.plant_token] if settings.await_plant else [])]
         if not all(wait_for(session, token, stop) for token in tokens):
             return 0
@@ -72,8 +70,6 @@ def stream(
         encoding = f"{JSON if settings.json else CDR};{MESSAGE_TYPES[kind]}"
         publisher = session.declare_publisher(key, encoding=encoding, express=True)
         return _send(publisher, robot, path, settings, stop)
-    finally:
-        close_session(session)
 
 
 def _send(

@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from queue import Empty
-from typing import Protocol, TypeVar
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, TypeVar
 
-Item = TypeVar("Item", covariant=True)
+if TYPE_CHECKING:
+    from multiprocessing.queues import Queue
 
-
-class WaitingItems(Protocol[Item]):
-    """A queue that can be asked without waiting."""
-
-    def get_nowait(self) -> Item:
-        """The oldest item.
-
-        Raises:
-            queue.Empty: there is none.
-        """
+Item = TypeVar("Item")
 
 
-def drained(queue: WaitingItems[Item]) -> Iterator[Item]:
+def drained(queue: SimpleQueue[Item] | Queue[Item]) -> Iterator[Item]:
     """All items that a queue has now and gets meanwhile, oldest first; it does not wait for any."""
     while True:
         try:

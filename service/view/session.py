@@ -15,10 +15,10 @@ from tauten.model.numerics import Array
 from tauten.service.frames import (
     RESTED,
     FrameHistory,
-    FrameSource,
     Miss,
     ReachSearch,
     ReachSet,
+    ServedRobot,
     SimulatedRobot,
     TargetStore,
     ViewFrame,
@@ -81,7 +81,7 @@ class ViewSession:
 
     def __init__(
         self,
-        source: FrameSource,
+        source: SimulatedRobot | ServedRobot,
         server: LoopbackServer,
         guard: Guard,
         robot_file: Path | None = None,

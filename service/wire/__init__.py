@@ -47,11 +47,11 @@ from tauten.service.link import (
     OperatorCommand,
     OperatorOrder,
     Role,
-    close_session,
     default_port,
     is_alive,
     open_session,
     read_config,
+    session_of,
 )
 from tauten.service.wire.commands import COMMAND_RING, CommandSubscriber, decode_command
 from tauten.service.wire.description import (
@@ -81,6 +81,7 @@ from tauten.service.wire.effector_subscriber import (
     Ring,
     payload_of,
     reach_of,
+    waiting,
 )
 from tauten.service.wire.obstacle_subscriber import OBSTACLE_RING, ObstacleSubscriber
 from tauten.service.wire.obstacles import (
@@ -150,7 +151,6 @@ __all__ = [
     "WRENCH",
     "Window",
     "ask_description",
-    "close_session",
     "contact_cloud",
     "decode_cloud",
     "decode_command",
@@ -181,6 +181,8 @@ __all__ = [
     "quoted",
     "reach_of",
     "read_config",
+    "session_of",
     "typestore",
     "wait_for",
+    "waiting",
 ]

@@ -23,7 +23,7 @@ from tauten.service.codec import (
     quoted,
 )
 from tauten.service.link import LockOrder, OperatorCommand, OperatorOrder
-from tauten.service.wire.effector_subscriber import Ring, payload_of
+from tauten.service.wire.effector_subscriber import Ring, payload_of, waiting
 
 COMMAND_RING = 16
 _LONGEST_NAME = 100  # characters of an actuator's
@@ -59,10 +59,7 @@ class CommandSubscriber:
     def read(self) -> list[ReceivedCommand]:
         """Read what has arrived, oldest first."""
         found = []
-        for _ in range(COMMAND_RING):
-            sample = self._source.try_recv()
-            if sample is None:
-                break
+        for sample in waiting(self._source, COMMAND_RING):
             payload, encoding = payload_of(sample), str(sample.encoding)
             if isinstance(payload, Rejection):
                 self.counts.refuse(payload)

@@ -8,14 +8,16 @@ thread runs Python code, and the age of a message does not depend on when the lo
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 import zenoh
 
 from tauten.model import EffectorLayout
 from tauten.model.numerics import Array, Bools
+from tauten.model.schema import EffectorKind
 from tauten.service.codec import MAX_PAYLOAD, MessageCounts, Rejection, RejectionReason, quoted
 from tauten.service.wire.effector_messages import EffectorMessage, decode_effector
 from tauten.service.wire.interpolation import TargetCourse
@@ -101,10 +103,7 @@ class EffectorSubscriber:
         """
         accepted: list[Received] = []
         for effector, source in enumerate(self._sources):
-            for _ in range(EFFECTOR_RING):
-                sample = source.try_recv()
-                if sample is None:
-                    break
+            for sample in waiting(source, EFFECTOR_RING):
                 found = self._checked(effector, sample, wall)
                 if isinstance(found, Rejection):
                     self.counts.refuse(found)
@@ -184,16 +183,10 @@ class EffectorSubscriber:
 
     def _checked(self, effector: int, sample: zenoh.Sample, wall: float) -> Received | Rejection:
         """A sample decoded, and checked for what does not depend on the others."""
-        payload = payload_of(sample)
-        if isinstance(payload, Rejection):
-            return payload
-        encoding, layout = str(sample.encoding), self._layout
-        message = decode_effector(layout.kinds[effector], layout.names[effector], payload, encoding)
+        kind, name = self._layout.kinds[effector], self._layout.names[effector]
+        message = message_in(sample, kind, name, self._frame)
         if isinstance(message, Rejection):
             return message
-        if message.frame not in ("", self._frame):
-            detail = f"found frame {quoted(message.frame)}, expected {self._frame!r}"
-            return Rejection(RejectionReason.WRONG_FRAME, detail)
         detail = self._out_of_reach(effector, message.values)
         if detail:
             return Rejection(RejectionReason.OUT_OF_REACH, detail)
@@ -206,7 +199,7 @@ class EffectorSubscriber:
                 "do the clocks of sender and node agree?"
             )
             return Rejection(RejectionReason.TOO_OLD, detail)
-        return Received(effector, payload, encoding, message, age)
+        return Received(effector, bytes(sample.payload), str(sample.encoding), message, age)
 
     def _out_of_reach(self, effector: int, values: tuple[float, ...]) -> str:
         """Why values cannot be reached by far; "" where they may be."""
@@ -238,6 +231,32 @@ def age_by(made: float, wall: float) -> float:
     """
     age = wall - made
     return age if 0.0 < age <= CLOCKS_AGREE else 0.0
+
+
+def waiting(source: Ring, most: int) -> Iterator[zenoh.Sample]:
+    """Samples that have arrived, oldest first, not more than some."""
+    return islice(iter(source.try_recv, None), most)
+
+
+def message_in(
+    sample: zenoh.Sample, kind: EffectorKind, name: str, frame: str
+) -> EffectorMessage | Rejection:
+    """Values of an effector, or of an obstacle as of a frame, in a sample.
+
+    Args:
+        sample: that has arrived.
+        kind: of the effector.
+        name: of the effector.
+        frame: the only frame accepted, beside an empty one.
+    """
+    payload = payload_of(sample)
+    if isinstance(payload, Rejection):
+        return payload
+    message = decode_effector(kind, name, payload, str(sample.encoding))
+    if isinstance(message, Rejection) or message.frame in ("", frame):
+        return message
+    detail = f"found frame {quoted(message.frame)}, expected {frame!r}"
+    return Rejection(RejectionReason.WRONG_FRAME, detail)
 
 
 def payload_of(sample: zenoh.Sample) -> bytes | Rejection:

@@ -11,23 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import islice
 
 import numpy as np
 import zenoh
 
 from tauten.model.contact import ObstaclePose, PoseStream, pose_at, velocity_between
 from tauten.model.numerics import Array
-from tauten.service.codec import (
-    Diagnostic,
-    Level,
-    MessageCounts,
-    Rejection,
-    RejectionReason,
-    quoted,
-)
-from tauten.service.wire.effector_messages import decode_effector
-from tauten.service.wire.effector_subscriber import Ring, age_by, payload_of
+from tauten.service.codec import Diagnostic, Level, MessageCounts, Rejection, RejectionReason
+from tauten.service.wire.effector_subscriber import Ring, age_by, message_in, waiting
 
 OBSTACLE_RING = 8  # samples of a key that are read in a tick; older ones are dropped unread
 SHORTEST = 1e-3  # s between two poses, for their velocity
@@ -95,7 +86,7 @@ class ObstacleSubscriber:
         """
         changed = dict[str, ObstaclePose]()
         for name, track in self._tracks.items():
-            fresh, samples = False, list(islice(iter(track.source.try_recv, None), OBSTACLE_RING))
+            fresh, samples = False, list(waiting(track.source, OBSTACLE_RING))
             for sample in reversed(samples):  # the newest that is good counts
                 refused = self._take(name, track, sample, now, wall, depth_of)
                 if refused is None:
@@ -152,15 +143,9 @@ class ObstacleSubscriber:
             wall: time since the Unix epoch [s].
             depth_of: how deep an obstacle would be in the robot.
         """
-        payload = payload_of(sample)
-        if isinstance(payload, Rejection):
-            return payload
-        message = decode_effector("frame", name, payload, str(sample.encoding))
+        message = message_in(sample, "frame", name, self._frame)
         if isinstance(message, Rejection):
             return message
-        if message.frame not in ("", self._frame):
-            detail = f"found frame {quoted(message.frame)}, expected {self._frame!r}"
-            return Rejection(RejectionReason.WRONG_FRAME, detail)
         age = age_by(_NANO * message.stamp, wall)
         if sample.timestamp is not None and message.stamp == 0:
             age = age_by(sample.timestamp.get_time().timestamp(), wall)

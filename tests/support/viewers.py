@@ -16,7 +16,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
 
-from tauten.service.frames import FrameSource
+from tauten.service.frames import ServedRobot, SimulatedRobot
 from tauten.service.process import StopFlag
 from tauten.service.view import Guard, open_server
 from tauten.service.view.session import ViewSession
@@ -41,7 +41,7 @@ class Shown:
 
 @contextmanager
 def showing(
-    source: FrameSource, robot_file: Path | None = None, lit: bool = False
+    source: SimulatedRobot | ServedRobot, robot_file: Path | None = None, lit: bool = False
 ) -> Iterator[Shown]:
     """Show a robot until the block ends.
 

@@ -31,6 +31,7 @@ from tauten.service.link import (
     send_command,
 )
 from tauten.service.link import commanding as link_commanding
+from tauten.service.link import network as link_network
 from tauten.service.plant import free_ports
 
 HEAVY = {"numpy", "scipy", "numba", "rosbags", "rich", "typer", "prometheus_client", "daqp"}
@@ -156,7 +157,7 @@ def test_a_session_that_is_not_closed_in_time_hides_no_sentence(
         return Late(open_session(network, role, robot, connected))
 
     monkeypatch.setattr(link_commanding, "_PATIENCE", 0.1)
-    monkeypatch.setattr(link_commanding, "open_session", opened)
+    monkeypatch.setattr(link_network, "open_session", opened)
     with pytest.raises(NetworkError, match="no node serves 'beam'"):
         send_command("beam", Network(free_ports()), OperatorCommand.STOP)
     assert "a session was not closed in time" in caplog.text

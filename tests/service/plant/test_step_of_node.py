@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 
 import pytest
 
@@ -14,8 +15,7 @@ from tauten.service.wire import Keys, Network
 @pytest.mark.parametrize("silent", [0, 3])
 def test_a_node_is_asked_until_it_answers(monkeypatch: pytest.MonkeyPatch, silent: int) -> None:
     answers = iter([math.nan] * silent + [0.03, 0.04])
-    monkeypatch.setattr(demo, "open_session", lambda *_: None)
-    monkeypatch.setattr(demo, "close_session", lambda _session: None)
+    monkeypatch.setattr(demo, "session_of", lambda *_: nullcontext())
     monkeypatch.setattr(demo, "is_alive", lambda *_: True)
     monkeypatch.setattr(demo, "step_at_start", lambda *_: next(answers))
     assert demo._wait_alive(Keys("arm"), Network(1), (), StopFlag()) == 0.03
