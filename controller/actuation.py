@@ -75,7 +75,7 @@ def decided_actuation(
     values = layout.values_at(effectors.values, predicted.delta[rows.effectors])
     needed = predicted.lam[rows.actuators]
     effort = np.minimum(np.maximum(needed, limits.effort_min), limits.effort_max)
-    clamped = (np.abs(effort - needed) > ROUNDING * limits.largest_effort).any()
+    clamped = any((np.abs(effort - needed) > ROUNDING * limits.largest_effort).tolist())
     return Actuation(
         position=decision.position,
         effort=effort,
@@ -85,5 +85,5 @@ def decided_actuation(
         status=status,
         certificate=decision.certificate,
         conflict=conflict,
-        clamped=bool(clamped),
+        clamped=clamped,
     )

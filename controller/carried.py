@@ -160,7 +160,7 @@ class Damping:
             size: of the robot [m].
         """
         before = self.goal
-        if len(before) != len(goal) or np.abs(goal - before).max() > JUMP * size:
+        if len(before) != len(goal) or max(np.abs(goal - before).tolist()) > JUMP * size:
             return self.starting(goal)
         return replace(self, goal=goal)
 

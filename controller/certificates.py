@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from tauten.controller.qpcc import Certificate
-from tauten.model import Actuators, Command, ForwardStep, Limits, sorted_rows
+from tauten.model import Actuators, Command, Limits, PredictedStep, sorted_rows
 
 
 def hold_certificate(
-    solved: ForwardStep, command: Command, limits: Limits, actuators: Actuators
+    solved: PredictedStep, command: Command, limits: Limits, actuators: Actuators
 ) -> Certificate:
     """Residuals of a hold, relative to the row values and to the largest efforts.
 
@@ -23,8 +23,8 @@ def hold_certificate(
         limits: of the actuators.
         actuators: positions in the same unit have one scale.
     """
-    step, layout = solved.prediction.step, solved.prediction.step.layout
-    lam, W = solved.prediction.lam[layout.acting], step.compliance.W[layout.acting, layout.acting]
+    step, layout = solved.step, solved.step.layout
+    lam, W = solved.lam[layout.acting], step.compliance.W[layout.acting, layout.acting]
     rows = sorted_rows(step, command)
     delta_free = rows.delta[layout.acting]
     delta, force = delta_free + W @ lam, np.diag(W) * lam  # (m,) m
@@ -41,11 +41,11 @@ def hold_certificate(
     residual, violation = residual / scale, violation / scale
     if step.frictional:  # of cones, not of rows one by one
         residual[step.gap_rows - layout.n_e] = solved.residual / scale[step.gap_rows - layout.n_e]
-    excess = step.laws.beyond(solved.prediction.lam[layout.actuators], limits)
+    excess = step.laws.beyond(solved.lam[layout.actuators], limits)
     return Certificate(
         primal=max(0.0, float(violation.max(initial=0.0)), float(excess.max(initial=0.0))),
         complementarity=float(np.abs(residual).max(initial=0.0)),
         stationarity=float(np.linalg.norm(residual)),
-        deepest_gap=solved.prediction.deepest_gap,
+        deepest_gap=solved.deepest_gap,
         extra_columns=len(step.extra),
     )

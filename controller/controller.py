@@ -225,7 +225,7 @@ class Controller(RobotModel):
         if self._prepared is not None:
             return
         now = self._state, self._forces, self._left.position, self.settings.enrichment
-        ahead = self.horizon.of(self._robot.later(self._robot.h).stepping(self._state))
+        ahead = self.horizon.of(self._robot.stepping(self._state, later=self._robot.h))
         try:
             self._prepared = prepare(ahead, self.space, *now, self._course, self._locks.by_force)
         except FactorisationError:
@@ -255,10 +255,10 @@ class Controller(RobotModel):
         settings = self.settings if time is None else replace(self.settings, time=time)
         given = self._robot, self._prepared, goal, self._left.position
         decision = self._last_decision = decide(*given, settings, locks, self._carried)
-        if not decision.status.usable or not np.isfinite(decision.predicted.dv).all():
-            status = Status.NOT_FINITE if decision.status.usable else decision.status
-            return self._hold(status, decision.conflict)
-        return self._take(decision, decision.status, decision.conflict)
+        usable = decision.status.usable
+        if usable and np.logical_and.reduce(np.isfinite(decision.predicted.dv)):
+            return self._take(decision, decision.status, decision.conflict)
+        return self._hold(Status.NOT_FINITE if usable else decision.status, decision.conflict)
 
     def rehearse(self, target: Target) -> None:
         """Decide for a target without effect: code that ran just before runs faster."""

@@ -161,13 +161,13 @@ def step_ahead(
     if goes_on > 0.0:
         scheme = replace(scheme, ahead=goes_on)
     rho = None
-    if taut.any() and not step.frictional:
+    if any(taut.tolist()) and not step.frictional:
         actuators = step.layout.actuators
         flexibility, stiffness = step.compliance.W.diagonal()[actuators], np.zeros(len(taut))
         chosen = taut & (flexibility > 0.0)  # m/N, of the tick
         stiffness[chosen] = ADDED / flexibility[chosen]
         assembled, added = assembled.augmented(step.compliance.H[actuators], stiffness)
-        rho = added if added.any() else None
+        rho = added if any(added.tolist()) else None
     return recondensed(space, step, ahead.system(assembled, scheme), goes_on, rho)
 
 

@@ -102,7 +102,7 @@ def including_hold(problem: Qpcc, held: Array) -> Qpcc:
         problem: from `inverse_problem`.
         held: (n_a,) positions in a hold, less those of a step without forces [m].
     """
-    if ((problem.g_lo <= held) & (held <= problem.g_hi)).all():
+    if all(((problem.g_lo <= held) & (held <= problem.g_hi)).tolist()):
         return problem
     return replace(
         problem, g_lo=np.minimum(problem.g_lo, held), g_hi=np.maximum(problem.g_hi, held)
@@ -180,7 +180,7 @@ def weighted_rows(W: Array, delta_free: Array, scale: Array) -> tuple[Array, Arr
         delta_free: (m,) row values after a step without forces.
         scale: (n_e,) weights times units.
     """
-    if (scale == 1.0).all():
+    if all((scale == 1.0).tolist()):
         return W, delta_free
     factor = np.ones(len(W))
     factor[: len(scale)] = scale

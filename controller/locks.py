@@ -120,7 +120,7 @@ def locks_of_step(
         step: the step.
         change: (n_a,) largest change of a position in it.
     """
-    if not (locks.by_position | locks.by_force).any():
+    if not any((locks.by_position | locks.by_force).tolist()):
         return None
     rows = step.layout.actuators
     return within_rate(locks, position, effort, step.compliance.W[rows, rows], change)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -40,7 +41,6 @@ from tauten.controller.qpcc import (
     Qpcc,
     QpccSettings,
     Solution,
-    Solve,
     Start,
     Status,
     solve_qpcc,
@@ -52,12 +52,12 @@ from tauten.model import (
     Compliance,
     CondensedStep,
     Enrichment,
-    EnrichmentLoop,
     Forces,
     Grasp,
     PredictedStep,
     Robot,
     forward_step,
+    predict,
     under_friction,
     unit_start,
 )
@@ -169,8 +169,8 @@ def held_ahead(
     if farther.frictional:
         solved = forward_step(farther, enrichment, forces, keep)
         if solved.converged:
-            return solved.prediction
-    return forward_step(under_friction(farther, forces), enrichment, forces, keep).prediction
+            return solved
+    return forward_step(under_friction(farther, forces), enrichment, forces, keep)
 
 
 def make_plan(
@@ -253,15 +253,15 @@ def _plan_from(
     scale, W_aa = prepared.scale, step.compliance.W[layout.actuators, layout.actuators]
     if step.frictional:
         scale = min(scale, energy_cap(W_aa, robot.limits, robot.size))
-    weight, share, largest = settings.epsilon * scale, gamma / (1.0 + gamma), float(aim.scale.max())
+    weight, share = settings.epsilon * scale, gamma / (1.0 + gamma)
     held_to = _held_back_to(prepared, aim)
     target = aim.scale * (aim.target + share * (held_to - aim.target))  # (n_e,)
     kept = held.delta[layout.actuators]
-    loop, guess, cut = EnrichmentLoop(step, settings.enrichment), None, aim.cut
-    while loop.prediction is None:
-        reduced = None if locks is None else LockedStep(loop.step, locks)
-        effort, pushing = _start(held, loop.step)
-        rows: LockedStep | Compliance = loop.step.compliance
+    left, guess, cut = settings.enrichment.rounds, None, aim.cut
+    while True:
+        reduced = None if locks is None else LockedStep(step, locks)
+        effort, pushing = _start(held, step)
+        rows: LockedStep | Compliance = step.compliance
         places = layout
         limits, actuators, travelled, stay = robot.limits, robot.actuators, position, kept
         free = np.arange(robot.n_a)
@@ -276,38 +276,41 @@ def _plan_from(
         problem = inverse_problem(W, delta_free, target, travelled, limits, h, weight, actuators)
         problem = held_back(problem, W, places, share * weight, start.lam_a)
         problem = including_hold(problem, stay - at)
-        problem = with_efforts_limited(problem, loop.step, free, at, limits, actuators)
+        problem = with_efforts_limited(problem, step, free, at, limits, actuators)
         if reduced is not None:
             problem = reduced.bounded(problem, robot.limits, robot.actuators)
-        elastic = not aim.equations.any()
+        elastic = not any(aim.equations.tolist())
         if not elastic:
             met, error = aim.scale * aim.target, EXACTLY * robot.size
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
-        if loop.step.frictional:
-            problem = with_slip(problem, loop.step, prepared.forces, largest, settings.seeking)
+        if step.frictional:
+            largest, seeking = float(aim.scale.max()), settings.seeking
+            problem = with_slip(problem, step, prepared.forces, largest, seeking)
         others = len(problem.G)
-        problem = with_force_limits(problem, aim.grasp, loop.step, held)
-        if loop.step.frictional and len(loop.step.extra) > 0:
+        problem = with_force_limits(problem, aim.grasp, step, held)
+        if step.frictional and len(step.extra) > 0:
             contacts = PlanContacts.of(
-                loop.step, _forces_of_hold(prepared, loop.step), settings.friction_share, robot.size,
+                step, _forces_of_hold(prepared, step), settings.friction_share, robot.size,
                 weight * W[places.actuators, places.actuators], settings.search,
             )  # fmt: skip
-            before = None if cut is None else cut.on(loop.step, free, len(problem.m))
+            before = None if cut is None else cut.on(step, free, len(problem.m))
             search = PlanSearch(contacts, start.lam_a, guess, before)
             problem, solution = solve_relaxed(problem, others, search, EMPTY[:1] if elastic else ())
             guess, columns = solution if solution.status.usable else None, len(prepared.forces.beta)
-            cut = None if search.cut is None else CutPlan.of(search.cut, loop.step, free, columns)
+            cut = None if search.cut is None else CutPlan.of(search.cut, step, free, columns)
         else:
-            solve = _without_friction(start, settings.qpcc)
+            solve = partial(_without_friction, start, settings.qpcc)
             problem, solution = solve_relaxed(problem, others, solve, EMPTY if elastic else ())
         if reduced is not None:
             lam = reduced.forces(solution)
         else:
             lam = np.concatenate([np.zeros(layout.n_e), solution.lam_a, solution.beta])
-        loop.check(lam, solution.status.usable)
-    ended = solution.status, solution.certificate, solution.conflict
-    return Plan(loop.prediction, *ended, problem, start, held_to, cut)
+        found = predict(step, settings.enrichment, lam, left > 0 and solution.status.usable)
+        if isinstance(found, PredictedStep):
+            ended = solution.status, solution.certificate, solution.conflict
+            return Plan(found, *ended, problem, start, held_to, cut)
+        step, left = found, left - 1
 
 
 def _forces_of_hold(prepared: Prepared, step: CondensedStep) -> Array:
@@ -389,11 +392,9 @@ def _start(held: PredictedStep, step: CondensedStep) -> tuple[Array, Bools]:
     return held.lam[layout.actuators], pushing
 
 
-def _without_friction(start: Start, settings: QpccSettings) -> Solve:
-    """The solver of a QPCC: from its start, or from the nearest point to the limits."""
-
-    def solve(problem: Qpcc, near: Solution | None) -> Solution:
-        begin = start if near is None else Start(near.lam_a, near.piece)
-        return solve_qpcc(problem, begin, settings)
-
-    return solve
+def _without_friction(
+    start: Start, settings: QpccSettings, problem: Qpcc, near: Solution | None
+) -> Solution:
+    """Solve a QPCC from its start, or from the nearest point to the limits."""
+    begin = start if near is None else Start(near.lam_a, near.piece)
+    return solve_qpcc(problem, begin, settings)

@@ -155,7 +155,7 @@ def prepare(
         farther = step_ahead(horizon, space, assembled, step, forces, course, taut)
         prepared = prepared_plans(robot, step, farther, forces, keep, enrichment)
         slack = taut & ~robot.actuators.laws.bilateral & (prepared.held.effort < 0.0)
-        if farther.rho is None or not slack.any():
+        if farther.rho is None or not any(slack.tolist()):
             return prepared
         taut &= ~slack  # cables that hang slack at the end have no stiffness
 
@@ -211,7 +211,7 @@ def decide(
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
-    after = tick.solved.prediction
+    after = tick.solved
     before = target if last is None else layout.row_targets(values, carried.damping.goal)
     way = tick.position - position
     objective = objective_of(prepared, plan, aim, weight, way, after.effort, before, last)
@@ -304,7 +304,7 @@ def advance(
     way = robot.displacement(moved.state, step.system.h * moved.state.v)  # of the next tick [m]
     if not way < FARTHEST * robot.size:  # also NaN
         return Advanced(_predicted_state(robot, predicted), forces, predicted)
-    return Advanced(moved.state, moved.forces, moved.last.prediction)
+    return Advanced(moved.state, moved.forces, moved.last)
 
 
 def _predicted_state(robot: Robot, predicted: PredictedStep) -> State:
@@ -339,5 +339,5 @@ def hold(
     status = Status.INFEASIBLE if conflict else Status.OK
     certificate = hold_certificate(tick.solved, tick.command, robot.limits, robot.actuators)
     stalled = stalled_locks(command, tick, robot)
-    found = tick.solved.prediction, tick.position, status, certificate, conflict, stalled
+    found = tick.solved, tick.position, status, certificate, conflict, stalled
     return Decision(*found, command=tick.command)

@@ -27,8 +27,8 @@ from tauten.model import (
     CondensedStep,
     Enrichment,
     Forces,
-    ForwardStep,
     Limits,
+    PredictedStep,
     Robot,
     forward_step,
 )
@@ -61,7 +61,7 @@ class FirstTick:
         position: (n_a,) positions of the actuators after it, within reach.
     """
 
-    solved: ForwardStep
+    solved: PredictedStep
     command: Command
     position: Array
 
@@ -118,7 +118,7 @@ def take_tick(
     short = SHORT * (limits.position_max - limits.position_min)
     for _ in range(2 * step.layout.n_a + 4):
         solved = forward_step(step, enrichment, previous, command)
-        lam, delta = solved.prediction.lam[actuators], solved.prediction.delta[actuators]
+        lam, delta = solved.lam[actuators], solved.delta[actuators]
         changed = _corrected(
             command.position, command.effort, (wanted.position, wanted.effort), ends, (least, most, short),
             lam, delta, step.laws.bilateral,
@@ -138,8 +138,8 @@ def given_in(tick: FirstTick, supplied: Bools, limits: Limits) -> Command:
         supplied: (n_a,) which are supplies that keep efforts.
         limits: of the efforts.
     """
-    step, command = tick.solved.prediction.step, tick.command
-    lam = tick.solved.prediction.lam[step.layout.actuators]
+    step, command = tick.solved.step, tick.command
+    lam = tick.solved.lam[step.layout.actuators]
     within = np.minimum(np.maximum(lam, limits.effort_min), limits.effort_max)
     position, effort = command.position.copy(), command.effort.copy()
     position[supplied], effort[supplied] = np.nan, within[supplied]
@@ -192,9 +192,9 @@ def first_tick(
 
 def exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
     """Names of the efforts that are beyond their limits in a tick, and of what else is not met."""
-    lam = tick.solved.prediction.lam[robot.layout.actuators]
+    lam = tick.solved.lam[robot.layout.actuators]
     excess = robot.actuators.laws.beyond(lam, robot.limits)
-    if tick.solved.converged and not (excess > ROUNDING).any():
+    if tick.solved.converged and not any((excess > ROUNDING).tolist()):
         return ()
     names = robot.actuators.effort_names
     found = tuple(names[i] for i in np.flatnonzero(excess > ROUNDING).tolist())
@@ -204,7 +204,7 @@ def exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
 def jammed(robot: Robot, tick: FirstTick) -> bool:
     """Whether contacts are deeper than the tolerance after a tick because no forces open them."""
     solved = tick.solved
-    return not solved.converged and solved.prediction.deepest_gap < -robot.tolerance
+    return not solved.converged and solved.deepest_gap < -robot.tolerance
 
 
 def stalled_locks(locks: Command, tick: FirstTick, robot: Robot) -> Bools:

@@ -28,10 +28,6 @@ class Layout:
     n_e: int
     n_a: int
 
-    def without_effectors(self) -> Layout:
-        """The layout of steps that leave the effectors out."""
-        return row_layout(0, self.n_a)
-
 
 @lru_cache(maxsize=64)
 def row_layout(n_e: int, n_a: int) -> Layout:

@@ -14,7 +14,15 @@ from benchmarks.contact_basis import solve_pgs
 from benchmarks.manipulator.postures import arm_in_equilibrium
 from benchmarks.steps import StepTimes, time_controller
 from tauten.controller import Controller, load_controller_settings
-from tauten.model import Enrichment, Forces, Robot, Simulator, default_enrichment, row_compliance
+from tauten.model import (
+    Enrichment,
+    Forces,
+    Robot,
+    Simulator,
+    default_enrichment,
+    row_compliance,
+    row_layout,
+)
 from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis
 
@@ -176,11 +184,11 @@ def gauss_seidel_step(there: Simulator, effort: Array, start: Array) -> tuple[Ar
     H = np.vstack([rows.actuators.dense(), rows.contacts.rows.dense()])
     delta = np.concatenate([rows.actuators.delta, rows.contacts.rows.delta])
     response, slots = row_compliance(system, H, delta), rows.contacts.slots
-    layout = robot.layout.without_effectors()
+    layout = row_layout(0, robot.n_a)
     a, c = layout.actuators, layout.contacts
     gaps = response.delta_free[c] + response.W[c, a] @ effort
     found = solve_pgs(response.W[c, c], gaps, start[slots], _TOLERANCE, _SWEEPS)
-    response.velocity_change(system, np.concatenate([effort, found.lam]))
+    response.pushed(np.concatenate([effort, found.lam]))
     forces = np.zeros(robot.n_c)
     forces[slots] = found.lam
     return forces, found.iterations, found.converged

@@ -130,7 +130,7 @@ def start_of(warm: Warm, n_a: int, k: int) -> tuple[Array, Bools]:
         given, pushes = lam_a, warm
     else:
         given, pushes = warm.lam_a, warm.piece
-    if given.shape == (n_a,) and np.isfinite(given).all():
+    if given.shape == (n_a,) and all(np.isfinite(given).tolist()):
         lam_a[:] = given
     if pushes.shape == (k,):
         piece[:] = pushes

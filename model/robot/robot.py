@@ -145,6 +145,11 @@ class Robot(Generic[B_co]):
         return self.body.size
 
     @cached_property
+    def part_size(self) -> float:
+        """Size of the largest part [m]; of the body itself where it has no parts."""
+        return self.body.part_size
+
+    @cached_property
     def layout(self) -> Layout:
         """Where the rows of effectors, actuators and contacts are in a step."""
         return row_layout(self.effector_layout.n_rows, self.n_a)
@@ -219,6 +224,7 @@ class Robot(Generic[B_co]):
         seconds: float | None = None,
         end: State | None = None,
         far: bool = False,
+        later: float = 0.0,
     ) -> Robot[B_co]:
         """The same robot in a step: what touches obstacles or other bodies stays on their side where it was.
 
@@ -228,7 +234,12 @@ class Robot(Generic[B_co]):
             end: where the step leads without contact and is linearised; None: where the velocity leads, and
                 contacts are detected where it starts.
             far: whether what is beyond the alarm distance where it starts may touch at its end.
+            later: how much later the obstacles are where they are at its end [s].
         """
+        if not (self.contacts.poses.poses or self.contacts.loose):
+            return self
+        if later != 0.0:
+            return self.later(later).stepping(state, seconds, end, far)
         poses, h = self.contacts.poses, self.h if seconds is None else seconds
         of_obstacles = bool(poses.poses if far else self.contacts.sided)
         if not (of_obstacles or self.contacts.loose):
@@ -307,20 +318,15 @@ class Robot(Generic[B_co]):
             contacts: whether contacts are detected; else none is in range.
             effectors: whether effectors have rows.
         """
-        motion = self.body.motion(state)
-        found = self.contact_rows(motion) if contacts else self.no_contact_rows(motion)
+        motion, touching = self.body.motion(state), self.contacts
+        if contacts:
+            placed = motion.placed(self.vertices)
+            found = contact_rows(touching.detect(placed.y), placed, touching.frictional)
+        else:
+            none = motion.units(np.zeros(0, dtype=np.int64))
+            found = ContactRows.out_of_range(none, self.n_c, touching.frictional)
         reaching = self.effectors.rows(motion) if effectors else NO_EFFECTOR_ROWS
         return RobotRows(reaching, self.actuator_set.rows(motion), found)
-
-    def contact_rows(self, motion: Motion[Any]) -> ContactRows:
-        """Gaps and H_c of the candidates in range."""
-        placed = motion.placed(self.vertices)
-        return contact_rows(self.contacts.detect(placed.y), placed, self.contacts.frictional)
-
-    def no_contact_rows(self, motion: Motion[Any]) -> ContactRows:
-        """Contact rows with no candidate in range."""
-        none = np.zeros(0, dtype=np.int64)
-        return ContactRows.out_of_range(motion.units(none), self.n_c, self.contacts.frictional)
 
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False

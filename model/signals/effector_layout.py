@@ -140,7 +140,7 @@ class EffectorLayout:
 
         That is: of another number, not finite, or with quaternions of another length.
         """
-        if values.shape != (self.n_values,) or not np.isfinite(values).all():
+        if values.shape != (self.n_values,) or not all(np.isfinite(values).tolist()):
             return None
         values = values.copy()
         if self.positions_only:

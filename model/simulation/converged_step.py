@@ -29,7 +29,14 @@ from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.simulation.equilibrium import Ending, Merit
 from tauten.model.state import State
-from tauten.model.step import ContactSpace, Enrichment, Forces, ForwardStep, condensed, forward_step
+from tauten.model.step import (
+    ContactSpace,
+    Enrichment,
+    Forces,
+    PredictedStep,
+    condensed,
+    forward_step,
+)
 from tauten.model.system import System
 
 ITERATIONS = 40  # linearisations of a step at most
@@ -52,7 +59,7 @@ class ConvergedStep:
 
     state: State
     forces: Forces
-    last: ForwardStep
+    last: PredictedStep
     movement: float
     iterations: int
     ending: Ending
@@ -86,7 +93,7 @@ def converged_step(
     merit = Merit(robot, space, command, potential, moved)
     contacts = space.k > 0 or enrichment.rounds > 0
     iterate, lam, taken, movement = state, forces, 0, np.inf
-    last: ForwardStep | None = None
+    last: PredictedStep | None = None
     ending = Ending.OUT_OF_ITERATIONS
     while taken < ITERATIONS and ending is not Ending.SETTLED:
         if last is not None:
@@ -97,8 +104,7 @@ def converged_step(
                 break
         slid = None if last is None else system.h * robot.body.velocity(state, iterate)
         step = condensed(robot, space, iterate, lam, system, contacts, False, slid)
-        found = forward_step(step, enrichment, lam, command)
-        solved, taken = found.prediction, taken + 1
+        solved, taken = forward_step(step, enrichment, lam, command), taken + 1
         length = robot.displacement(iterate, system.h * solved.dv)
         if last is None and not np.isfinite(length):
             raise FactorisationError("the first iteration of the step is not finite")
@@ -109,7 +115,7 @@ def converged_step(
             ending = Ending.NOT_FINITE
             break
         iterate = moved(iterate, system, share * solved.dv)
-        lam, last, movement = solved.step.split(solved.lam, space.k), found, length
+        lam, last, movement = solved.step.split(solved.lam, space.k), solved, length
         if movement < TOLERANCE * robot.size:
             ending = Ending.SETTLED
     if last is None:
@@ -119,9 +125,9 @@ def converged_step(
     return ConvergedStep(end, lam, last, movement, taken, ending)
 
 
-def _pushed(last: ForwardStep, forces: Forces, space: ContactSpace) -> float:
+def _pushed(last: PredictedStep, forces: Forces, space: ContactSpace) -> float:
     """The work that obstacles do in a step by their motion [J]."""
-    step = last.prediction.step
+    step = last.step
     found, h = step.rows.contacts.found, step.system.h
     if found.surface is None:
         return 0.0

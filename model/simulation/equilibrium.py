@@ -23,7 +23,7 @@ from tauten.model.numerics import Array
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.state import State
-from tauten.model.step import ContactSpace, ForwardStep, PredictedStep
+from tauten.model.step import ContactSpace, PredictedStep
 from tauten.model.system import System
 
 WEIGHT = 2.0  # of a constraint's violation, relative to the largest force on it
@@ -139,7 +139,7 @@ class Merit:
 def make_report(
     robot: Robot,
     state: State,
-    result: ForwardStep,
+    result: PredictedStep,
     iterations: int,
     movement: float,
     ending: Ending = Ending.SETTLED,
@@ -154,14 +154,13 @@ def make_report(
         movement: largest displacement of a node in the last step [m].
         ending: how it ended, without the reason that the last step shows.
     """
-    solved = result.prediction
-    met = result.converged and solved.within_tolerance
+    met = result.converged and result.within_tolerance
     if not met:
         ending = Ending.NO_EQUILIBRIUM
     elif ending in (Ending.OUT_OF_ITERATIONS, Ending.NOT_FINITE):
         if robot.body.inverted(state) > 0:
             ending = Ending.INVERTED
-        elif not solved.step.system.exact:
+        elif not result.step.system.exact:
             ending = Ending.LIMIT_POINT
     converged = ending is Ending.SETTLED
     return Report(
@@ -169,8 +168,8 @@ def make_report(
         iterations=iterations,
         movement=movement,
         residual=result.residual,
-        deepest_gap=solved.deepest_gap,
-        extra_columns=len(solved.step.extra),
+        deepest_gap=result.deepest_gap,
+        extra_columns=len(result.step.extra),
         ending=ending,
         share=1.0 if converged else 0.0,
     )

@@ -43,7 +43,7 @@ def relaxed(
         scheme = replace(robot.integration, static=False, rate=1.0 / h)
         try:
             step = condense_step(robot, space, state, forces, contacts, False, scheme)
-            solved = forward_step(step, enrichment, forces, command).prediction
+            solved = forward_step(step, enrichment, forces, command)
             movement = robot.displacement(state, h * (state.v + solved.dv))
         except FactorisationError:
             movement = np.inf

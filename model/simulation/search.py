@@ -35,7 +35,6 @@ from tauten.model.step import (
     ContactSpace,
     Enrichment,
     Forces,
-    ForwardStep,
     PredictedStep,
     condense_step,
     forward_step,
@@ -112,7 +111,7 @@ class EquilibriumSearch:
             if grown:
                 shares = self._shares(load.now)
             length = self._length(found)
-            dv = shares.step(found, length, grown) if np.isfinite(length) else found.prediction.dv
+            dv = shares.step(found, length, grown) if np.isfinite(length) else found.dv
             after = self._moved(state, step.system, dv)
             if not np.isfinite(length) or not np.isfinite(after.q).all():
                 ending = Ending.NOT_FINITE
@@ -120,7 +119,7 @@ class EquilibriumSearch:
             state, result, movement = after, found, length
             used = step.system.semidefinite
             semidefinite = smaller_share(used) if used == semidefinite else used
-            forces = found.prediction.step.split(found.prediction.lam, self._space.k)
+            forces = found.step.split(found.lam, self._space.k)
             if load.complete and movement < tolerance:
                 ending, push = way_on(robot, result, command.by_position, pushed)
                 if push is None:
@@ -135,7 +134,7 @@ class EquilibriumSearch:
             nothing = Report(False, taken, np.inf, np.inf, np.inf, 0, Ending.NOT_FINITE, 0.0)
             return Found(state, forces, nothing, None)
         report = make_report(robot, state, result, taken, movement, ending)
-        return Found(state, forces, report, result.prediction)
+        return Found(state, forces, report, result)
 
     def _condensed(self, state: State, forces: Forces, semidefinite: float) -> CondensedStep:
         contacts = self._space.k > 0 or self._enrichment.rounds > 0
@@ -146,10 +145,10 @@ class EquilibriumSearch:
 
     def _solved(
         self, step: CondensedStep, forces: Forces, load: GrowingLoad
-    ) -> tuple[ForwardStep, bool]:
+    ) -> tuple[PredictedStep, bool]:
         """A step under the largest load within reach, and whether the load has grown; it is moved there."""
 
-        def under(share: float, step: CondensedStep) -> tuple[ForwardStep, float]:
+        def under(share: float, step: CondensedStep) -> tuple[PredictedStep, float]:
             found = forward_step(step, self._enrichment, forces, load.at(share))
             return found, self._length(found)
 
@@ -157,17 +156,16 @@ class EquilibriumSearch:
         found, length = under(top, step)
         if top == load.share or length <= self._reach:
             return found, load.grow(top)
-        kept, least = under(load.share, found.prediction.step)
+        kept, least = under(load.share, found.step)
         if not least < CLOSE * self._reach:
             return kept, False
         share = load.share + (top - load.share) * (self._reach - least) / (length - least)
-        found, _ = under(share, kept.prediction.step)
+        found, _ = under(share, kept.step)
         return found, load.grow(share)
 
-    def _length(self, found: ForwardStep) -> float:
+    def _length(self, found: PredictedStep) -> float:
         """Largest displacement of a node in a step [m]."""
-        solved = found.prediction
-        return self.robot.displacement(solved.step.state, solved.step.system.h * solved.dv)
+        return self.robot.displacement(found.step.state, found.step.system.h * found.dv)
 
     def _moved(self, state: State, system: System, dv: Array) -> State:
         """The state after a step that turns elements where it is long."""
@@ -239,7 +237,7 @@ class StepShares:
         self._shortest, self._anderson = np.inf, Anderson(DEPTH)
         self._patience, self._stalled = patience, 0
 
-    def step(self, found: ForwardStep, length: float, grown: bool) -> Array:
+    def step(self, found: PredictedStep, length: float, grown: bool) -> Array:
         """The change of velocity (n,) to move by.
 
         Args:
@@ -247,20 +245,19 @@ class StepShares:
             length: largest displacement of a node in it [m].
             grown: whether the load grew in it, so that its length does not tell whether it converges.
         """
-        solved = found.prediction
-        h, dv = solved.step.system.h, solved.dv
+        h, dv = found.step.system.h, found.dv
         share = min(1.0, self._reach / max(length, 1e-300))
         if grown:
             return share * dv
         self._stalled = 0 if length < self._shortest else self._stalled + 1
         self._shortest = min(length, self._shortest)
-        if length < self._near and (solved.contacts_push or not solved.step.system.exact):
+        if length < self._near and (found.contacts_push or not found.step.system.exact):
             move = self._anderson.next(h * dv)
-            if self._robot.displacement(solved.step.state, move) <= self._near:
+            if self._robot.displacement(found.step.state, move) <= self._near:
                 return move / h
             self._anderson.restart()  # extrapolated beyond where it is linear
             return dv
         if self._stalled <= self._patience:
             return share * dv
-        self._merit.observe(solved)
-        return self._merit.share(solved, share) * dv
+        self._merit.observe(found)
+        return self._merit.share(found, share) * dv

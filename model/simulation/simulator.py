@@ -35,7 +35,6 @@ from tauten.model.step import (
     ContactSpace,
     Enrichment,
     Forces,
-    ForwardStep,
     PredictedStep,
     condense_step,
     contact_model,
@@ -258,7 +257,7 @@ class Simulator(RobotModel):
         except FactorisationError as error:
             raise FactorisationError(diverged(self.robot, self.effort, error)) from error
         self._state, self._forces, self._moved = done.state, done.forces, command
-        self._stepped = done.state, done.last.prediction
+        self._stepped = done.state, done.last
         movement = self._robot.displacement(done.start, done.way)
         return make_report(self._robot, done.state, done.last, steps, movement)
 
@@ -266,7 +265,7 @@ class Simulator(RobotModel):
         model = self.robot, self._space, self._enrichment
         done = converged_step(*model, self._state, self._forces, command)
         self._state, self._forces = done.state, done.forces
-        self._stepped = done.state, done.last.prediction
+        self._stepped = done.state, done.last
         end = done.state, done.last, done.iterations, done.movement, done.ending
         return make_report(self.robot, *end)
 
@@ -384,16 +383,16 @@ class Simulator(RobotModel):
         """
         return smooth_contact_forces(self.robot, self._state, self._forces)
 
-    def _advance(self, command: Command) -> tuple[ForwardStep, float]:
+    def _advance(self, command: Command) -> tuple[PredictedStep, float]:
         """One time step, and the largest displacement of a node in it [m]."""
         contacts = self._space.k > 0 or self._enrichment.rounds > 0
         robot = self.robot.stepping(self._state, far=True)
         step = condense_step(robot, self._space, self._state, self._forces, contacts, False)
-        result = forward_step(step, self._enrichment, self._forces, command)
-        system, solved = step.system, result.prediction
+        solved = forward_step(step, self._enrichment, self._forces, command)
+        system = step.system
         v = system.v + solved.dv
         movement = self.robot.displacement(self._state, system.h * v)
         self._state = self.robot.advance(self._state, v, system.h)
         self._forces = solved.step.split(solved.lam, self._space.k)
         self._stepped = self._state, solved
-        return result, movement
+        return solved, movement

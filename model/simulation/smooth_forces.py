@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tauten.model.layout import row_layout
 from tauten.model.numerics import Array, solve_lcp
 from tauten.model.robot import Robot
 from tauten.model.state import State
@@ -28,7 +29,7 @@ def smooth_contact_forces(robot: Robot, state: State, forces: Forces) -> Array:
     response = row_compliance(
         system, H, np.concatenate([rows.actuators.delta, contacts.rows.delta])
     )
-    layout = robot.layout.without_effectors()
+    layout = row_layout(0, robot.n_a)
     a, c = layout.actuators, layout.contacts
     W = response.W[c, c]
     delta = response.delta_free[c] + response.W[c, a] @ forces.effort

@@ -20,7 +20,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 from tauten.model.numerics import Array, Bools
 from tauten.model.robot import Robot
 from tauten.model.simulation.equilibrium import Ending
-from tauten.model.step import ForwardStep, PredictedStep
+from tauten.model.step import PredictedStep
 
 NEGATIVE = -1e-6  # κ below this is unstable; rounding and the last movement are smaller
 ACCURACY = 1e-3  # of κ
@@ -86,7 +86,7 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
 
 
 def way_on(
-    robot: Robot, result: ForwardStep, held: Bools, pushed: int
+    robot: Robot, result: PredictedStep, held: Bools, pushed: int
 ) -> tuple[Ending, Array | None]:
     """How a converged search ends; a velocity (n,) [m/s] that leaves an unstable equilibrium, or None.
 
@@ -99,13 +99,11 @@ def way_on(
         held: (n_a,) which positions of actuators are held.
         pushed: how often it was pushed away before.
     """
-    if result.prediction.contacts_push:
+    if result.contacts_push:
         return Ending.SETTLED, None
-    direction = unstable_direction(robot, result.prediction, held)
+    direction = unstable_direction(robot, result, held)
     if direction is None:
         return Ending.SETTLED, None
     if pushed < len(PUSHES):
-        return Ending.OUT_OF_ITERATIONS, PUSHES[
-            pushed
-        ] * direction / result.prediction.step.system.h
+        return Ending.OUT_OF_ITERATIONS, PUSHES[pushed] * direction / result.step.system.h
     return Ending.BUCKLED, None

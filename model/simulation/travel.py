@@ -49,7 +49,7 @@ from tauten.model.step import (
     ContactSpace,
     Enrichment,
     Forces,
-    ForwardStep,
+    PredictedStep,
     condense_step,
     forward_step,
 )
@@ -84,7 +84,7 @@ class Travel:
 
     state: State
     forces: Forces
-    last: ForwardStep
+    last: PredictedStep
     start: State
     way: Array
     correction: float
@@ -119,11 +119,11 @@ def travel(
     Raises:
         FactorisationError: the state has diverged.
     """
-    static, size = robot.integration.static, robot.body.part_size
+    static, size = robot.integration.static, robot.part_size
     farthest = FARTHEST_CORRECTION * size
     most, last = (steps, steps) if static else (steps << DOUBLINGS, steps << RESCUES)
     count, commands = steps, (before, command)
-    resolves = not static and not robot.obstacles.poses
+    resolves = not static and not robot.contacts.poses.poses
     while True:
         limit = farthest if count < most else VIOLENT * farthest
         limit = np.inf if count == last else limit
@@ -202,7 +202,7 @@ def _second(
     if not struck:
         beyond = _beyond(robot, start, first.state, stages.scheme.h)
         end = stages.solve(beyond, first.forces, command, share, start)
-        among = bool(robot.obstacles.poses or robot.contacts.loose)
+        among = bool(robot.contacts.poses.poses or robot.contacts.loose)
         if not among or not _struck(first.forces, end, PUSHES * stages.size):
             return end
     return stages.over_the_rest().solve(first.state, first.forces, command, share)
@@ -220,7 +220,7 @@ def _struck(before: Forces, stage: Travel, least: float, actuators: bool = True)
         least: displacement in the row of an actuator or contact from which on a force pushes [m].
         actuators: whether actuators count, and how contacts slide; else only whether contacts push.
     """
-    step, after, kept = stage.last.prediction.step, stage.forces, slice(None if actuators else 0)
+    step, after, kept = stage.last.step, stage.forces, slice(None if actuators else 0)
     places = step.layout.actuators.start, step.layout.contacts.start
     forces = (
         (before.effort[kept], before.beta, before.extra, before.extra_beta),
@@ -296,16 +296,15 @@ class _Stages:
         at = start if scheme.static else _ahead(robot, start, scheme.h)
         slid = None if scheme.static else scheme.h * start.v
         before, h = (start, scheme.h) if origin is None else (origin, scheme.h / STAGE)
-        robot = robot.later((share - 1.0) * robot.h).stepping(before, h, at)
+        robot = robot.stepping(before, h, at, later=(share - 1.0) * robot.h)
         step = condense_step(robot, space, at, forces, contacts, False, scheme, slid)
-        last = forward_step(step, self.enrichment, forces, command)
-        solved = last.prediction
+        solved = forward_step(step, self.enrichment, forces, command)
         h = step.system.h
         v = (step.system.v if scheme.static else start.v) + solved.dv
         correction = robot.body.displacement(start, h * solved.dv)
         state = robot.body.advance(start, v, h)
         after = solved.step.split(solved.lam, space.k)
-        return Travel(state, after, last, start, h * v, correction, last.converged)
+        return Travel(state, after, solved, start, h * v, correction, solved.converged)
 
     def over_the_rest(self) -> _Stages:
         """Steps that are as long as what the first stage leaves of the whole step."""

@@ -11,15 +11,15 @@ from tauten.model.step.contact_space import ContactSpace, EmptySpace, ReducedCon
 from tauten.model.step.enrichment import (
     NO_ENRICHMENT,
     Enrichment,
-    EnrichmentLoop,
     PredictedStep,
     contact_model,
     default_enrichment,
+    predict,
     worst_rows,
 )
 from tauten.model.step.force_limits import ForceLimits, Grasp, force_limits
 from tauten.model.step.forces import Forces, TangentialForces, no_forces
-from tauten.model.step.forward_step import ForwardStep, eliminate_rows, forward_step
+from tauten.model.step.forward_step import eliminate_rows, forward_step
 from tauten.model.step.friction_law import unit_start
 from tauten.model.step.given_friction import (
     step_certificate,
@@ -33,11 +33,9 @@ __all__ = [
     "ContactSpace",
     "EmptySpace",
     "Enrichment",
-    "EnrichmentLoop",
     "ForceLimits",
     "Grasp",
     "Forces",
-    "ForwardStep",
     "NO_ENRICHMENT",
     "PredictedStep",
     "ReducedContacts",
@@ -50,6 +48,7 @@ __all__ = [
     "force_limits",
     "forward_step",
     "no_forces",
+    "predict",
     "recondensed",
     "row_compliance",
     "sorted_rows",

@@ -40,10 +40,6 @@ class Compliance:
     def __len__(self) -> int:
         return len(self.delta_free)
 
-    def velocity_change(self, system: System, lam: Array) -> Array:
-        """Dv of a step under constraint forces lam (m,): (n,) [m/s]."""
-        return system.v_free - system.v + system.h * self.pushed(lam)
-
     @property
     def X(self) -> Array:
         """(A⁻¹ Hᵀ)ᵀ (m, n), velocity change per constraint impulse."""

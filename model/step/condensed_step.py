@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.layout import Layout
+from tauten.model.layout import Layout, row_layout
 from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.robot import Robot
 from tauten.model.rows import ContactRows
@@ -191,7 +191,7 @@ def condense_step(
     Raises:
         FactorisationError: the state has diverged.
     """
-    system = robot.linearise(state, forces.effort, integration)
+    system = robot.body.linearise(state, forces.effort, integration or robot.integration)
     return condensed(robot, space, state, forces, system, contacts, effectors, slid)
 
 
@@ -229,7 +229,7 @@ def condensed(
         of_units, values, axes = unit_rows(rows.contacts, extra, system.h, slid)
         H.append(of_units)
         delta.append(values)
-    layout = robot.layout if effectors else robot.layout.without_effectors()
+    layout = robot.layout if effectors else row_layout(0, robot.n_a)
     frictional = rows.contacts.relative is not None
     compliance = row_compliance(system, np.concatenate(H), np.concatenate(delta), frictional)
     if robot.actuators.laws.springs is not None:

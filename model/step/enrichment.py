@@ -100,6 +100,8 @@ class PredictedStep:
         dv: (n,) velocity change [m/s].
         deepest_gap: smallest predicted gap of the candidates in range [m], +inf without any.
         within_tolerance: whether no candidate without a unit column is deeper than the tolerance.
+        residual: complementarity of the forces of a forward step [m].
+        converged: whether that met its tolerance, and the positions of bilateral actuators theirs.
     """
 
     step: CondensedStep
@@ -109,6 +111,8 @@ class PredictedStep:
     dv: Array
     deepest_gap: float
     within_tolerance: bool
+    residual: float = 0.0
+    converged: bool = True
 
     def touching(self, space: ContactSpace) -> ContactForces:
         """The contacts in range with their forces, of a basis of contact forces."""
@@ -121,47 +125,38 @@ class PredictedStep:
         return bool((self.lam[self.step.layout.contacts] > 0.0).any())
 
 
-class EnrichmentLoop:
-    """The loop of solving and adding columns; the caller solves.
+def predict(
+    step: CondensedStep,
+    enrichment: Enrichment,
+    lam: Array,
+    more: bool,
+    residual: float = 0.0,
+    converged: bool = True,
+) -> PredictedStep | CondensedStep:
+    """The effect of forces, or where they leave candidates too deep the step with more unit columns.
 
-        loop = EnrichmentLoop(step, enrichment)
-        while loop.prediction is None:
-            lam = ...  # forces on the rows of loop.step.compliance
-            loop.check(lam)
+    The caller solves in a loop, as `tauten.model.step.forward_step.forward_step` does.
 
-    Attributes:
-        step: what to solve next.
-        prediction: the result; None while another solve is needed.
+    Args:
+        step: what was solved.
+        enrichment: tolerance and number of columns.
+        lam: (m,) forces on the rows of `step.compliance` [N].
+        more: whether columns may be added, because rounds are left and the solver succeeded.
+        residual: complementarity of these forces [m].
+        converged: whether they met the tolerance.
     """
-
-    def __init__(self, step: CondensedStep, enrichment: Enrichment) -> None:
-        """Start with the columns that a step has."""
-        self.step = step
-        self.prediction: PredictedStep | None = None
-        self._enrichment = enrichment
-        self._rounds_left = enrichment.rounds
-
-    def check(self, lam: Array, usable: bool = True) -> None:
-        """Predict the gaps of all candidates in range; add columns, or end the loop.
-
-        Args:
-            lam: (m,) forces on the rows of `step.compliance` [N].
-            usable: whether the solver succeeded; if not, the loop ends.
-        """
-        step = self.step
-        dv = step.compliance.velocity_change(step.system, lam)
-        contacts = step.rows.contacts
-        gaps = contacts.rows.after(step.system.h, step.system.v + dv)
-        deepest, worst = float(np.minimum.reduce(gaps, initial=np.inf)), step.extra[:0]
-        if deepest < -self._enrichment.tolerance:  # hardly ever
-            worst = worst_rows(contacts, gaps, self._enrichment, step.extra)
-        if len(worst) == 0 or self._rounds_left == 0 or not usable:
-            delta = step.compliance.delta_free + step.compliance.W @ lam
-            effort = lam[step.layout.actuators] if step.rho is None else step.efforts(lam, delta)
-            self.prediction = PredictedStep(step, lam, delta, effort, dv, deepest, len(worst) == 0)
-            return
-        self._rounds_left -= 1
-        self.step = step.with_unit_columns(worst)
+    compliance, system, contacts = step.compliance, step.system, step.rows.contacts
+    dv = system.v_free - system.v + system.h * compliance.pushed(lam)
+    gaps = contacts.rows.after(system.h, system.v + dv)
+    deepest, worst = float(np.minimum.reduce(gaps, initial=np.inf)), step.extra[:0]
+    if deepest < -enrichment.tolerance:  # hardly ever
+        worst = worst_rows(contacts, gaps, enrichment, step.extra)
+    if len(worst) > 0 and more:
+        return step.with_unit_columns(worst)
+    delta = compliance.delta_free + compliance.W @ lam
+    effort = lam[step.layout.actuators] if step.rho is None else step.efforts(lam, delta)
+    within = len(worst) == 0
+    return PredictedStep(step, lam, delta, effort, dv, deepest, within, residual, converged)
 
 
 def worst_rows(contacts: ContactRows, gaps: Array, enrichment: Enrichment, known: Ints) -> Ints:

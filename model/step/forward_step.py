@@ -16,7 +16,7 @@ import numpy as np
 from tauten.model.numerics import Array, Bools, Ints, kernel, lcp_forces
 from tauten.model.signals import Command
 from tauten.model.step.condensed_step import CondensedStep
-from tauten.model.step.enrichment import Enrichment, EnrichmentLoop, PredictedStep
+from tauten.model.step.enrichment import Enrichment, PredictedStep, predict
 from tauten.model.step.forces import Forces
 from tauten.model.step.friction_law import cone_forces, unit_start
 from tauten.model.step.sorted_rows import sort_rows, sorted_rows
@@ -25,21 +25,6 @@ SINGULAR = (
     1e-12  # eigenvalue of the scaled W_EE, relative to the largest, below which it is rounding
 )
 EQUAL = 1e-7  # of the terms of a row that is to be zero; what is left of it
-
-
-@dataclass(frozen=True, slots=True)
-class ForwardStep:
-    """A solved forward step.
-
-    Attributes:
-        prediction: forces and motion.
-        residual: complementarity of the LCP [m].
-        converged: whether the LCP met its tolerance, and the positions of bilateral actuators theirs.
-    """
-
-    prediction: PredictedStep
-    residual: float
-    converged: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +67,7 @@ def eliminate_rows(W: Array, delta: Array, kept: Ints, zero: Ints) -> Eliminatio
 
 def forward_step(
     step: CondensedStep, enrichment: Enrichment, previous: Forces, command: Command
-) -> ForwardStep:
+) -> PredictedStep:
     """Solve a step under given positions and efforts of the actuators.
 
     Args:
@@ -91,19 +76,21 @@ def forward_step(
         previous: forces of the last step, where the LCP starts.
         command: position or effort of each actuator.
     """
-    loop, layout = EnrichmentLoop(step, enrichment), step.layout
+    layout, left = step.layout, enrichment.rounds
     lam = np.zeros(len(step.compliance.delta_free))
     lam[layout.actuators] = previous.effort
     first = layout.n_e + layout.n_a + len(step.reduced.modes)
     lam[layout.n_e + layout.n_a : first] = previous.beta[step.reduced.modes]
     if len(step.extra) > 0:
         lam[first:] = unit_start(step, previous)
-    while loop.prediction is None:
-        start = np.zeros(len(loop.step.compliance.delta_free))
+    while True:
+        start = np.zeros(len(step.compliance.delta_free))
         start[: len(lam)] = lam
-        lam, residual, converged = solve_forces(loop.step, start, command)
-        loop.check(lam)
-    return ForwardStep(loop.prediction, residual, converged)
+        lam, residual, converged = solve_forces(step, start, command)
+        found = predict(step, enrichment, lam, left > 0, residual, converged)
+        if isinstance(found, PredictedStep):
+            return found
+        step, left = found, left - 1
 
 
 def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[Array, float, bool]:

@@ -74,7 +74,7 @@ def test_a_hold_keeps_the_pressure_and_its_certificate_sees_errors() -> None:
     command = Command.of(follower.position, None)
     solved = forward_step(prepared.step, NONE, forces, command)
     right = hold_certificate(solved, command, robot.limits, robot.actuators)
-    wrong = replace(solved, prediction=replace(solved.prediction, lam=1.01 * solved.prediction.lam))
+    wrong = replace(solved, lam=1.01 * solved.lam)
     worse = hold_certificate(wrong, command, robot.limits, robot.actuators)
     assert right.stationarity < 1e-9
     assert worse.stationarity > 1e-3

@@ -187,7 +187,7 @@ def test_a_hold_has_residuals_of_its_own(beam: Robot) -> None:
     )
     solved = forward_step(prepared.step, none, forces, held)
     right = hold_certificate(solved, held, robot.limits, robot.actuators)
-    wrong = replace(solved, prediction=replace(solved.prediction, lam=1.01 * solved.prediction.lam))
+    wrong = replace(solved, lam=1.01 * solved.lam)
     worse = hold_certificate(wrong, held, robot.limits, robot.actuators)
     for name in ("primal", "complementarity", "stationarity"):
         assert 0.0 <= getattr(right, name) < 1e-9

@@ -36,7 +36,7 @@ def test_a_solved_step_obeys_the_law_of_every_row() -> None:
     acting = np.arange(step.layout.n_e, len(step.compliance))
     np.testing.assert_array_equal(np.sort(np.concatenate(found)), acting)
     assert (len(rows.forced), len(rows.equal), len(rows.cables)) == (1, 1, 2)
-    solved = forward_step(step, NO_ENRICHMENT, none, command).prediction
+    solved = forward_step(step, NO_ENRICHMENT, none, command)
     lam = solved.lam
     apart = solved.delta.copy()
     apart[step.layout.actuators] -= np.where(command.by_position, position, 0.0)

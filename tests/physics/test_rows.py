@@ -45,7 +45,7 @@ def test_contact_rows_are_derivatives(finger: Robot[NodalBody], bent: Simulator)
     assert len(contacts) > 100
 
     def gaps(q: Array) -> Array:
-        return finger.contact_rows(finger.motion(State(q, q))).found.gaps()[contacts.slots]
+        return finger.rows(State(q, q)).contacts.found.gaps()[contacts.slots]
 
     d = np.random.default_rng(0).standard_normal(q.size)
     expected, found = contacts.rows.H @ d, central(gaps, q, d, 1e-9)
