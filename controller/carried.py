@@ -42,9 +42,10 @@ from operator import mul
 
 import numpy as np
 
-from tauten.controller.friction import CutPlan, no_slots
-from tauten.controller.plan import Aim, Plan, Prepared
-from tauten.model import ContactForces, ContactSpace, ForceLimits, Grasp, PredictedStep
+from tauten.controller.friction import MET, CutPlan, no_slots, pushed_slots
+from tauten.controller.plan import Aim, Plan, Prepared, brings_nearer, distance_left
+from tauten.controller.qpcc import Status
+from tauten.model import ContactForces, ContactSpace, ForceLimits, Grasp, PredictedStep, Robot
 from tauten.model.numerics import Array, Ints
 
 REVERSED = 0.1  # d_k·d_(k-1) / |d_(k-1)|² below which a change counts as an overshoot,
@@ -64,6 +65,7 @@ SMALL = 1e-3  # share of the way below which it becomes the largest one again
 MORE = 2.0  # where the gain is this multiple of its mean in two ticks
 RECENT = 0.2  # weight of the last tick in the mean of decreases
 JUMP = 1e-4  # of the robot's size: a goal that changes by more in a tick is another one
+FARTHER = 2.0  # distance up to which contact is looked for in the next tick
 STILL = 1e-9  # of the robot's size; smaller changes are rounding
 
 
@@ -315,12 +317,14 @@ class Carried:
         grasp: limits of contact forces, and which of them count; None: there are none.
         cut: where the search of the last plan with friction was cut; None: it was not.
         pushed: slots of the unit columns that pushed in that plan: they are known to the next one.
+        sight: distance up to which contact is looked for, if more than the alarm distance [m].
     """
 
     damping: Damping
     grasp: Grasp | None
     cut: CutPlan | None = None
     pushed: Ints = field(default_factory=no_slots)
+    sight: float = 0.0
 
     def exceeded(self, step: PredictedStep, space: ContactSpace) -> tuple[str, ...]:
         """The names of the limits that the contact forces of a step are beyond."""
@@ -338,3 +342,32 @@ class Carried:
 def nothing_carried(limits: ForceLimits | None) -> Carried:
     """The start of a robot with these limits of contact forces; None: it has none."""
     return Carried(undamped(), None if limits is None else Grasp.at_start(limits))
+
+
+def sight_after(robot: Robot, prepared: Prepared, plan: Plan, aim: Aim, sight: float) -> float:
+    """Up to which distance the next decision looks for contact [m]; 0: up to the alarm distance.
+
+    An effector on an object moves only if something touches the object, which may be far away. Where no plan
+    brings such effectors nearer to their targets, the next one looks twice as far. It looks as far as this
+    one until bodies touch and all that push in the plan are within the alarm distance.
+
+    Args:
+        robot: its size, and the contacts of its parts.
+        prepared: the step.
+        plan: over the horizon.
+        aim: targets and weights of the effector rows.
+        sight: up to which this decision looked [m].
+    """
+    alarm, step = robot.contacts.alarm_distance, prepared.farther
+    W = step.compliance.W[step.layout.effectors, step.layout.actuators]  # (n_e, n_a)
+    apart = distance_left(aim, prepared.held)
+    if W[aim.scale > 0.0].any(axis=1).all() or apart <= MET * robot.size:
+        return 0.0
+    seeking = plan.status is Status.SEEKING_CONTACT or not step.frictional
+    if seeking and not brings_nearer(robot, aim, plan, apart):
+        return min(FARTHER * max(sight, alarm), robot.size)
+    found, forces, loose = prepared.step.rows.contacts, prepared.forces, robot.contacts.loose
+    now = found.rows_of(forces.extra[forces.extra_beta > 0.0])
+    then = found.rows_of(pushed_slots(plan.predicted))
+    touching = np.isin(found.found.pair[now], loose).any()
+    return 0.0 if touching and (found.rows.delta[then] <= alarm).all() else sight

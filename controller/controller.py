@@ -225,7 +225,8 @@ class Controller(RobotModel):
         if self._prepared is not None:
             return
         now = self._state, self._forces, self._left.position, self.settings.enrichment
-        ahead = self.horizon.of(self._robot.stepping(self._state, later=self._robot.h))
+        robot = self._robot.stepping(self._state, later=self._robot.h)
+        ahead = self.horizon.of(robot, self._carried.sight)
         try:
             self._prepared = prepare(ahead, self.space, *now, self._course, self._locks.by_force)
         except FactorisationError:
@@ -282,10 +283,7 @@ class Controller(RobotModel):
         return self._carried.grasp
 
     def hold(self) -> Actuation:
-        """Keep position or effort of each actuator, as the robot file says; the model moves so.
-
-        Locked actuators stay where they are, too: they go to their value while targets are decided for.
-        """
+        """Keep position or effort of every actuator, as the robot file says; the model moves so."""
         self.prepare()
         return self._hold(None)
 

@@ -84,8 +84,15 @@ class Horizon:
     integration: Integration
     ticks: int = 0
 
-    def of(self, robot: Robot) -> Horizon:
-        """The same for the robot at another time."""
+    def of(self, robot: Robot, sight: float) -> Horizon:
+        """The same for the robot at another time.
+
+        Args:
+            robot: at that time.
+            sight: distance up to which contacts are looked for, if more than the alarm distance [m].
+        """
+        if sight > robot.contacts.alarm_distance:
+            robot = robot.with_contacts(robot.contacts.reaching(sight))
         return self if robot is self.robot else replace(self, robot=robot)
 
 

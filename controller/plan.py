@@ -102,6 +102,7 @@ class Aim:
         grasp: limits of contact forces, and which of them count; None: there are none.
         cut: where the search of the last plan with friction was cut; None: it was not.
         pushed: slots of the unit columns that pushed in that plan.
+        looking: whether contact is looked for, with what nothing touches yet.
     """
 
     target: Array
@@ -111,6 +112,7 @@ class Aim:
     grasp: Grasp | None
     cut: CutPlan | None = None
     pushed: Ints = field(default_factory=no_slots)
+    looking: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +209,7 @@ def make_plan(
     if not prepared.farther.frictional:
         return _plan_from(prepared.held.step, robot.h, *given)
     step = with_known_columns(prepared.farther, prepared.held.step, aim.pushed)
-    apart = _distance(aim, prepared.held)
+    apart = distance_left(aim, prepared.held)
     plan = _plan_from(step, robot.h, *given)
     met = plan.status is Status.SEEKING_CONTACT and apart <= MET * robot.size
     plan = replace(plan, status=Status.OK) if met else plan
@@ -216,23 +218,24 @@ def make_plan(
         if loaded.frictional:
             loaded = under_friction(prepared.farther, prepared.forces)
         return _plan_from(loaded, robot.h, *given)
-    untouched = len(plan.predicted.step.extra) == 0 and not _brings_nearer(robot, aim, plan, apart)
+    untouched = len(plan.predicted.step.extra) == 0 and not brings_nearer(robot, aim, plan, apart)
     if not untouched and plan.status is not Status.SEEKING_CONTACT:
         return plan
     if not (resumed or settings.time is None or settings.time.allows()):
         return replace(plan, cut=CutPlan(None, seeking=True))
-    gaps = step.rows.contacts.rows.delta
-    near = np.setdiff1d(np.argsort(gaps, kind="stable")[:NEAREST], step.extra)
-    if len(near) > 0:
+    near = np.argsort(step.rows.contacts.rows.delta, kind="stable")[:NEAREST]
+    if len(near := np.setdiff1d(near, step.extra)) > 0:
         step = step.with_unit_columns(near)
-    aim, hidden = aim if resumed else replace(aim, cut=None), plan.status is Status.SEEKING_CONTACT
-    looking = replace(settings, seeking=hidden)
-    seeking = _plan_from(step, ENDLESSLY, robot, prepared, aim, position, looking, locks)
+    hidden = plan.status is Status.SEEKING_CONTACT
+    aim = replace(aim, cut=aim.cut if resumed else None, looking=aim.looking or hidden)
+    search = replace(settings, seeking=hidden)
+    seeking = _plan_from(step, ENDLESSLY, robot, prepared, aim, position, search, locks)
     cut = None if seeking.cut is None else replace(seeking.cut, seeking=True)
-    if seeking.status.usable and _brings_nearer(robot, aim, seeking, apart):
-        if seeking.status is Status.RELAXED:  # of the two, what a user must know
-            return replace(seeking, cut=cut)
-        return replace(seeking, status=Status.SEEKING_CONTACT, cut=cut)
+    if seeking.status.usable and brings_nearer(robot, aim, seeking, apart):
+        relaxed = seeking.status is Status.RELAXED  # of the two, what a user must know
+        return replace(
+            seeking, status=Status.RELAXED if relaxed else Status.SEEKING_CONTACT, cut=cut
+        )
     if hidden and _presses_as_it_may(prepared, plan, aim.grasp):
         return replace(plan, status=Status.OK, cut=cut)
     return replace(plan, cut=cut)
@@ -262,10 +265,8 @@ def _plan_from(
         reduced = None if locks is None else LockedStep(step, locks)
         effort, pushing = _start(held, step)
         rows: LockedStep | Compliance = step.compliance
-        places = layout
         limits, actuators, travelled, stay = robot.limits, robot.actuators, position, kept
-        free = np.arange(robot.n_a)
-        start = Start(effort, pushing)
+        free, places, start = np.arange(robot.n_a), layout, Start(effort, pushing)
         if reduced is not None:
             rows, free, places = reduced, reduced.free, reduced.layout
             limits, actuators = robot.limits.at(free), robot.actuators.at(free)
@@ -285,8 +286,7 @@ def _plan_from(
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
         if step.frictional:
-            largest, seeking = float(aim.scale.max()), settings.seeking
-            problem = with_slip(problem, step, prepared.forces, largest, seeking)
+            problem = with_slip(problem, step, prepared.forces, float(aim.scale.max()), aim.looking)
         others = len(problem.G)
         problem = with_force_limits(problem, aim.grasp, step, held)
         if step.frictional and len(step.extra) > 0:
@@ -349,7 +349,7 @@ def _held_back_to(prepared: Prepared, aim: Aim) -> Array:
     return now if lost else held
 
 
-def _brings_nearer(robot: Robot, aim: Aim, plan: Plan, apart: float) -> bool:
+def brings_nearer(robot: Robot, aim: Aim, plan: Plan, apart: float) -> bool:
     """Whether a plan moves the effectors towards a target that they have not met.
 
     Args:
@@ -358,10 +358,10 @@ def _brings_nearer(robot: Robot, aim: Aim, plan: Plan, apart: float) -> bool:
         plan: the plan.
         apart: how far holding leaves the effectors from their target [m].
     """
-    return apart <= MET * robot.size or _distance(aim, plan.predicted) < (1.0 - NEARER) * apart
+    return apart <= MET * robot.size or distance_left(aim, plan.predicted) < (1.0 - NEARER) * apart
 
 
-def _distance(aim: Aim, predicted: PredictedStep) -> float:
+def distance_left(aim: Aim, predicted: PredictedStep) -> float:
     """How far a step leaves the effectors from their target, as they are weighted [m]."""
     rows = predicted.delta[predicted.step.layout.effectors]
     return _length(aim.scale * (rows - aim.target))

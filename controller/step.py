@@ -25,6 +25,7 @@ from tauten.controller.carried import (
     change_of,
     nothing_carried,
     objective_of,
+    sight_after,
 )
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.friction import pushed_slots
@@ -192,7 +193,7 @@ def decide(
         prepared.farther.rows.effectors.values,
     )
     target = layout.row_targets(values, goal)  # (n_e,)
-    given = damping.gamma, carried.grasp, carried.cut, carried.pushed
+    given = damping.gamma, carried.grasp, carried.cut, carried.pushed, carried.sight > 0.0
     aim = Aim(target, layout.scale, layout.exact, *given)
     kept = None if locks is None else ahead_of_locks(locks, position)
     plan = make_plan(robot, prepared, aim, position, settings, kept)
@@ -201,13 +202,19 @@ def decide(
     if not plan.status.usable:
         none = np.zeros(robot.n_a, np.bool_)
         found = plan.predicted, position, plan.status, plan.certificate, plan.conflict
-        return Decision(*found, none, plan, Carried(damping, carried.grasp, plan.cut))
+        return Decision(
+            *found, none, plan, Carried(damping, carried.grasp, plan.cut, sight=carried.sight)
+        )
     planned = Command(plan.predicted.delta[robot.layout.actuators], plan.predicted.effort)
     weight, last = settings.epsilon * prepared.scale, damping.objective
     change = change_of(prepared, plan, aim, weight)
     damping = damping.fading(change, robot.size)
-    share = damping.share * damping.faded
-    wanted, reach = first_tick(robot, planned, position, locks, prepared.forces.effort, share)
+    share, sight = damping.share * damping.faded, 0.0
+    if robot.contacts.loose and robot.contacts.frictional:
+        sight = sight_after(robot, prepared, plan, aim, carried.sight)
+    wanted, reach = first_tick(
+        robot, planned, position, locks, prepared.forces.effort, share, sight > 0.0
+    )
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
@@ -224,15 +231,17 @@ def decide(
     if jammed(robot, tick):
         none = np.zeros(robot.n_a, np.bool_)
         left = after, tick.position, Status.INFEASIBLE, certificate, conflict
-        return Decision(*left, none, plan, Carried(damping, carried.grasp, plan.cut))
+        return Decision(
+            *left, none, plan, Carried(damping, carried.grasp, plan.cut, sight=carried.sight)
+        )
     pushed = pushed_slots(plan.predicted)
     stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.laws.held_by_force
     if locks is not None:
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.position, status, certificate, conflict, stalled, plan,
-        Carried(adapted(damping, change, robot.size, objective), carried.grasp, plan.cut, pushed), goal,
-        given_in(tick, supplied, robot.limits),
+        Carried(adapted(damping, change, robot.size, objective), carried.grasp, plan.cut, pushed, sight),
+        goal, given_in(tick, supplied, robot.limits),
     )  # fmt: skip
 
 

@@ -153,6 +153,7 @@ def first_tick(
     locks: Command | None,
     before: Array,
     share: float,
+    together: bool,
 ) -> tuple[Command, Reach]:
     """What the actuators are to do in the first tick of a plan, and what they reach in it.
 
@@ -169,10 +170,14 @@ def first_tick(
         locks: what locked actuators do in this tick; None: all are decided.
         before: (n_a,) efforts of the last step [N, Pa].
         share: of the way to the plan's positions that they go; efforts are kept within limits all the same.
+        together: whether all get there in the same tick, that of the slowest.
     """
     limits, laws, lam_a = robot.limits, robot.actuators.laws, planned.effort
     reach = reach_of(position, limits, robot.h)
     there = np.minimum(np.maximum(planned.position, reach.lower), reach.upper)
+    way = planned.position - position
+    if together and way.any():
+        there = position + ((there - position)[way != 0.0] / way[way != 0.0]).min() * way
     slack = laws.slack(lam_a, limits, ROUNDING)
     effort = np.minimum(np.maximum(lam_a, limits.effort_min), limits.effort_max)
     if share < 1.0:

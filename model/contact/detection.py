@@ -58,6 +58,8 @@ from tauten.model.contacts import Contacts
 from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.rows import PairSlots
 
+NEAREST = 40  # candidates beyond the alarm distance that are found of a loose pair
+
 _Found: TypeAlias = tuple[Ints, Array, Array, Ints, Array]  # what `detect_all` writes
 
 
@@ -83,6 +85,7 @@ class ContactSet:
         n_vertices: number of vertices positions are given for.
         alarm_distance: largest distance that is reported [m].
         distance: at which surfaces are held from each other [m]; the gap is what remains to it.
+        reach: distance up to which the nearest candidates of loose pairs are reported, too [m].
         sums: largest sums of normal forces that decisions keep.
         n_slots: number of candidates n_c.
         frictional: whether any pair has friction.
@@ -122,7 +125,7 @@ class ContactSet:
             check_pair(pair, n_vertices)
         self.pairs = tuple(pairs)
         self.n_vertices = n_vertices
-        self.alarm_distance = alarm_distance
+        self.alarm_distance = self.reach = alarm_distance
         self.distance = distance
         self.sums = tuple(sums)
         self._nodes: Ints = np.vstack([np.zeros((0, 3)), *(p.nodes for p in pairs)]).astype(
@@ -178,6 +181,15 @@ class ContactSet:
         other.poses, other._sides, other._hits = poses, {}, {}
         return other
 
+    def reaching(self, distance: float) -> ContactSet:
+        """The same contacts, of which some in loose pairs are found up to another distance [m].
+
+        These are the `NEAREST` candidates of each pair outside the alarm distance.
+        """
+        other = copy(self)
+        other.reach = max(distance, self.alarm_distance)
+        return other
+
     def stepping(
         self, x: Array, ends: Sequence[Array], before: ObstaclePoses, far: bool = False
     ) -> ContactSet:
@@ -231,8 +243,10 @@ class ContactSet:
         )
         found = numbers, values, vectors, vertices, coefficients
         of_candidates = self._nodes, self._weights, self._friction
-        distances = self.alarm_distance, self.distance
+        distances = self.reach, self.distance
         m = detect_all(x, of_candidates, self._blocks, self._surfaces, distances, found)
+        if self.reach > self.alarm_distance:
+            m = self._near_or_next(found, m)
         for number, hits in self._hits.items():
             pair = self.pairs[number]
             of_pair = (number, self._first[number], pair.friction), (pair.nodes, pair.weights)
@@ -249,6 +263,25 @@ class ContactSet:
         if self._obstacle and self.poses.move:
             return replace(detection, surface=self._surface(detection))
         return detection
+
+    def _near_or_next(self, found: _Found, m: int) -> int:
+        """Keep the contacts within the alarm distance, and the nearest beyond it of loose pairs; how many.
+
+        Args:
+            found: of `detect_all`, overwritten.
+            m: contacts in it.
+        """
+        pair, away = found[0][1, :m], found[1][0, :m] + self.distance
+        keep = np.abs(away) < self.alarm_distance
+        for number in self.loose:
+            beyond = np.flatnonzero((pair == number) & (away >= self.alarm_distance))
+            keep[beyond[np.argsort(away[beyond], kind="stable")[:NEAREST]]] = True
+        kept = np.flatnonzero(keep)
+        for values in found[:3]:
+            values[:, : len(kept)] = values[:, kept]
+        for values in found[3:]:
+            values[: len(kept)] = values[kept]
+        return len(kept)
 
     def _touching(self, number: int, x: Array, found: _Found, m: int) -> int:
         """Add the candidates within reach of the obstacle of a pair to m others; how many there are then.

@@ -90,3 +90,37 @@ def test_contact_is_sought_at_once_and_where_the_cube_is(
     close, turn = found.position
     assert close > 1e-3  # m
     assert 0.082 * abs(turn) < 3.0 * away  # m, at the cube's distance from the axis
+
+
+def lifted(folder: Path, scale: float, aside: float, steps: int) -> float:
+    """How far from its target a smaller cube that lies aside ends in a lift [m], in shares of its height.
+
+    Args:
+        folder: for the robot files.
+        scale: of the cube.
+        aside: from the middle between the fingers [m].
+        steps: of the lift.
+    """
+    changed(folder, "parcel.toml", ("free = true", f"free = true\nscale = {scale}"))
+    place = f"[-0.082, {aside}, {0.012 * scale}]"
+    file = changed(folder, "lift.toml", ("[-0.082, 0.0, 0.012]", place))
+    controller = Controller(load_robot(file))
+    start = controller.effector_values
+    for step in range(1, steps + 1):
+        goal = LIFT["goal"](step * controller.period, start)
+        assert controller.step(goal).status.usable
+    way = goal[2] - start[2]
+    return abs(controller.effector_values[2] - goal[2]) / way
+
+
+def test_fingers_close_on_a_cube_beyond_the_alarm_distance(tmp_path: Path) -> None:
+    """Each is 5.1 mm away, and contacts are in range up to 2 mm."""
+    assert lifted(tmp_path, 0.7, 0.0, 16) < 0.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scale", "aside"), [(0.85, 0.0), (0.5, 0.0), (1.0, 1e-3), (0.7, -3e-3)])
+def test_smaller_cubes_and_those_that_lie_aside_are_lifted(
+    tmp_path: Path, scale: float, aside: float
+) -> None:
+    assert lifted(tmp_path, scale, aside, 60) < 0.1

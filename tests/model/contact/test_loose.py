@@ -9,6 +9,7 @@ import pytest
 from support.robots.blocks import box, free_bodies, moving, speeds, touching
 
 from tauten.model import Robot
+from tauten.model.contact.detection import NEAREST
 from tauten.model.contact.sides import hits_of
 
 EDGE = 0.02  # m
@@ -48,3 +49,24 @@ def test_a_triangle_is_met_by_what_reaches_it_within_the_step(speed: float, met:
     (pair,) = robot.contacts.pairs
     hits = hits_of(x, end, (pair.nodes, pair.weights, pair.triangles), pair.loose)
     assert (hits is not None) is met
+
+
+def test_of_bodies_beyond_the_alarm_distance_the_nearest_candidates_are_found() -> None:
+    """Two cubes, 8 mm from each other: what reaches 9 mm finds the face, and nothing that reaches less."""
+    robot = two_cubes(0.008, rigid=True)
+    x = robot.motion(robot.rest()).placed(robot.vertices).y
+    contacts = robot.contacts
+    assert contacts.alarm_distance < 0.008
+    assert len(contacts.detect(x).slots) == len(contacts.reaching(0.0079).detect(x).slots) == 0
+    found = contacts.reaching(0.009).detect(x)
+    assert 0 < len(found.slots) <= NEAREST
+    np.testing.assert_allclose(found.gap, 0.008, rtol=1e-9)
+    np.testing.assert_allclose(found.normal, np.tile([-1.0, 0.0, 0.0], (len(found.slots), 1)))
+
+
+def test_within_the_alarm_distance_a_longer_reach_changes_nothing() -> None:
+    robot = two_cubes(0.001, rigid=True)
+    x = robot.motion(robot.rest()).placed(robot.vertices).y
+    near, far = robot.contacts.detect(x), robot.contacts.reaching(0.009).detect(x)
+    for field in ("slots", "gap", "normal", "vertices", "coefficients"):
+        np.testing.assert_array_equal(getattr(near, field), getattr(far, field))
