@@ -199,25 +199,25 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
     """
     gamma, last = _gamma_after(damping, change, size), damping.objective
     share, most, grown = damping.share, damping.most, damping.grown
-    gain = objective.gain
-    if last is None:
-        return replace(damping, gamma=gamma, change=change, objective=objective, gain=gain)
-    still, settled = (STILL * size) ** 2, damping.faded < 1.0
-    twice = min(gain, last.gain)
-    if share < SMALL and not settled and twice > MORE * damping.gain + still:
-        return replace(damping.starting(damping.goal), share=most, most=most)
-    actual = damping.actual + RECENT * (last.holding - objective.before - damping.actual)
-    apart = damping.apart + RECENT * (last.relaxed - objective.before - damping.apart)
-    predicted = damping.predicted + RECENT * (last.predicted - damping.predicted)
-    if predicted > still and not settled:
-        decrease = max(actual, apart)
-        if decrease < POOR * predicted:
-            if grown:
-                most = min(most, max(LOWERED * share, ALLOWED))
-            share, grown = min(SHRINKAGE * share, most), False
-        elif decrease > GOOD * predicted:
-            share, grown = min(GROWTH * share, most), True
-    mean = damping.gain + RECENT * (gain - damping.gain)
+    actual, apart, predicted = damping.actual, damping.apart, damping.predicted
+    gain = mean = objective.gain
+    if last is not None:
+        still, settled = (STILL * size) ** 2, damping.faded < 1.0
+        twice = min(gain, last.gain)
+        if share < SMALL and not settled and twice > MORE * damping.gain + still:
+            return replace(damping.starting(damping.goal), share=most, most=most)
+        actual += RECENT * (last.holding - objective.before - actual)
+        apart += RECENT * (last.relaxed - objective.before - apart)
+        predicted += RECENT * (last.predicted - predicted)
+        mean = damping.gain + RECENT * (gain - damping.gain)
+        if predicted > still and not settled:
+            decrease = max(actual, apart)
+            if decrease < POOR * predicted:
+                if grown:
+                    most = min(most, max(LOWERED * share, ALLOWED))
+                share, grown = min(SHRINKAGE * share, most), False
+            elif decrease > GOOD * predicted:
+                share, grown = min(GROWTH * share, most), True
     return Damping(
         gamma, change, share, damping.faded, most, grown, objective, actual, apart, predicted, mean,
         damping.goal,

@@ -153,7 +153,7 @@ def step_ahead(
     if ahead is None:
         return step
     share, short = 0.0, scheme.h <= SHORT
-    meets = len(step.rows.contacts.rows) > 0 and (
+    meets = len(step.rows.contacts.rows.delta) > 0 and (
         not short or meets_contact(step, forces, scheme.h, robot.tolerance)
     )
     if course is not None and not meets:
@@ -175,7 +175,7 @@ def step_ahead(
         stiffness[chosen] = ADDED / flexibility[chosen]
         assembled, added = assembled.augmented(step.compliance.H[actuators], stiffness)
         rho = added if any(added.tolist()) else None
-    return recondensed(space, step, ahead.system(assembled, scheme), goes_on, rho)
+    return recondensed(space, step, ahead.body.system(assembled, scheme), goes_on, rho)
 
 
 def with_goal(course: Array, goal: Array | None, ticks: int) -> Array:

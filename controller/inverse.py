@@ -48,7 +48,7 @@ def inverse_problem(
         actuators: what their limits are called; default: cables with numbers.
     """
     layout = row_layout(len(target), len(position_prev))
-    actuators = actuators or numbered(layout.n_a)
+    actuators = numbered(layout.n_a) if actuators is None else actuators
     n, n_a = len(W) - len(target), len(position_prev)
     Q, c, (g_lo, g_hi) = np.zeros((n, n)), np.zeros(n), np.empty((2, n_a))
     by_rate = np.empty((n_a, 2), np.bool_)
@@ -67,7 +67,7 @@ def inverse_problem(
         m=delta_free[layout.contacts],
         constant=constant,
         bound_names=actuators.effort_names,
-        row_names=position_names(actuators, by_rate),
+        row_names=position_names(actuators.position_names, by_rate.tobytes()),
     )
 
 
@@ -132,7 +132,8 @@ def with_efforts_limited(
     shift = rho * (at - step.rows.actuators.delta[free])
     rows = -rho[stiff, None] * problem.G[stiff]  # (s, n)
     rows[np.arange(len(stiff)), stiff] += 1.0
-    names, lb, ub = actuators.effort_names, problem.lb.copy(), problem.ub.copy()
+    names = [*map(actuators.effort_names.__getitem__, stiff.tolist())]
+    lb, ub = problem.lb.copy(), problem.ub.copy()
     lb[stiff], ub[stiff] = -np.inf, np.inf
     return replace(
         problem,
@@ -141,7 +142,7 @@ def with_efforts_limited(
         G=np.concatenate([problem.G, rows]),
         g_lo=np.concatenate([problem.g_lo, (limits.effort_min + shift)[stiff]]),
         g_hi=np.concatenate([problem.g_hi, (limits.effort_max + shift)[stiff]]),
-        row_names=(*problem.row_names, *[(names[i], names[i]) for i in stiff.tolist()]),
+        row_names=(*problem.row_names, *zip(names, names, strict=True)),
     )
 
 
@@ -371,14 +372,17 @@ def numbered(n_a: int) -> Actuators:
     return cable_actuators(tuple(str(i) for i in range(n_a)))
 
 
-def position_names(actuators: Actuators, by_rate: Bools) -> tuple[tuple[str, str], ...]:
+@lru_cache(maxsize=64)
+def position_names(
+    names: tuple[tuple[str, str, str], ...], by_rate: bytes
+) -> tuple[tuple[str, str], ...]:
     """Names of the lower and the upper limit of each position: rate or position, whichever is tighter.
 
     Args:
-        actuators: that have these positions.
+        names: `Actuators.position_names`.
         by_rate: (n_a, 2) for the lower and the upper limit, whether the rate sets it.
     """
-    pairs = zip(actuators.position_names, by_rate.tolist(), strict=True)
+    pairs = zip(names, zip(by_rate[::2], by_rate[1::2], strict=True), strict=True)
     return tuple(
         [
             (rate if low else least, rate if high else largest)

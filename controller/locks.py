@@ -15,6 +15,7 @@ efforts.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -50,9 +51,12 @@ def number_of(robot: Robot, actuator: str) -> int:
     return names.index(actuator)
 
 
+@lru_cache(maxsize=64)
 def no_locks(n_a: int) -> Command:
-    """All of n_a actuators are decided."""
-    return Command(np.full(n_a, np.nan), np.full(n_a, np.nan))
+    """All of n_a actuators are decided; always the same object."""
+    none = np.full(n_a, np.nan)
+    none.flags.writeable = False
+    return Command(none, none)
 
 
 def locked(
@@ -105,13 +109,14 @@ def unlocked(robot: Robot, locks: Command, actuator: str) -> Command:
         raise LockError(f"{robot.actuators.labels[i]} is not locked")
     position, effort = locks.position.copy(), locks.effort.copy()
     position[i] = effort[i] = np.nan
-    return Command(position, effort)
+    left = Command(position, effort)
+    return left if any((left.by_position | left.by_force).tolist()) else no_locks(robot.n_a)
 
 
 def locks_of_step(
     locks: Command, position: Array, effort: Array, step: CondensedStep, change: Array
-) -> Command | None:
-    """What locked actuators keep in a step; None: none is locked.
+) -> Command:
+    """What locked actuators keep in a step.
 
     Args:
         locks: positions and efforts.
@@ -120,8 +125,6 @@ def locks_of_step(
         step: the step.
         change: (n_a,) largest change of a position in it.
     """
-    if not any((locks.by_position | locks.by_force).tolist()):
-        return None
     rows = step.layout.actuators
     return within_rate(locks, position, effort, step.compliance.W[rows, rows], change)
 

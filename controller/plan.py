@@ -168,10 +168,9 @@ def held_ahead(
 
     With friction, unless no forces within the cones are found: then that of the last step is a load.
     """
-    if farther.frictional:
-        solved = forward_step(farther, enrichment, forces, keep)
-        if solved.converged:
-            return solved
+    solved = forward_step(farther, enrichment, forces, keep)
+    if solved.converged or not farther.frictional:
+        return solved
     return forward_step(under_friction(farther, forces), enrichment, forces, keep)
 
 

@@ -222,9 +222,10 @@ def decide(
     before = target if last is None else layout.row_targets(values, carried.damping.goal)
     way = tick.position - position
     objective = objective_of(prepared, plan, aim, weight, way, after.effort, before, last)
-    certificate = replace(
-        plan.certificate, deepest_gap=after.deepest_gap, extra_columns=len(after.step.extra)
-    )
+    known = plan.certificate
+    certificate = Certificate(
+        known.primal, known.complementarity, known.stationarity, after.deepest_gap, len(after.step.extra)
+    )  # fmt: skip
     names = exceeded(robot, tick)
     status = Status.RELAXED if names else plan.status
     conflict = tuple(dict.fromkeys((*plan.conflict, *names)))
@@ -310,7 +311,7 @@ def advance(
     moved = travel(
         robot, space, settings.enrichment, step.state, forces, start, command, settings.substeps
     )
-    way = robot.displacement(moved.state, step.system.h * moved.state.v)  # of the next tick [m]
+    way = robot.body.displacement(moved.state, step.system.h * moved.state.v)  # next tick's [m]
     if not way < FARTHEST * robot.size:  # also NaN
         return Advanced(_predicted_state(robot, predicted), forces, predicted)
     return Advanced(moved.state, moved.forces, moved.last)

@@ -125,7 +125,7 @@ def take_tick(
         )  # fmt: skip
         if not changed:
             break
-    by_force, position = command.by_force, command.position.copy()
+    by_force, position = ~np.isnan(command.effort), command.position.copy()
     position[by_force] = np.minimum(np.maximum(delta, reach.lower), reach.upper)[by_force]
     return FirstTick(solved, command, position)
 

@@ -124,26 +124,34 @@ def implicit_system(
     forces, v_free = (force, at.resisting), np.empty(n)
     derivative = stiffness(True)
     added = None if at.added is None else integration.shares[1] * at.added
-    if added is None:
-        tried = tried_tangents(integration, derivative, lambda: stiffness(False))
-        if driven is not None and len(driven) > 0:
-            tried = with_drives_stiffer(tried, integration, at.mass, material, driven)
-    else:
-        others = added if scheme.static else (1.0 + scheme.h * scheme.a) * at.mass + added
-        tried = iter([bounded_tangent(derivative, material(), others)])
-    for S, exact, share, _ in tried:
-        A_K = S if added is None else S + added
-        if not implicit_step(scheme, at.mass, forces, A_K, v, L, v_free):
-            continue
-        if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way
-            v_free += DenseFactors(L).solve((1.0 - scheme.ahead) * (S - derivative) @ v)
-        residual = math.sqrt(at.force @ at.force)
-        tangent = A_K / scheme.h**2 if scheme.static else None
-        before = v if scheme.ahead == 0.0 else (1.0 - scheme.ahead) * v
-        return System(
-            scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent, semidefinite=share
-        )
-    raise FactorisationError("the reduced model's matrix is not positive definite")
+    others: Iterator[Tangent] | None = None  # tried where the exact tangent has no factor
+    S, exact, share = derivative, True, 0.0
+    if added is not None:
+        rest = added if scheme.static else (1.0 + scheme.h * scheme.a) * at.mass + added
+        (S, exact, share), others = bounded_tangent(derivative, material(), rest), iter(())
+    elif integration.semidefinite > 0.0:
+        others = tried_tangents(integration, derivative, lambda: stiffness(False))
+        S, exact, share, _ = next(others)
+    A_K = S if added is None else S + added
+    while not implicit_step(scheme, at.mass, forces, A_K, v, L, v_free):
+        if others is None:
+            others = tried_tangents(integration, derivative, lambda: stiffness(False))
+            if driven is not None and len(driven) > 0:
+                others = with_drives_stiffer(others, integration, at.mass, material, driven)
+            next(others)  # the exact one
+        following = next(others, None)
+        if following is None:
+            raise FactorisationError("the reduced model's matrix is not positive definite")
+        S, exact, share, _ = following
+        A_K = S
+    if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way
+        v_free += DenseFactors(L).solve((1.0 - scheme.ahead) * (S - derivative) @ v)
+    residual = math.sqrt(at.force @ at.force)
+    tangent = A_K / scheme.h**2 if scheme.static else None
+    before = v if scheme.ahead == 0.0 else (1.0 - scheme.ahead) * v
+    return System(
+        scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent, semidefinite=share
+    )
 
 
 def with_drives_stiffer(
@@ -174,7 +182,7 @@ def with_drives_stiffer(
             yield Tangent(S, False, 0.0)
 
 
-def bounded_tangent(exact: Array, material: Array, others: Array) -> Tangent:
+def bounded_tangent(exact: Array, material: Array, others: Array) -> tuple[Array, bool, float]:
     """As little of the material's stiffness in the tangent as keeps A positive definite, with a margin.
 
     A of the result is at least `LEAST` of the matrix with the stiffness of the material, in every direction.
@@ -185,15 +193,18 @@ def bounded_tangent(exact: Array, material: Array, others: Array) -> Tangent:
         material: (r, r) the same with the stiffness of the material.
         others: (r, r) what A has besides.
 
+    Returns:
+        S of `implicit_step`, whether it is that with the derivative, and the share of the other one.
+
     Raises:
         FactorisationError: a matrix is not finite, or that with the stiffness of the material is singular.
     """
     A, bound = exact + others, material + others
     if dpotrf(A - LEAST * bound)[1] == 0:
-        return Tangent(exact, True, 0.0)
+        return exact, True, 0.0
     try:
         (least,) = eigh(A, bound, eigvals_only=True, subset_by_index=[0, 0])
     except (np.linalg.LinAlgError, ValueError) as error:  # ValueError: not finite
         raise FactorisationError("the reduced model's matrix is not positive definite") from error
     share = (LEAST - least) / (1.0 - least)
-    return Tangent((1.0 - share) * exact + share * material, False, share)
+    return (1.0 - share) * exact + share * material, False, share

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 from zipfile import BadZipFile
@@ -82,7 +83,7 @@ class Qpcc:
         """Its arrays, contiguous: a kernel is compiled anew for every memory layout."""
         p = self
         given = (p.Q, p.c, p.lb, p.ub, p.G, p.g_lo, p.g_hi, p.M, p.m)
-        return QpccArrays(*[np.ascontiguousarray(array, np.float64) for array in given])
+        return QpccArrays(*map(partial(np.ascontiguousarray, dtype=np.float64), given))
 
     def objective(self, lam_a: Array, beta: Array) -> float:
         """(1) at a point."""

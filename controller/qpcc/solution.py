@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 from tauten.model.numerics import Array, Bools
 
@@ -36,12 +37,12 @@ class Status(Enum):
         "no target of these effectors, by its shape or NaN, or NaN or infinity in the model's state"
     )
 
-    @property
+    @cached_property
     def ok(self) -> bool:
         """Whether the point is stationary."""
         return self is Status.OK
 
-    @property
+    @cached_property
     def usable(self) -> bool:
         """Whether robot and model may follow: what leaves is within all limits."""
         return self not in (Status.NOT_FOUND, Status.INFEASIBLE, Status.NOT_FINITE)

@@ -83,10 +83,10 @@ class ActuatorSet(Generic[P]):
     def n_members(self) -> int:
         """Number of single actuators."""
         transmissions = 0 if self.transmissions is None else len(self.transmissions)
-        return self._ends[2] + transmissions + len(self.drives)
+        return self.ends[2] + transmissions + len(self.drives)
 
     @cached_property
-    def _ends(self) -> tuple[int, int, int]:
+    def ends(self) -> tuple[int, int, int]:
         """Where cables, chambers and forces end among `others`."""
         cables, chambers = self.paths.n_a, len(self.chambers)
         return cables, cables + chambers, cables + chambers + len(self.forces)
@@ -100,7 +100,7 @@ class ActuatorSet(Generic[P]):
     def segment_owners(self) -> Ints:
         """The actuator of every segment that `segments` gives: (s,)."""
         others, cables, forces = self.others, self.paths.owner, np.arange(len(self.forces))
-        first = self._ends[1]
+        first = self.ends[1]
         parts = [others[cables], others[first + forces]]
         parts.append(self.drives.places[: len(self.drives.axes)])
         if self.transmissions is not None:
@@ -146,7 +146,7 @@ class ActuatorSet(Generic[P]):
     def other_rows(self, motion: Motion[P]) -> Rows:
         """Rows of cables, chambers, forces and transmissions, in the order of `others`."""
         parts = [self.paths.rows(motion.placed(self.stations))]
-        cables, walled, pushed = self._ends
+        cables, walled, pushed = self.ends
         if walled > cables:
             parts.append(self.chambers.rows(motion.placed(self.walls)))
         if pushed > walled:
@@ -177,7 +177,7 @@ class ActuatorSet(Generic[P]):
         """
         if efforts is None:
             return None
-        cables, walled, pushed = self._ends
+        cables, walled, pushed = self.ends
         tension, pressure = efforts[:cables], efforts[cables:walled]
         push, transmitted = efforts[walled:pushed], efforts[pushed:]
         if exact:
@@ -196,9 +196,14 @@ class ActuatorSet(Generic[P]):
             parts.append((moved.points, moved.vectors(y, loads.transmitted)))
         return parts
 
+    @cached_property
+    def is_preloaded(self) -> bool:
+        """Whether couplings have offsets."""
+        return self.coupling is not None and self.coupling.is_preloaded
+
     def preload(self, motion: Motion[P]) -> tuple[Array, float] | None:
         """Force (n,) [N] of the offsets of couplings, and its work since rest [J]; None without any."""
-        if self.coupling is None or not self.coupling.is_preloaded:
+        if self.coupling is None or not self.is_preloaded:
             return None
         members, offsets = self.member_rows(motion), self.coupling.offsets
         force: Array = members.H.T @ offsets

@@ -51,6 +51,8 @@ class EffectorLayout:
         unweighted: whether the scale is one everywhere.
         row_starts: (p + 1,) first row of each effector.
         value_starts: (p + 1,) first value of each effector.
+        n_rows: rows of all effectors, n_e.
+        n_values: goal values of all effectors, n_v.
     """
 
     names: tuple[str, ...]
@@ -64,19 +66,11 @@ class EffectorLayout:
     unweighted: bool
     row_starts: Ints
     value_starts: Ints
+    n_rows: int
+    n_values: int
 
     def __len__(self) -> int:
         return len(self.names)
-
-    @property
-    def n_rows(self) -> int:
-        """Rows of all effectors, n_e."""
-        return int(self.row_starts[-1])
-
-    @property
-    def n_values(self) -> int:
-        """Goal values of all effectors, n_v."""
-        return int(self.value_starts[-1])
 
     def rows_of(self, effector: int) -> slice:
         """Rows of an effector."""
@@ -331,6 +325,8 @@ def layout_of(
         unweighted=bool(np.all(weight * unit == 1.0)),
         row_starts=np.cumsum([0, *(ROWS[kind] for kind in kinds)]),
         value_starts=np.cumsum([0, *(VALUES[kind] for kind in kinds)]),
+        n_rows=sum(ROWS[kind] for kind in kinds),
+        n_values=sum(VALUES[kind] for kind in kinds),
     )
 
 

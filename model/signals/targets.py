@@ -47,7 +47,7 @@ def target_values(target: Target, names: tuple[str, ...], kinds: tuple[EffectorK
         ValueError: it has another shape, or entries that are no numbers.
     """
     given = [target] if isinstance(target, Pose | float | int) else target
-    sizes = [VALUES[kind] for kind in kinds]
+    sizes = list(map(VALUES.__getitem__, kinds))
     try:
         values = np.asarray(given, dtype=float)
     except (TypeError, ValueError, OverflowError):  # poses, or goals of several lengths

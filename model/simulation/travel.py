@@ -227,7 +227,8 @@ def _struck(before: Forces, stage: Travel, least: float, actuators: bool = True)
         (after.effort[kept], after.beta, after.extra, after.extra_beta),
     )
     changed = _pushes_otherwise(forces, step.compliance.W, places, least)
-    return changed or (actuators and before.slides_otherwise(after))
+    rubs = actuators and before.friction is not None
+    return changed or (rubs and before.slides_otherwise(after))
 
 
 @kernel

@@ -137,7 +137,7 @@ def test_names_of_limits_keep_no_actuators_alive() -> None:
     """Locks make a set of actuators in every tick."""
     actuators = cable_actuators(("left", "right"))
     by_rate = np.array([[True, False], [False, True]])
-    assert position_names(actuators, by_rate) == (
+    assert position_names(actuators.position_names, by_rate.tobytes()) == (
         ("rate of cable left", "largest pull of cable left"),
         ("least pull of cable right", "rate of cable right"),
     )

@@ -157,7 +157,9 @@ class ModalBody(ReducedBody[ModePoints]):
 
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
         """The state one step later, see `Body`."""
-        return State(self.own_motion.moved(state.q, h * v), v, state.memory)
+        map_, step = self.own_motion, h * v
+        q = map_.moved(state.q, step) if map_.frames > 0 else state.q + step
+        return State(q, v, state.memory)
 
     def velocity(self, start: State, end: State) -> Array:
         """The velocity (n,) that moves one state to another within a step, see `Body`."""
@@ -209,12 +211,11 @@ class ModalBody(ReducedBody[ModePoints]):
         if wound is not None and self.drums is not None:
             efforts = np.zeros(len(actuators.others)) if efforts is None else efforts
             efforts[self.drums.cables] = wound.tension
-        loads = actuators.loads(
-            np.zeros(actuators.n_members) if efforts is None else efforts, exact=True
-        )
-        assert loads is not None
+        cables, walled, _ = actuators.ends
+        given = np.zeros(walled) if efforts is None else efforts
+        tension, pressure = given[:cables], given[cables:walled]
         if len(self.curvature.volumes) > 0:
-            self.curvature.write(beta[:pulled], loads.pressure, response.curvature)
+            self.curvature.write(beta[:pulled], pressure, response.curvature)
         damped = not scheme.static and scheme.rayleigh_stiffness > 0.0
         rate = state.v if J is None or scheme.static else J.rates(state.v)
         over_beta, resisting = self.material(beta, rate, damped)
@@ -230,7 +231,7 @@ class ModalBody(ReducedBody[ModePoints]):
             if floats or not scheme.static:
                 inertia = -J.forces(mass @ self.own_motion.centripetal(beta, state.v))
                 mass = self.mass_with(J, floats)
-        preload = actuators.preload(motion)
+        preload = actuators.preload(motion) if actuators.is_preloaded else None
         if preload is not None:
             force = force + preload[0]
         if wound is not None:
@@ -239,11 +240,11 @@ class ModalBody(ReducedBody[ModePoints]):
                 resisting = resisting + wound.tangent @ state.v
         apart, tendons = None, self.curvature.tendons
         if several and self.sampled.corotational and not scheme.static:
-            sampled, pulling = self.sampled, loads.tension
-            apart = tangents_apart(beta[:pulled], pulling, response, sampled, tendons, self.work)
+            sampled, own = self.sampled, beta[:pulled]
+            apart = tangents_apart(own, tension, response, sampled, tendons, self.work)
         return SampledAssembled(
             state, effort, mass, force, inertia, resisting,
-            motion, over_beta, efforts, wound, loads.tension, response, floats=floats, apart=apart,
+            motion, over_beta, efforts, wound, tension, response, floats=floats, apart=apart,
         )  # fmt: skip
 
     def material(self, beta: Array, rate: Array, damped: bool) -> tuple[Array, Array]:
