@@ -167,15 +167,15 @@ def step_ahead(
     goes_on = share * (1.0 - robot.h / scheme.h)
     if goes_on > 0.0:
         scheme = replace(scheme, ahead=goes_on)
-    rho = None
+    rho, added = None, None
     if any(taut.tolist()) and not step.frictional:
         actuators = step.layout.actuators
         flexibility, stiffness = step.compliance.W.diagonal()[actuators], np.zeros(len(taut))
         chosen = taut & (flexibility > 0.0)  # m/N, of the tick
         stiffness[chosen] = ADDED / flexibility[chosen]
-        assembled, added = assembled.augmented(step.compliance.H[actuators], stiffness)
-        rho = added if any(added.tolist()) else None
-    return recondensed(space, step, ahead.body.system(assembled, scheme), goes_on, rho)
+        added, stiffness = assembled.augmentation(step.compliance.H[actuators], stiffness)
+        rho = stiffness if any(stiffness.tolist()) else None
+    return recondensed(space, step, ahead.body.system(assembled, scheme, added), goes_on, rho)
 
 
 def with_goal(course: Array, goal: Array | None, ticks: int) -> Array:

@@ -39,7 +39,7 @@ from tauten.model.signals import (
     point_layout,
 )
 from tauten.model.simulation import Ending, Report, RobotModel, Simulator, Travel, travel
-from tauten.model.state import Assembled, RobotRows, State
+from tauten.model.state import Assembled, Augmentation, RobotRows, State
 from tauten.model.step import (
     Compliance,
     CondensedStep,
@@ -83,6 +83,7 @@ __all__ = [
     "ActuatorKind",
     "Actuators",
     "Assembled",
+    "Augmentation",
     "ChainedRows",
     "Command",
     "Compliance",

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import numpy as np
 
 from tauten.model.numerics import Array
 from tauten.model.rows import ContactRows, EffectorRows, Rows
 from tauten.model.system import Integration
+
+# Added to a tangent: (r, r) of a body with dense matrices, or that of each part; None: nothing.
+Augmentation: TypeAlias = Array | tuple["Augmentation", ...] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +46,8 @@ class Assembled:
     state: State
     effort: Array | None
 
-    def augmented(self, H: Array, rho: Array) -> tuple[Assembled, Array]:
-        """The same with ρ_i h_iᵀ h_i added to the tangent for rows h_i, as in augmented Lagrangian methods.
+    def augmentation(self, H: Array, rho: Array) -> tuple[Augmentation, Array]:
+        """What adds ρ_i h_iᵀ h_i to the tangent for rows h_i, as in augmented Lagrangian methods.
 
         A body adds what it can: matrices that are dense.
 
@@ -52,9 +56,9 @@ class Assembled:
             rho: (m,) stiffness of each; 0: none.
 
         Returns:
-            Forces and tangents, and the stiffness (m,) that was added.
+            What `Robot.system` takes, and the stiffness (m,) that it adds.
         """
-        return self, np.zeros_like(rho)
+        return None, np.zeros_like(rho)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import eigh
 from scipy.linalg.lapack import dpotrf
 
-from tauten.model import Assembled, Integration, Scheme, System, Tangent, tried_tangents
+from tauten.model import (
+    Assembled,
+    Augmentation,
+    Integration,
+    Scheme,
+    System,
+    Tangent,
+    tried_tangents,
+)
 from tauten.model.numerics import (
     Array,
     DenseFactors,
@@ -33,7 +41,6 @@ class DenseAssembled(Assembled):
         force: (r,) without actuators and contacts.
         inertia: (r,) centrifugal forces; None: there are none.
         resisting: (r,) D v: what damping is proportional to.
-        added: (r, r) to the tangent; None: nothing.
         floats: whether bodies that nothing holds move by their inertia, `mass`, in a static step.
     """
 
@@ -41,12 +48,11 @@ class DenseAssembled(Assembled):
     force: Array
     inertia: Array | None
     resisting: Array
-    added: Array | None = field(default=None, kw_only=True)
     floats: bool = field(default=False, kw_only=True)
 
-    def augmented(self, H: Array, rho: Array) -> tuple[Assembled, Array]:
-        """The same with ρ_i h_iᵀ h_i added to the tangent, see `Assembled`."""
-        return replace(self, added=(rho * H.T) @ H), rho
+    def augmentation(self, H: Array, rho: Array) -> tuple[Augmentation, Array]:
+        """What adds ρ_i h_iᵀ h_i to the tangent, see `Assembled`."""
+        return (rho * H.T) @ H, rho
 
 
 @kernel
@@ -97,12 +103,13 @@ def implicit_system(
     material: Callable[[], Array],
     L: Array,
     driven: Ints | None = None,
+    added: Augmentation = None,
 ) -> System:
     """The system of one step, with the exact tangent where A is positive definite.
 
     Where it is not, stiffness on the diagonal of drives is tried before the semidefinite tangent: at given
     torques a body may be unstable that a drive holds, and a drive that is held changes no step towards
-    equilibrium. Where the tangent is augmented, see `Assembled.augmented`, as much of the material's
+    equilibrium. Where the tangent is augmented, see `Assembled.augmentation`, as much of the material's
     stiffness takes its place as keeps A from becoming singular.
 
     Args:
@@ -112,6 +119,7 @@ def implicit_system(
         material: the same with the stiffness of the material D for K.
         L: (r, r) memory of the factor.
         driven: (d,) unknowns that drives move; None: there are none.
+        added: (r, r) to the tangent; None: nothing.
 
     Raises:
         FactorisationError: neither matrix is positive definite (a state that has blown up).
@@ -123,10 +131,11 @@ def implicit_system(
     force = at.force if at.inertia is None else at.force + at.inertia
     forces, v_free = (force, at.resisting), np.empty(n)
     derivative = stiffness(True)
-    added = None if at.added is None else integration.shares[1] * at.added
+    assert not isinstance(added, tuple)
     others: Iterator[Tangent] | None = None  # tried where the exact tangent has no factor
     S, exact, share = derivative, True, 0.0
     if added is not None:
+        added = integration.shares[1] * added
         rest = added if scheme.static else (1.0 + scheme.h * scheme.a) * at.mass + added
         (S, exact, share), others = bounded_tangent(derivative, material(), rest), iter(())
     elif integration.semidefinite > 0.0:

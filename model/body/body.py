@@ -20,7 +20,7 @@ from tauten.model.actuators import ActuatorRows
 from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
 from tauten.model.points import Motion
-from tauten.model.state import Assembled, State, StepStart
+from tauten.model.state import Assembled, Augmentation, State, StepStart
 from tauten.model.system import Integration, System, make_iterate
 
 P = TypeVar("P", default=Any)
@@ -174,7 +174,9 @@ class Body(ABC, Generic[P]):
         return self.system(self.assemble(state, effort, scheme), scheme)
 
     @abstractmethod
-    def system(self, assembled: Assembled, integration: Integration) -> System:
+    def system(
+        self, assembled: Assembled, integration: Integration, added: Augmentation = None
+    ) -> System:
         """The system of one step, `Robot.linearise` where forces and tangents are known.
 
         Raises:

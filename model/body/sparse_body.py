@@ -16,7 +16,7 @@ from typing_extensions import TypeVar
 from tauten.model.actuators import ActuatorSet
 from tauten.model.body.body import Body
 from tauten.model.numerics import Array, Bools, Factorisation, FactorisationError, Ints
-from tauten.model.state import Assembled, State
+from tauten.model.state import Assembled, Augmentation, State
 from tauten.model.system import (
     Integration,
     Pattern,
@@ -130,7 +130,9 @@ class SparseBody(Body[P]):
             return np.where(self.floating, mass, 0.0)
         return np.where(self.floating[self.pattern.indices], mass, 0.0)
 
-    def system(self, assembled: Assembled, integration: Integration) -> System:
+    def system(
+        self, assembled: Assembled, integration: Integration, added: Augmentation = None
+    ) -> System:
         """The system of one step, `Robot.linearise` where forces and tangents are known.
 
         See `Body`.

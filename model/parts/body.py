@@ -35,7 +35,7 @@ from tauten.model.parts.spans import (
     start_of_part,
 )
 from tauten.model.robot import Robot
-from tauten.model.state import Assembled, State, StepStart
+from tauten.model.state import Assembled, Augmentation, State, StepStart
 from tauten.model.system import Integration, System
 
 
@@ -49,16 +49,16 @@ class PartsAssembled(Assembled):
 
     parts: tuple[Assembled, ...]
 
-    def augmented(self, H: Array, rho: Array) -> tuple[Assembled, Array]:
-        """The same with ρ_i h_iᵀ h_i in tangents, of rows that are those of one part; see `Assembled`."""
+    def augmentation(self, H: Array, rho: Array) -> tuple[Augmentation, Array]:
+        """What adds ρ_i h_iᵀ h_i to tangents, of rows that are those of one part; see `Assembled`."""
         blocks = [H[:, span] for span in slices([len(part.state.v) for part in self.parts])]
         of_part = np.array([block.any(axis=1) for block in blocks])  # (p, m)
         alone, added, parts = of_part.sum(axis=0) == 1, np.zeros_like(rho), []
         for part, block, own in zip(self.parts, blocks, of_part, strict=True):
-            made, found = part.augmented(block, np.where(own & alone, rho, 0.0))
+            made, found = part.augmentation(block, np.where(own & alone, rho, 0.0))
             parts.append(made)
             added += found
-        return dataclasses.replace(self, parts=tuple(parts)), added
+        return tuple(parts), added
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -265,11 +265,14 @@ class PartsBody(Body[PartsPoints]):
         found = [body.linearise(own, lam, one) for body, own, lam, one in every]
         return joined_system(found, self.blocks)
 
-    def system(self, assembled: Assembled, integration: Integration) -> System:
+    def system(
+        self, assembled: Assembled, integration: Integration, added: Augmentation = None
+    ) -> System:
         """The system of one step of all parts, see `Body`."""
         assert isinstance(assembled, PartsAssembled)
-        every = zip(self.bodies, assembled.parts, self.schemes(integration), strict=True)
-        found = [body.system(own, scheme) for body, own, scheme in every]
+        more = added if isinstance(added, tuple) else (None,) * len(self.bodies)
+        every = zip(self.bodies, assembled.parts, self.schemes(integration), more, strict=True)
+        found = [body.system(own, scheme, one) for body, own, scheme, one in every]
         return joined_system(found, self.blocks)
 
     def blocks(self, factors: list[Factorisation]) -> BlockFactors:

@@ -26,7 +26,7 @@ from tauten.model.points import Motion
 from tauten.model.rows import NO_EFFECTOR_ROWS, ContactRows, PairSlots
 from tauten.model.schema import RobotConfig
 from tauten.model.signals import Actuators, EffectorLayout, Limits
-from tauten.model.state import Assembled, RobotRows, State
+from tauten.model.state import Assembled, Augmentation, RobotRows, State
 from tauten.model.system import Integration, System
 
 B_co = TypeVar("B_co", bound=Body, covariant=True, default=Body)
@@ -205,9 +205,8 @@ class Robot(Generic[B_co]):
 
     def with_obstacles(self, poses: ObstaclePoses) -> Robot[B_co]:
         """The same robot with its obstacles in other poses."""
-        if poses is self.contacts.poses or not poses.poses:
-            return self
-        return self.with_contacts(self.contacts.placed(poses))
+        known = poses is self.contacts.poses or not poses.poses
+        return self if known else self.with_contacts(self.contacts.placed(poses))
 
     def with_contacts(self, contacts: ContactSet) -> Robot[B_co]:
         """The same robot with its contacts in another place, or another step."""
@@ -236,9 +235,7 @@ class Robot(Generic[B_co]):
             far: whether what is beyond the alarm distance where it starts may touch at its end.
             later: how much later the obstacles are where they are at its end [s].
         """
-        if not (self.contacts.poses.poses or self.contacts.loose):
-            return self
-        if later != 0.0:
+        if later != 0.0 and self.contacts.poses.poses:
             return self.later(later).stepping(state, seconds, end, far)
         poses, h = self.contacts.poses, self.h if seconds is None else seconds
         of_obstacles = bool(poses.poses if far else self.contacts.sided)
@@ -367,17 +364,20 @@ class Robot(Generic[B_co]):
         """
         return self.body.assemble(state, effort, integration)
 
-    def system(self, assembled: Assembled, integration: Integration) -> System:
+    def system(
+        self, assembled: Assembled, integration: Integration, added: Augmentation = None
+    ) -> System:
         """The system of one step, `linearise` where forces and tangents are known.
 
         Args:
             assembled: by this robot or one that it is a fork of or that is a fork of it.
             integration: scheme and length of the step.
+            added: to the tangent, see `Assembled.augmentation`.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).
         """
-        return self.body.system(assembled, integration)
+        return self.body.system(assembled, integration, added)
 
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
         """The state one step later, with the velocity v and moved by h v.

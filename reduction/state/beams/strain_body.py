@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import Assembled, Integration, Robot, State, System
+from tauten.model import Assembled, Augmentation, Integration, Robot, State, System
 from tauten.model.actuators import Loads
 from tauten.model.beams import BeamBody, BeamTree, follow
 from tauten.model.numerics import Array, Ints
@@ -235,7 +235,9 @@ class StrainBody(ReducedBody[AttachedPoints]):
         resisting = np.zeros(self.n) if scheme.static else self.stiffness @ state.v
         return BeamAssembled(state, effort, mass, force, None, resisting, K)
 
-    def system(self, assembled: Assembled, integration: Integration) -> System:
+    def system(
+        self, assembled: Assembled, integration: Integration, added: Augmentation = None
+    ) -> System:
         """The system of one step, see `Body`."""
         assert isinstance(assembled, BeamAssembled)
         at, (of_D, of_K) = assembled, integration.shares
@@ -248,7 +250,7 @@ class StrainBody(ReducedBody[AttachedPoints]):
         def material() -> Array:
             return (of_D + of_K) * self.stiffness
 
-        return implicit_system(integration, at, stiffness, material, self.work.L)
+        return implicit_system(integration, at, stiffness, material, self.work.L, added=added)
 
     def projected_mass(self, work: BeamWork) -> Array:
         """The mass Jᵀ M J (r, r)."""

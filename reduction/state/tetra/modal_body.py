@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 
-from tauten.model import Assembled, Integration, Robot, State, System
+from tauten.model import Assembled, Augmentation, Integration, Robot, State, System
 from tauten.model.constraints import Drums
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import points_at
@@ -238,10 +238,9 @@ class ModalBody(ReducedBody[ModePoints]):
             force = force + wound.tension @ wound.H
             if damped:
                 resisting = resisting + wound.tangent @ state.v
-        apart, tendons = None, self.curvature.tendons
+        apart, sums = None, (self.sampled, self.curvature.tendons, self.work)
         if several and self.sampled.corotational and not scheme.static:
-            sampled, own = self.sampled, beta[:pulled]
-            apart = tangents_apart(own, tension, response, sampled, tendons, self.work)
+            apart = tangents_apart(beta[:pulled], tension, response, *sums)
         return SampledAssembled(
             state, effort, mass, force, inertia, resisting,
             motion, over_beta, efforts, wound, tension, response, floats=floats, apart=apart,
@@ -380,13 +379,15 @@ class ModalBody(ReducedBody[ModePoints]):
         scheme = integration or self.integration
         return self.system(self.responding(state, effort, scheme), scheme)
 
-    def system(self, assembled: Assembled, integration: Integration) -> System:
+    def system(
+        self, assembled: Assembled, integration: Integration, added: Augmentation = None
+    ) -> System:
         """The system of one step, see `Body`."""
         assert isinstance(assembled, SampledAssembled)
         at, tangent = assembled, partial(self.tangent, assembled, integration.shares)
         material = partial(self.tangent, assembled, (sum(integration.shares), 0.0), True)
         L = self.work.L if at.motion.J is None else np.zeros((self.n, self.n))
-        system = implicit_system(integration, at, tangent, material, L, self.driven)
+        system = implicit_system(integration, at, tangent, material, L, self.driven, added)
         if at.inertia is None:
             return system
         return self.turning_as_at_end(system, at.state, at.inertia, integration)
