@@ -135,15 +135,8 @@ def with_efforts_limited(
     names = [*map(actuators.effort_names.__getitem__, stiff.tolist())]
     lb, ub = problem.lb.copy(), problem.ub.copy()
     lb[stiff], ub[stiff] = -np.inf, np.inf
-    return replace(
-        problem,
-        lb=lb,
-        ub=ub,
-        G=np.concatenate([problem.G, rows]),
-        g_lo=np.concatenate([problem.g_lo, (limits.effort_min + shift)[stiff]]),
-        g_hi=np.concatenate([problem.g_hi, (limits.effort_max + shift)[stiff]]),
-        row_names=(*problem.row_names, *zip(names, names, strict=True)),
-    )
+    least, most = (limits.effort_min + shift)[stiff], (limits.effort_max + shift)[stiff]
+    return problem.limited(rows, least, most, zip(names, names, strict=True), (lb, ub))
 
 
 def with_force_limits(
@@ -162,13 +155,7 @@ def with_force_limits(
         return problem
     coefficients = np.zeros((len(rows.least), len(problem.c)))
     coefficients[:, len(problem.c) - rows.coefficients.shape[1] :] = rows.coefficients
-    return replace(
-        problem,
-        G=np.concatenate([problem.G, coefficients]),
-        g_lo=np.concatenate([problem.g_lo, rows.least]),
-        g_hi=np.concatenate([problem.g_hi, rows.largest]),
-        row_names=(*problem.row_names, *rows.names),
-    )
+    return problem.limited(coefficients, rows.least, rows.largest, rows.names)
 
 
 def weighted_rows(W: Array, delta_free: Array, scale: Array) -> tuple[Array, Array]:
@@ -210,14 +197,8 @@ def exact_problem(
     """
     n_e = layout.n_rows
     wanted = target[rows] - delta_free[rows]
-    names = tuple((name, name) for name in (layout.row_name(row) for row in rows.tolist()))
-    return replace(
-        problem,
-        G=np.concatenate([problem.G, W[rows, n_e:]]),
-        g_lo=np.concatenate([problem.g_lo, wanted - tolerance]),
-        g_hi=np.concatenate([problem.g_hi, wanted + tolerance]),
-        row_names=(*problem.row_names, *names),
-    )
+    names = [(name, name) for name in map(layout.row_name, rows.tolist())]
+    return problem.limited(W[rows, n_e:], wanted - tolerance, wanted + tolerance, names)
 
 
 def energy_scale(W: Array, layout: Layout, pushing: Bools, groups: Ints | None = None) -> float:

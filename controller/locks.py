@@ -14,7 +14,6 @@ efforts.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -228,15 +227,8 @@ class LockedStep:
         position, effort = actuators.position_names, actuators.effort_names
         names = [position[i][:2] for i in forced.tolist()]
         names += [(effort[i], effort[i]) for i in [*zero.tolist(), *cables.tolist()]]
-        return replace(
-            problem,
-            G=np.concatenate(
-                [problem.G, moved[:, acting], self._rest.gain[:, acting], taut[:, acting]]
-            ),
-            g_lo=np.concatenate([problem.g_lo, *low]),
-            g_hi=np.concatenate([problem.g_hi, *high]),
-            row_names=(*problem.row_names, *names),
-        )
+        G = np.concatenate([moved[:, acting], self._rest.gain[:, acting], taut[:, acting]])
+        return problem.limited(G, np.concatenate(low), np.concatenate(high), names)
 
     def start(self, effort: Array, pushing: Bools) -> Start:
         """Where the solver starts.

@@ -56,7 +56,7 @@ def pushed_slots(predicted: PredictedStep) -> Ints:
     """
     step, lam = predicted.step, predicted.lam
     if not step.frictional:
-        return step.rows.contacts.slots[:0]
+        return step.extra[:0]  # none
     slots: Ints = step.rows.contacts.slots[
         step.extra[lam[len(lam) - 3 * len(step.extra) :: 3] > 0.0]
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -84,6 +85,30 @@ class Qpcc:
         p = self
         given = (p.Q, p.c, p.lb, p.ub, p.G, p.g_lo, p.g_hi, p.M, p.m)
         return QpccArrays(*map(partial(np.ascontiguousarray, dtype=np.float64), given))
+
+    def limited(
+        self,
+        G: Array,
+        g_lo: Array,
+        g_hi: Array,
+        names: Iterable[tuple[str, str]],
+        bounds: tuple[Array, Array] | None = None,
+    ) -> Qpcc:
+        """The problem with more limits.
+
+        Args:
+            G: (r, n) their rows.
+            g_lo: (r,) lower limits.
+            g_hi: (r,) upper limits.
+            names: (r,) what these are called.
+            bounds: lb and ub (n_a,) instead of those of the problem; None: these.
+        """
+        lb, ub = (self.lb, self.ub) if bounds is None else bounds
+        return Qpcc(
+            self.Q, self.c, lb, ub, np.concatenate([self.G, G]), np.concatenate([self.g_lo, g_lo]),
+            np.concatenate([self.g_hi, g_hi]), self.M, self.m, self.constant, self.bound_names,
+            (*self.row_names, *names),
+        )  # fmt: skip
 
     def objective(self, lam_a: Array, beta: Array) -> float:
         """(1) at a point."""
