@@ -2,8 +2,9 @@
 
 Importing takes most of the time of a short command, and loading the kernels most of the start of a node, so
 that tests do both once. The copies are processes like others: with signals, priority, exit code and output of
-their own. It reads one request in a line from standard input, answers with one number in a line, and ends
-with its input.
+their own. `fork_server.py ADDRESS ROBOT` listens at the address of a Unix socket, which it says by a line of
+output. It reads requests of one line, answers each with one number in a line, and ends with the last
+connection.
 """
 
 from __future__ import annotations
@@ -12,8 +13,11 @@ import gc
 import json
 import os
 import runpy
+import select
 import signal
+import socket
 import sys
+from pathlib import Path
 from typing import Any, TextIO
 
 import numba
@@ -64,31 +68,45 @@ def exit_code(process: int) -> int | None:
     return os.waitstatus_to_exitcode(status) if ended else None
 
 
-def serve(requests: TextIO, answers: TextIO) -> None:
-    """Answer until the input ends; returns in a copy when its command is to run."""
-    for line in requests:
-        request = json.loads(line)
-        if "warm" in request:
-            warm(request["warm"])
-            print(0, file=answers, flush=True)
-            continue
-        if "process" in request:
-            print(json.dumps(exit_code(request["process"])), file=answers, flush=True)
-            continue
-        process = os.fork()
-        if process == 0:
-            requests.close()
-            answers.close()
-            return become(request)
-        print(json.dumps(process), file=answers, flush=True)
-    return None
+def serve(server: socket.socket) -> None:
+    """Answer until nobody is connected any more; returns in a copy when its command has ended."""
+    files: dict[socket.socket, TextIO] = {}
+    while True:
+        for one in select.select([server, *files], [], [])[0]:
+            if one is server:
+                client, _ = server.accept()
+                files[client] = client.makefile("rw")
+                continue
+            line = files[one].readline()
+            if not line:
+                files.pop(one).close()
+                one.close()
+                if not files:
+                    Path(server.getsockname()).unlink()
+                    return
+                continue
+            request = json.loads(line)
+            answer: int | None
+            if "process" in request:
+                answer = exit_code(request["process"])
+            else:
+                answer = os.fork()
+                if answer == 0:
+                    for other in (server, *files, *files.values()):
+                        other.close()
+                    become(request)
+                    return
+            print(json.dumps(answer), file=files[one], flush=True)
 
 
 if __name__ == "__main__":
-    signal.signal(
-        signal.SIGINT, signal.SIG_IGN
-    )  # Ctrl-C is for the tests, which then end the input
-    own = [os.fdopen(os.dup(number), mode) for number, mode in ((0, "r"), (1, "w"))]
-    for number, mode in ((0, os.O_RDONLY), (1, os.O_WRONLY)):
-        os.dup2(os.open(os.devnull, mode), number)
-    serve(own[0], own[1])
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the tests, which then leave
+    address, robot = Path(sys.argv[1]), sys.argv[2]
+    warm(robot)
+    address.unlink(missing_ok=True)
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(str(address))
+        server.listen()
+        print("listening", flush=True)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        serve(server)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import atexit
 import dataclasses
+import fcntl
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -74,32 +76,51 @@ def write_robot(folder: Path, text: str = ROBOT) -> Path:
 
 
 class ForkServer:
-    """The process that `tests/support/fork_server.py` describes."""
+    """The process that `tests/support/fork_server.py` describes, which all processes of the suite share."""
 
     def __init__(self) -> None:
-        """Start it; it ends with this process."""
+        """Start it, unless another process of the suite has; it ends with the last of them."""
+        run = os.environ.get("PYTEST_XDIST_TESTRUNUID", str(os.getpid()))
+        address = Path(tempfile.gettempdir()) / f"tauten-{run}.socket"
         script = Path(__file__).with_name("fork_server.py")
-        self._process = subprocess.Popen(
-            [sys.executable, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
+        self._process: subprocess.Popen[bytes] | None = None
+        self._socket = socket.socket(socket.AF_UNIX)
+        with script.open() as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            try:
+                self._socket.connect(str(address))
+            except OSError:  # there is none, or it has ended
+                self._start(script, address)
+                self._socket.connect(str(address))
+        self._file = self._socket.makefile("rw")
         self._lock = threading.Lock()
         atexit.register(self.close)
+
+    def _start(self, script: Path, address: Path) -> None:
+        """Start it and wait until it listens."""
         with tempfile.TemporaryDirectory() as folder:
-            self.ask(warm=str(write_robot(Path(folder))))
+            self._process = subprocess.Popen(
+                [sys.executable, str(script), str(address), str(write_robot(Path(folder)))],
+                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            )  # fmt: skip
+            assert self._process.stdout is not None
+            assert self._process.stdout.readline()
 
     def ask(self, **request: object) -> int | None:
         """The answer to a request."""
-        assert self._process.stdin is not None and self._process.stdout is not None
         with self._lock:
-            self._process.stdin.write(json.dumps(request) + "\n")
-            self._process.stdin.flush()
-            answer: int | None = json.loads(self._process.stdout.readline())
+            self._file.write(json.dumps(request) + "\n")
+            self._file.flush()
+            answer: int | None = json.loads(self._file.readline())
         return answer
 
     def close(self) -> None:
-        """End it."""
-        with self._process:
-            pass
+        """Leave it, and wait for its end where this process has started it."""
+        self._file.close()
+        self._socket.close()
+        if self._process is not None:
+            with self._process:
+                pass
 
 
 @cache
