@@ -19,10 +19,11 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 WIDTH, HEIGHT = 1000, 500
-# A page draws as often as it can; without a graphics card each frame takes both cores tens of milliseconds.
+# A page draws as often as it can; without a graphics card each frame takes both cores tens of milliseconds,
+# of a film with its lights hundreds.
 FEW_FRAMES = """
     const ask = window.requestAnimationFrame.bind(window);
-    window.requestAnimationFrame = draw => window.setTimeout(() => ask(draw), 200);
+    window.requestAnimationFrame = draw => window.setTimeout(() => ask(draw), 1000);
     window.cancelAnimationFrame = window.clearTimeout.bind(window);
 """
 
@@ -33,7 +34,7 @@ def page_of(
     loaded: str | None = None,
     size: tuple[int, int] = (WIDTH, HEIGHT),
 ) -> Iterator[Page]:
-    """A page in a browser, which draws five times a second; skips where there is none.
+    """A page in a browser, which draws once a second; skips where there is none.
 
     Args:
         address: to open.
