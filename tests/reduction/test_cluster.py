@@ -12,7 +12,6 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-import distributed
 import numpy as np
 import pytest
 
@@ -46,7 +45,9 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]
         address = json.loads(file.read_text())["address"]
         one = ("--nthreads", "1", "--no-nanny", "--local-directory", str(tmp_path))
         processes += [start(tmp_path, "worker", address, *local, *one) for _ in range(2)]
-        with distributed.Client(address, timeout=STARTED) as client:
+        from distributed import Client  # which takes a while to import
+
+        with Client(address, timeout=STARTED) as client:
             client.wait_for_workers(2, timeout=STARTED)
         yield address, processes[1:]
     finally:

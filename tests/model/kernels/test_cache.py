@@ -18,7 +18,6 @@ def test_changed_callee_is_compiled_into_its_caller(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     write(tmp_path)
     assert run(tmp_path, cache) == (6.0, 0, 1)
-    assert run(tmp_path, cache) == (6.0, 1, 0), "unchanged sources are not compiled again"
     text = CALLEE
     for old, new, value in (
         ("3.0 * x", "5.0 * x", 10.0),  # the called kernel
@@ -28,7 +27,7 @@ def test_changed_callee_is_compiled_into_its_caller(tmp_path: Path) -> None:
         text = text.replace(old, new)
         (tmp_path / "callee.py").write_text(text)
         assert run(tmp_path, cache) == (value, 0, 1), new
-    assert run(tmp_path, cache) == (35.0, 1, 0)
+    assert run(tmp_path, cache) == (35.0, 1, 0), "unchanged sources are not compiled again"
 
 
 def test_a_second_clone_compiles_what_differs(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ RADIUS, APPROACH = 0.01, 6.4e-5  # m
 YOUNG, POISSON = 1e5, 0.3
 CONTACT = np.sqrt(RADIUS * APPROACH)  # radius of the contact a, Hertz
 FORCE = 4.0 / 3.0 * YOUNG / (1.0 - POISSON**2) * np.sqrt(RADIUS * APPROACH**3)  # N
-FINE, ACROSS, UP = CONTACT / 5.0, 8, 8
+FINE, ACROSS, UP = CONTACT / 5.0, 7, 6
 
 
 def graded(cells: int, length: float) -> np.ndarray:

@@ -30,7 +30,10 @@ def rolled(
     return simulator, ROLL["moved"](simulator)
 
 
-@pytest.mark.parametrize("way", [WAY, (-0.0009, 0.00121)])
+@pytest.mark.parametrize(
+    "way",
+    [WAY, pytest.param((-0.0009, 0.00121), marks=pytest.mark.slow)],  # nearly the same
+)
 def test_a_pad_rolls_a_ball_to_its_target(way: tuple[float, float]) -> None:
     """And presses it no more than it needs, wherever that is."""
     simulator, moved = rolled(load_robot(ROLL["FILE"]), way=way)
