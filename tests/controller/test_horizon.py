@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,13 +16,12 @@ from tauten.controller.horizon import (
     share_that_goes_on,
     with_goal,
 )
-from tauten.model import Robot, Simulator, condense_step, no_forces
+from tauten.model import EffectorLayout, Robot, Simulator, condense_step, no_forces
 from tauten.model.numerics import Array
 from tauten.service.bench.following import reach_targets, rms
 from tauten.service.setup import load_setup
 
 TICKS = 10
-LAYOUT = pneumatic_robot().effector_layout
 STEP = np.array([1e-4, 0.0, -2e-4])  # m, of a target in a tick
 
 
@@ -33,10 +33,16 @@ def after(goals: list[Array]) -> Array:
     return course
 
 
+@cache
+def layout() -> EffectorLayout:
+    """Of a robot with one point."""
+    return pneumatic_robot().effector_layout
+
+
 def share(course: Array, moved: Array, late: float = 0.0, most: float = 1.0) -> float:
     """The share that goes on of effectors that are late by some ticks of their motion."""
     values = np.zeros(3) if len(course) == 0 else course[-1] - late * moved
-    return share_that_goes_on(course, LAYOUT, values, moved, most)
+    return share_that_goes_on(course, layout(), values, moved, most)
 
 
 def test_motion_goes_on_where_targets_move_as_the_effectors_do() -> None:
@@ -85,8 +91,7 @@ def test_a_share_of_the_way_is_between_all_and_none_of_it(reduced: bool) -> None
     assert np.linalg.norm(most - none) > 0.1 * np.linalg.norm(none)
 
 
-@pytest.mark.parametrize("stops", [False, True])
-def test_a_body_under_pressure_follows_without_the_delay_of_the_horizon(stops: bool) -> None:
+def test_a_body_under_pressure_follows_without_the_delay_of_the_horizon_and_stops() -> None:
     """What moves its tip is the damping's slow answer to the pressure: it was late by half of its way."""
     robot = pneumatic_robot(
         integration={"rayleigh_stiffness": 0.1}, controller={"rate": 50.0}, gravity=[0.0, 0.0, 0.0]
@@ -101,8 +106,6 @@ def test_a_body_under_pressure_follows_without_the_delay_of_the_horizon(stops: b
         controller.step(goal)
     late = float((goal - controller.effector[0]) @ speed / (speed @ speed))  # ticks
     assert abs(late) < 0.7
-    if not stops:
-        return
     farthest = 0.0
     for _ in range(50):
         controller.step(goal)

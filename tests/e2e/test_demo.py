@@ -106,14 +106,14 @@ def test_targets_are_slowed_where_the_period_cannot_be_held(
     monkeypatch.setattr("tauten.service.plant.processes._start", forked)
     monkeypatch.setattr("tauten.service.plant.demo.step_at_start", lambda *_: 0.02)
     robot = hanging_beam(tmp_path, rate=100.0)
-    settings = DemoSettings(str(robot), tmp_path / "demo", 1.0, path="line", period=4.0)
+    settings = DemoSettings(str(robot), tmp_path / "demo", 1.0, path="line", period=1.5)
     done = run_demo(settings, StopFlag(), lambda _said: None)
     note = [said for said in done.notes if "times slower; tauten reduce" in said][-1]
     slower = float(note.split(" times slower")[0].split()[-1])
     assert done.report.rate_hz <= 25.0
     assert done.report.following > 5
     times = np.loadtxt(tmp_path / "demo" / TARGETS, delimiter=",", skiprows=1)[:, 0]
-    assert times[-1] == pytest.approx(4.0 * slower, rel=0.05)
+    assert times[-1] == pytest.approx(1.5 * slower, rel=0.05)
 
 
 def test_a_time_of_a_step_that_is_unknown_is_said(

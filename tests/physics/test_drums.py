@@ -142,7 +142,7 @@ def test_a_drum_on_a_rod_goes_slack_and_is_controlled() -> None:
     )
     controller = Controller(robot)
     for height in (0.02, -0.015):
-        for _ in range(80):
+        for _ in range(50):
             decision = controller.decide(np.array([0.1, 0.0, height]))
             assert decision.status.usable
             controller.advance()

@@ -55,7 +55,7 @@ def test_the_reduced_pneumatic_finger_is_where_the_full_one_is_at_equal_volumes(
     )
     for simulator in (reduced, full):
         assert simulator.settle_start().converged
-    for pressure in (5e3, 1e4, 1.5e4, 2e4):
+    for pressure in (1e4, 2e4):
         assert reduced.settle(effort=[pressure]).converged
         assert full.settle(position=reduced.position).converged
         assert np.linalg.norm(full.effector - reduced.effector) < 2.5e-5

@@ -48,18 +48,24 @@ def with_points(x: Array, triangles: Ints, points: Array) -> tuple[Array, Contac
     return x, ContactSet([pair], len(x), ALARM)
 
 
-def segment_distance(p: Array, a: Array, b: Array) -> float:
-    t = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
-    return float(np.linalg.norm(p - a - t * (b - a)))
+def segment_distances(p: Array, a: Array, b: Array) -> Array:
+    """Of a point from segments with these ends (t, 3): (t,)."""
+    along = b - a
+    t = np.clip(((p - a) * along).sum(axis=1) / (along * along).sum(axis=1), 0.0, 1.0)
+    found: Array = np.linalg.norm(p - a - t[:, None] * along, axis=1)
+    return found
 
 
-def triangle_distance(p: Array, corners: Array) -> float:
-    """Least squares for the foot in the plane; if it is outside, the nearest side."""
-    a, b, c = corners
-    uv, *_ = np.linalg.lstsq(np.stack([b - a, c - a], axis=1), p - a, rcond=None)
-    if uv.min() >= 0.0 and uv.sum() <= 1.0:
-        return float(np.linalg.norm(p - a - uv[0] * (b - a) - uv[1] * (c - a)))
-    return min(segment_distance(p, a, b), segment_distance(p, b, c), segment_distance(p, c, a))
+def triangle_distances(p: Array, corners: Array) -> Array:
+    """Least squares for the foot in each plane; where it is outside, the nearest side: (t,)."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    sides = np.stack([b - a, c - a], axis=2)  # (t, 3, 2)
+    uv = np.linalg.pinv(sides) @ (p - a)[:, :, None]  # (t, 2, 1)
+    foot = np.linalg.norm(p - a - (sides @ uv)[:, :, 0], axis=1)
+    inside = (uv.min(axis=(1, 2)) >= 0.0) & (uv.sum(axis=(1, 2)) <= 1.0)
+    ends = ((a, b), (b, c), (c, a))
+    side = np.min([segment_distances(p, one, other) for one, other in ends], axis=0)
+    return np.where(inside, foot, side)
 
 
 def winding_number(p: Array, corners: Array) -> float:
@@ -75,7 +81,7 @@ def winding_number(p: Array, corners: Array) -> float:
 
 
 def signed_distance(p: Array, corners: Array) -> float:
-    distance = min(triangle_distance(p, triangle) for triangle in corners)
+    distance = float(triangle_distances(p, corners).min())
     return -distance if winding_number(p, corners) > 0.5 else distance
 
 

@@ -107,8 +107,9 @@ def test_beam_under_gravity_follows_sofas_load_curve(
     curve = np.loadtxt(reference / "beam_coarse_gravity_polar.csv", delimiter=",", skiprows=1)
     end = robot.body.mesh.nodes[:, 0] > 1.0 - 1e-9
     state = Simulator(robot, contact="none").state
-    # past nine tenths, Newton without the turning of SOFA's rotations needs hundreds of iterations
-    for fraction, *displacement in curve[:9, :4]:
+    # three, six and nine tenths; past them Newton without the turning of SOFA's rotations needs hundreds of
+    # iterations
+    for fraction, *displacement in curve[2:9:3, :4]:
         held = robot.body.tetrahedra
         part = replace(robot.body, tetrahedra=held.loaded(fraction * held.load))
         simulator = Simulator(replace(robot, body=part), contact="none")

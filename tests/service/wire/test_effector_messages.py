@@ -166,7 +166,7 @@ trees = st.recursive(
 )
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(st.sampled_from(KINDS), trees)
 def test_any_json_is_values_or_refused(kind: EffectorKind, value: object) -> None:
     found = decode_effector(kind, "tip", json.dumps(value).encode(), JSON)
