@@ -14,9 +14,8 @@ from tauten.model.numerics import Array
 from tauten.service.bench import (
     WARM_UP,
     Sizes,
-    forward_tips,
+    forward_steps,
     sizes_of,
-    time_forward,
 )
 from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.replay import Spread
@@ -74,12 +73,13 @@ def bench_sofa_meshes(data: Path, steps: int, progress: Progress) -> SofaMeshBen
     found = []
     with one_blas_thread():
         for name, pulled, led, targets in cases:
-            followed = forward_tips(led, steps) if targets is None else targets
+            forward, tips = forward_steps(pulled, steps)
+            followed = tips if targets is None else targets
             found.append(
                 SofaMeshTimes(
                     robot=name,
                     sizes=sizes_of(led),
-                    forward_ms=time_forward(pulled, steps),
+                    forward_ms=forward,
                     inverse=time_steps(led, "none", "none", followed, warm_up=WARM_UP),
                     sofa_ms={
                         kind: SOFA_MS[f"{name} {kind}"]

@@ -2,7 +2,13 @@
 
 from tauten.model.mesh.groups import CellGroup
 from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
-from tauten.model.mesh.quality import mean_ratios, part_numbers, read_unchecked_mesh, wall_thickness
+from tauten.model.mesh.quality import (
+    mean_ratios,
+    part_numbers,
+    ray_crossings,
+    read_unchecked_mesh,
+    wall_thickness,
+)
 from tauten.model.mesh.regions import BodyRange, NodeSelector, Selector, make_selector
 from tauten.model.mesh.surface import (
     FACES,
@@ -51,6 +57,7 @@ __all__ = [
     "oriented",
     "part_numbers",
     "quadratic_mesh",
+    "ray_crossings",
     "read_mesh",
     "read_quadratic_mesh",
     "read_triangles",

@@ -68,6 +68,28 @@ def part_numbers(tets: Ints) -> Ints:
     return numbers
 
 
+def ray_crossings(start: Array, direction: Array, corners: Array) -> tuple[Array, Array, Array]:
+    """Where rays cross the planes of triangles (Möller and Trumbore 1997).
+
+    Args:
+        start: (3,) or (t, 3) of the rays [m].
+        direction: (3,) or (t, 3) of the rays, of any length.
+        corners: (t, 3, 3) of the triangles [m].
+
+    Returns:
+        (t,) weights of the second and of the third corner, and the way along the ray, in lengths of its
+        direction; NaN where it is parallel to the plane.
+    """
+    edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    away, p = start - corners[:, 0], np.cross(direction, edge2)
+    q = np.cross(away, edge1)
+    with np.errstate(all="ignore"):
+        products = np.stack([away * p, q * direction, edge2 * q]).sum(axis=2)  # (3, t)
+        found = products / (edge1 * p).sum(axis=1)
+    u, v, t = np.where(np.isfinite(found), found, np.nan)
+    return u, v, t
+
+
 def wall_thickness(vertices: Array, boundary: Ints, triangles: Ints) -> Array:
     """Distance from the centre of each triangle, straight into the body, to its other side.
 
@@ -79,22 +101,15 @@ def wall_thickness(vertices: Array, boundary: Ints, triangles: Ints) -> Array:
     Returns:
         (t,) thickness [m]; inf where the ray leaves the body through no triangle.
     """
-    a, b, c = (vertices[boundary[:, i]] for i in range(3))
-    edge1, edge2 = b - a, c - a  # (b, 3)
-    outward = np.cross(edge1, edge2)
+    surface = vertices[boundary]  # (b, 3, 3)
+    outward = np.cross(surface[:, 1] - surface[:, 0], surface[:, 2] - surface[:, 0])
     thickness = np.full(len(triangles), np.inf)
     for index, corners in enumerate(vertices[triangles]):
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
         direction = -normal / np.linalg.norm(normal)
-        # Möller and Trumbore (1997), only triangles that the ray leaves through
-        leaving = np.flatnonzero(outward @ direction > PARALLEL * np.linalg.norm(outward, axis=1))
-        p = np.cross(direction, edge2[leaving])
-        scale = np.einsum("bi,bi->b", edge1[leaving], p)
-        s = corners.mean(axis=0) - a[leaving]
-        u = np.einsum("bi,bi->b", s, p) / scale
-        q = np.cross(s, edge1[leaving])
-        v = q @ direction / scale
-        t = np.einsum("bi,bi->b", edge2[leaving], q) / scale
+        # only triangles that the ray leaves through
+        leaving = outward @ direction > PARALLEL * np.linalg.norm(outward, axis=1)
+        u, v, t = ray_crossings(corners.mean(axis=0), direction, surface[leaving])
         crossed = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1.0 + 1e-9) & (t > 0.0)
         thickness[index] = t[crossed].min(initial=np.inf)
     return thickness

@@ -26,9 +26,8 @@ from tauten.service.bench.steps import (
     Sizes,
     StepBench,
     bench_steps,
-    forward_tips,
+    forward_steps,
     sizes_of,
-    time_forward,
 )
 
 __all__ = [
@@ -55,13 +54,12 @@ __all__ = [
     "equilibrium",
     "examine",
     "follow",
-    "forward_tips",
+    "forward_steps",
     "path_accuracy",
     "ramp_snapshots",
     "reach_targets",
     "rms",
     "sizes_of",
-    "time_forward",
     "unseen",
     "warmed",
 ]

@@ -26,9 +26,8 @@ from tauten.service.replay import Spread
 
 REACH = 0.9  # of the range of each actuator, on the path that is followed
 RAMP_STEPS = 200  # equilibria of the training campaign
-FOREIGN = Ranges(
-    position=(0.5, 1.0), tilt=np.radians(20.0), force=0.02
-)  # loads outside the training
+# loads outside the training
+FOREIGN = Ranges(position=(0.5, 1.0), tilt=np.radians(20.0), force=0.02)
 FOREIGN_RUNS, FOREIGN_STEPS = 6, 20
 FOLLOWED = 40  # equilibria of the training path at which tips are compared
 STATE_SETTINGS = (
@@ -118,19 +117,11 @@ def bench_reduced(
         targets = reach_targets(robot, seconds, REACH)
         cases = []
         for settings in STATE_SETTINGS:
-            about = (
-                f"{settings.r} modes, {settings.responses} responses, sample {settings.sample:g}"
-            )
-            progress(step, about)
+            about = f"{settings.r} modes, {settings.responses} responses"
+            progress(step, f"{about}, sample {settings.sample:g}")
             cases.append(run_case(robot, basis, training, foreign, settings, targets))
-    return ReducedBench(
-        host_info(),
-        robot.name,
-        1e3 * robot.size,
-        1.0 / robot.h,
-        basis.k,
-        tuple(cases),
-    )
+    size, rate = 1e3 * robot.size, 1.0 / robot.h
+    return ReducedBench(host_info(), robot.name, size, rate, basis.k, tuple(cases))
 
 
 def ramp_snapshots(robot: Robot, folder: Path, steps: int) -> Snapshots:

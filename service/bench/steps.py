@@ -71,26 +71,26 @@ def bench_steps(
     for count in range(refinements + 1):
         robot = load_robot(robot_file, None, count, factorisation)
         with one_blas_thread():
-            meshes.append(
-                SizeTimes(
-                    sizes=sizes_of(robot),
-                    factorisation=robot.body.linear_solver,
-                    forward_ms=time_forward(robot, steps),
-                    inverse_ms=time_control(robot, "none", forward_tips(robot, steps), WARM_UP),
-                )
-            )
+            forward, tips = forward_steps(robot, steps)
+            inverse = time_control(robot, "none", tips, WARM_UP)
+        meshes.append(SizeTimes(sizes_of(robot), robot.body.linear_solver, forward, inverse))
         progress(1.0 / (refinements + 1))
     return StepBench(host_info(), robot.name, tuple(meshes))
 
 
-def time_forward(robot: Robot, steps: int) -> Spread:
-    """Times of simulator steps while the cables are pulled to half their limit [ms]."""
-    simulator, times = Simulator(robot, contact="none"), []
+def forward_steps(robot: Robot, steps: int) -> tuple[Spread, Array]:
+    """Simulator steps while the cables are pulled to half their limit.
+
+    Returns:
+        Their times [ms], and positions (steps + WARM_UP, p, 3) of the effectors after them [m].
+    """
+    simulator, times, tips = Simulator(robot, contact="none"), [], []
     for share in np.linspace(0.0, 0.5, steps + WARM_UP):
         start = perf_counter()
         simulator.step(position=share * robot.limits.position_max)
         times.append(1e3 * (perf_counter() - start))
-    return spread(times[WARM_UP:])
+        tips.append(simulator.effector.copy())
+    return spread(times[WARM_UP:]), np.array(tips).reshape(len(tips), -1, 3)
 
 
 def time_control(
@@ -113,12 +113,3 @@ def time_control(
         controller.step(target)
         times.append(1e3 * (perf_counter() - start))
     return spread(times[warm_up:])
-
-
-def forward_tips(robot: Robot, steps: int) -> Array:
-    """Positions (steps + WARM_UP, p, 3) of the effectors as `time_forward` moves them [m]."""
-    simulator, tips = Simulator(robot, contact="none"), []
-    for share in np.linspace(0.0, 0.5, steps + WARM_UP):
-        simulator.step(position=share * robot.limits.position_max)
-        tips.append(simulator.effector.copy())
-    return np.array(tips).reshape(len(tips), -1, 3)

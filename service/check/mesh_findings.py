@@ -13,7 +13,7 @@ from tauten.model.mesh import UNITS, TetMesh, mean_ratios, part_numbers, read_tr
 from tauten.model.numerics import Array
 from tauten.model.points import attach
 from tauten.model.schema import Point, RobotConfig
-from tauten.service.check.findings import Finding, Level
+from tauten.service.check.findings import Finding
 
 POOR = 0.2  # mean ratio; the deformation of an element below it is badly resolved
 BAD = 0.05  # mean ratio; such an element limits the accuracy of what is around it
@@ -77,20 +77,14 @@ def length_unit(config: RobotConfig, unit: str, mesh: TetMesh) -> Finding:
     """Whether the mesh has the size of a robot, and where its cables are."""
     points = np.array([point.position for point in named_points(config)])  # (p, 3)
     size = float(np.ptp(mesh.nodes, axis=0).max())
-    if not len(points):
-        level: Level = "fine" if USUAL_SIZE[0] <= size <= USUAL_SIZE[1] else "doubtful"
-        advice = "" if level == "fine" else "check mesh.length_unit"
-        found = f"{1e3 * size:.4g} mm long with length_unit = {unit!r}"
-        return Finding("length unit", level, found, advice)
-    spread = float(np.ptp(points, axis=0).max())
-    inside, filled = {}, {}
-    for name, scale in UNITS.items():
+    found = f"{1e3 * size:.4g} mm long with length_unit = {unit!r}"
+    inside, filled = dict.fromkeys(UNITS, 0), dict.fromkeys(UNITS, 0.0)
+    for name, scale in UNITS.items() if len(points) else ():
         factor = scale / UNITS[unit]
         low = factor * mesh.nodes.min(axis=0) - NEAR * factor * size
         high = factor * mesh.nodes.max(axis=0) + NEAR * factor * size
         inside[name] = int(((points >= low) & (points <= high)).all(axis=1).sum())
-        filled[name] = spread / (factor * size)
-    found = f"{1e3 * size:.4g} mm long with length_unit = {unit!r}"
+        filled[name] = float(np.ptp(points, axis=0).max()) / (factor * size)
     best = max(UNITS, key=lambda name: (inside[name], filled[name], name == unit))
     # points that fill the mesh, or a fair part of it, are no reason for another unit
     if best != unit and (inside[unit] < inside[best] or 0.0 < filled[unit] < LEAST_FILLED):

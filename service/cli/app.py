@@ -6,7 +6,7 @@ Packages are imported inside the commands, so that `tauten --help` does not wait
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -42,9 +42,6 @@ from tauten.service.cli.terminal import (
     writable,
 )
 from tauten.service.cli.view import view
-
-if TYPE_CHECKING:
-    from tauten.service.wire import Network
 
 app = typer.Typer(
     help="Real-time inverse control of soft robots that touch themselves.",
@@ -93,6 +90,7 @@ def serve(
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Serve a robot: targets in, actuation out. Ctrl-C releases the cables in a ramp, twice: faster."""
+    from tauten.service.link import Network
     from tauten.service.node import ServeSettings
     from tauten.service.node import serve as run
     from tauten.service.process import RealtimeSettings, stop_on_signals
@@ -111,7 +109,7 @@ def serve(
             raise typer.BadParameter(
                 "--event answers a target when it arrives, interpolation later: choose one"
             )
-        run(setup, _network(port, zenoh_config), settings, stop)
+        run(setup, Network(port, zenoh_config), settings, stop)
 
 
 def stream(
@@ -148,11 +146,12 @@ def stream(
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Stream targets to a robot's node, as soon as the node is alive."""
+    from tauten.service.link import Network
     from tauten.service.plant import PathSettings, StreamSettings, find_receiver, receiver_path
     from tauten.service.plant import stream as run
     from tauten.service.process import stop_on_signals
 
-    network = _network(port, zenoh_config)
+    network = Network(port, zenoh_config)
     with stop_on_signals() as stop:
         receiver = find_receiver(robot, network, stop)
         if receiver is None:
@@ -172,12 +171,6 @@ for _command in _COMMANDS:
     app.command()(_command)
 app.add_typer(bench, name="bench")
 app.add_typer(kernels, name="kernels")
-
-
-def _network(port: int | None, config: Path | None) -> Network:
-    from tauten.service.link import Network
-
-    return Network(port, config)
 
 
 def setup_errors() -> tuple[type[Exception], ...]:

@@ -117,13 +117,7 @@ def workload(work: Path) -> dict[str, list[str]]:
     )  # the second reduction has those of the first
     kinds = {"energy": STATES, "greedy": ("--method", "greedy")}
     reductions = {
-        f"tauten reduce: {kind}": [
-            *REDUCE,
-            *options,
-            *snapshots,
-            "--out",
-            str(work / f"{kind}.basis"),
-        ]
+        f"tauten reduce: {kind}": [*REDUCE, *options, *snapshots, "--out", f"{work / kind}.basis"]
         for kind, options in kinds.items()
     }
     plate = {"finger with friction": ["-c", START.format(str(finger_on_plate(work)))]}

@@ -8,9 +8,8 @@ from tauten.service.node import ControlLoop
 from tauten.service.plant import PlantSettings, plant_robot, quick_enough, warm_plant
 from tauten.service.setup import load_setup
 
-FULL_TAKES_MINUTES = (
-    "manipulator",
-)  # robots whose plant in full order is only tried, as the plant does
+# robots whose plant in full order is only tried, as the plant does
+FULL_TAKES_MINUTES = ("manipulator",)
 
 
 def run_robot(name: str) -> None:

@@ -160,9 +160,8 @@ def _answer_that(
 
 def answer_in(text: str) -> NodeAnswer:
     """The node's answer in its metrics."""
-    from prometheus_client.parser import (
-        text_string_to_metric_families,  # once a command is under way
-    )
+    # once a command is under way
+    from prometheus_client.parser import text_string_to_metric_families
 
     samples = {s.name: s for f in text_string_to_metric_families(text) for s in f.samples}
     said = samples.get("tauten_commands_info")

@@ -23,10 +23,8 @@ import zenoh
 log = logging.getLogger(__name__)
 
 HOST = "127.0.0.1"
-LOWEST_PORT, HIGHEST_PORT = (
-    1024,
-    65534,
-)  # that a user may give to a node; its plant has the next one
+# that a user may give to a node; its plant has the next one
+LOWEST_PORT, HIGHEST_PORT = 1024, 65534
 ZENOH_CONFIG_VARIABLE = "TAUTEN_ZENOH_CONFIG"  # names a configuration file
 _FIRST_PORT = 17_447
 # Errors of Zenoh, but not "Received Data for unknown expr_id": a message of a process that has just ended.

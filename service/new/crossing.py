@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tauten.model.mesh import ray_crossings
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.service.process import Progress
 
@@ -38,7 +39,7 @@ def first_crossing(
 ) -> tuple[int, int] | None:
     """Two triangles of a surface that cross each other and share no vertex; None where there are none.
 
-    An edge of one has to pass through the other (Möller and Trumbore 1997).
+    An edge of one has to pass through the other.
 
     Args:
         vertices: (v, 3).
@@ -131,18 +132,9 @@ def pierced(edges_of: Array, through: Array) -> Bools:
         edges_of: (p, 3, 3) triangles whose edges are used.
         through: (p, 3, 3) triangles.
     """
-    edge1, edge2 = through[:, 1] - through[:, 0], through[:, 2] - through[:, 0]
     found = np.zeros(len(through), dtype=bool)
     for i in range(3):
         start = edges_of[:, i]
-        direction = edges_of[:, (i + 1) % 3] - start
-        p = np.cross(direction, edge2)
-        scale = np.einsum("ti,ti->t", edge1, p)
-        with np.errstate(all="ignore"):  # parallel ones give inf or nan, which no comparison passes
-            s = start - through[:, 0]
-            u = np.einsum("ti,ti->t", s, p) / scale
-            q = np.cross(s, edge1)
-            v = np.einsum("ti,ti->t", direction, q) / scale
-            t = np.einsum("ti,ti->t", edge2, q) / scale
-            found |= (u > 0.0) & (v > 0.0) & (u + v < 1.0) & (t > 0.0) & (t < 1.0)
+        u, v, t = ray_crossings(start, edges_of[:, (i + 1) % 3] - start, through)
+        found |= (u > 0.0) & (v > 0.0) & (u + v < 1.0) & (t > 0.0) & (t < 1.0)
     return found

@@ -15,9 +15,8 @@ from tauten.model.numerics import Array, Ints
 from tauten.service.new.side_cable import Axes, side_cable
 
 END = 0.02  # of the length; triangles so near an end belong to it
-SLAB = (
-    0.5  # of the smallest node spacing at the held end; half the thickness of the box that holds it
-)
+# of the smallest node spacing at the held end; half the thickness of the box that holds it
+SLAB = 0.5
 HANGS = 0.9  # the upper end is held unless the lower one is larger by more than this
 PULL = 0.1  # of the length
 LEAST_CAVITY = 0.01  # of the body's volume; a smaller one is a bubble, not a chamber

@@ -15,9 +15,8 @@ from tauten.service.new.guesses import Guess
 from tauten.service.new.part import PartError
 
 HALF = 0.5  # of the largest command, where meshes are compared
-LEAST_SHARE = (
-    1.0 / 16.0
-)  # of the guessed pull; a robot that cannot be pulled so far needs a look first
+# of the guessed pull; a robot that cannot be pulled so far needs a look first
+LEAST_SHARE = 1.0 / 16.0
 PRESSURE = 0.3  # of Young's modulus; no chamber of a guess gets more
 LEAST_PRESSURE = 1.0 / 512.0  # of that
 FARTHEST = 0.3  # of the body's length; how far a tip of guessed chambers moves at most

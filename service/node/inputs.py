@@ -235,12 +235,11 @@ class NodeInputs:
         """Counts of targets, and for which effectors they no longer arrive."""
         found = self._targets.counts.diagnostic("targets")
         values = {**found.values, "interpolation_delay_s": f"{self._delay:g}"}
-        found = replace(found, values=values)
         outdated = ", ".join(self._targets.outdated(time.monotonic()))
         if not outdated:
-            return found
+            return replace(found, values=values)
         message = f"too old: {outdated}; {found.message}"
-        return Diagnostic(found.name, Level.WARN, message, {**found.values, "outdated": outdated})
+        return Diagnostic(found.name, Level.WARN, message, {**values, "outdated": outdated})
 
     def _record(self, accepted: list[Received], keys: tuple[str, ...], tick: int) -> None:
         for item in accepted:

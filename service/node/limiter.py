@@ -74,10 +74,8 @@ class ActuationLimiter:
             start: what left last.
             release_time: length of the ramp at least [s]; longer where the rate needs it.
         """
-        position, effort = (
-            start.position - self.rest_position,
-            start.effort - self.rest_effort,
-        )  # (n_a,)
+        position = start.position - self.rest_position  # (n_a,)
+        effort = start.effort - self.rest_effort  # (n_a,)
         slowest = float((np.abs(position) / self._step).max(initial=0.0))
         steps = max(int(np.ceil(release_time / self._h)), int(np.ceil(slowest)), 1)
         for step in range(1, steps):

@@ -102,33 +102,26 @@ class ModelWatch:
         """As health."""
         allowed = 1e3 * self._settings.max_tip_error
         values = {"allowed_mm": f"{allowed:.3g}", "largest_mm": f"{1e3 * self.largest:.3g}"}
+        silence, alive = time.monotonic() - self._heard, self._process.is_alive()
+        level = Level.WARN
         if self.fallen_back:
-            rate = f"{self._settings.fall_back_rate:g} Hz"
-            return Diagnostic(
-                "model", Level.WARN, f"the full model has taken over at {rate}", values
-            )
-        silence = time.monotonic() - self._heard
-        if silence > _SILENT + self._settings.check_period and self._process.is_alive():
+            text = f"the full model has taken over at {self._settings.fall_back_rate:g} Hz"
+        elif silence > _SILENT + self._settings.check_period and alive:
             text = f"reduced, not compared for {silence:.0f} s: the machine is too busy for the full model"
-            return Diagnostic("model", Level.WARN, text, values)
-        if self.error is None:
-            alive = self._process.is_alive()
-            text = (
-                "reduced, not compared yet"
-                if alive
-                else "reduced, the process that compares it has ended"
-            )
-            return Diagnostic("model", Level.OK if alive else Level.WARN, text, values)
-        values["error_mm"] = f"{1e3 * self.error:.3g}"
-        if self.exceeded:
-            text = (
-                f"reduced, outside of the states it was trained with: the full model has the tip "
-                f"{1e3 * self.error:.3g} mm elsewhere, allowed are {allowed:.3g} mm"
-            )
-            return Diagnostic("model", Level.WARN, text, values)
-        return Diagnostic(
-            "model", Level.OK, "reduced, within the states it was trained with", values
-        )
+        elif self.error is None and not alive:
+            text = "reduced, the process that compares it has ended"
+        elif self.error is None:
+            level, text = Level.OK, "reduced, not compared yet"
+        else:
+            values["error_mm"] = f"{1e3 * self.error:.3g}"
+            level, text = Level.OK, "reduced, within the states it was trained with"
+            if self.exceeded:
+                level = Level.WARN
+                text = (
+                    f"reduced, outside of the states it was trained with: the full model has the tip "
+                    f"{1e3 * self.error:.3g} mm elsewhere, allowed are {allowed:.3g} mm"
+                )
+        return Diagnostic("model", level, text, values)
 
     def close(self) -> None:
         """End the process, also on a machine that leaves an idle-class process no time."""

@@ -28,9 +28,8 @@ _PROGRESS = 0.1  # least part of the model's motion that a measurement must have
 _IN_A_ROW = 2  # times without progress
 _RATE = 2.0  # robot sizes a second by which the difference of robot and model may change
 _JUMP = 0.05  # of the robot's size, and by which it may change at once
-_CLOSE = (
-    0.02  # of the robot's size, distance from the model within which an exchange does not matter
-)
+# of the robot's size, distance from the model within which an exchange does not matter
+_CLOSE = 0.02
 _CLOSER = 0.5  # part of its own distance at which an exchanged effector is clearly another
 
 

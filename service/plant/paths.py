@@ -178,7 +178,7 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     curve = CubicSpline(knots, values, bc_type="periodic")(times)
     if kind == "frame":
         curve[:, 3:] /= np.linalg.norm(curve[:, 3:], axis=1, keepdims=True)
-    return TargetPath(times, curve, True, kind, shortened)
+    return TargetPath(times, curve, True, kind)
 
 
 def _settled_or_shortened(simulator: Simulator, command: Command) -> bool:

@@ -21,9 +21,7 @@ from tauten.model.kernels import kernel_folder
 from tauten.service.parent import PARENT, end_with
 from tauten.service.process import give_lower_priority
 
-STOP_TIME = (
-    60.0  # s, the release of the cables included, on a machine that is busy with something else
-)
+STOP_TIME = 60.0  # s, with the release of the cables, on a machine that is busy with something else
 _START = 300.0  # s without a kernel that is compiled
 _PORTS = range(28_000, 32_000, 2)
 
@@ -77,10 +75,8 @@ class Copy:
         self.send_signal(signal.SIGKILL)
 
 
-INTERRUPTED = (
-    128 + signal.SIGINT,
-    -signal.SIGINT,
-)  # Ctrl-C in a terminal reaches every process of it
+# Ctrl-C in a terminal reaches every process of it
+INTERRUPTED = (128 + signal.SIGINT, -signal.SIGINT)
 
 
 @dataclass(slots=True)

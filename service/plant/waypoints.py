@@ -49,14 +49,12 @@ class TargetPath:
         values: (m, v) goal values by the effector's kind; of a point positions [m].
         repeats: whether it starts again at the end; otherwise the last target is held.
         kind: of the effector.
-        shortened: equilibria of "reach" whose load was shortened, because the robot has none under the whole.
     """
 
     times: Array
     values: Array
     repeats: bool
     kind: EffectorKind = "point"
-    shortened: int = 0
 
     @property
     def duration(self) -> float:

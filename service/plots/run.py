@@ -18,6 +18,10 @@ _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
 CABLE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 _MM = 1e3
 _REST = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])  # a frame at rest, apart from its position
+# of lines over each other: name, colour, width and opacity
+_LINES = (
+    ("target", _TARGET, 3.5, 0.35), ("plant", _PLANT, 1.8, 0.9), ("model", _MODEL, 1.2, 1.0),
+)  # fmt: skip
 _LEAD = 0.5  # s shown before the first tick that follows
 
 
@@ -101,8 +105,8 @@ def draw_paths(run: RecordedRun, axes: Axes) -> None:
     goal = run.goal[following, :3]
     model = run.model.value[:, :3]
     i, j = widest_plane(np.concatenate([goal, model]), run.weighted[:3])
-    lines = ((goal, "target", _TARGET, 3.5, 0.35), (run.plant.value, "plant", _PLANT, 1.8, 0.9))
-    for points, name, color, width, alpha in (*lines, (model, "model", _MODEL, 1.2, 1.0)):
+    shown = (goal, run.plant.value, model)
+    for points, (name, color, width, alpha) in zip(shown, _LINES, strict=True):
         if len(points):
             axes.plot(
                 _MM * points[:, i], _MM * points[:, j],
@@ -147,14 +151,13 @@ def draw_courses(run: RecordedRun, shown: Callable[[Array], Array], axes: Axes) 
         axes: to draw into.
     """
     following = run.following
-    lines = (
-        (run.time[following], run.goal[following], "target", _TARGET, 3.5, 0.35),
-        (run.plant.time, run.plant.value, "plant", _PLANT, 1.8, 0.9),
-        (run.model.time, run.model.value, "model", _MODEL, 1.2, 1.0),
-    )
-    for time, values, name, color, width, alpha in lines:
-        if len(time):
-            axes.plot(time, shown(values), color=color, lw=width, alpha=alpha, label=name)
+    target = Series(run.time[following], run.goal[following])
+    for series, (name, color, width, alpha) in zip(
+        (target, run.plant, run.model), _LINES, strict=True
+    ):
+        if len(series.time):
+            values = shown(series.value)
+            axes.plot(series.time, values, color=color, lw=width, alpha=alpha, label=name)
     axes.set_xlabel("time [s]")
     axes.grid(alpha=0.3)
     axes.legend(loc="best")

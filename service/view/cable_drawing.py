@@ -9,6 +9,7 @@ import numpy as np
 import viser
 
 from tauten.model import ActuatorKind, Floats, RobotFileError
+from tauten.model.mesh import ray_crossings
 from tauten.model.numerics import Array, Ints
 from tauten.service.frames import RobotLook
 from tauten.service.new import TENSION, NewCable, add_cable
@@ -132,7 +133,7 @@ def pieces_of(points: Floats) -> Floats:
 def first_hit(
     origin: Array, direction: Array, vertices: Array, triangles: Ints
 ) -> SkinPoint | None:
-    """The first point of triangles on a ray (Möller and Trumbore 1997); None where there is none.
+    """The first point of triangles on a ray; None where there is none.
 
     Args:
         origin: (3,) of the ray [m].
@@ -140,15 +141,8 @@ def first_hit(
         vertices: (P, 3) [m].
         triangles: (t, 3) of the vertices.
     """
-    a, b, c = (vertices[triangles[:, i]] for i in range(3))
-    edge1, edge2, away = b - a, c - a, origin - a
-    p, q = np.cross(direction, edge2), np.cross(away, edge1)
-    with np.errstate(all="ignore"):  # parallel ones give inf or nan, which no comparison passes
-        scale = 1.0 / np.einsum("ti,ti->t", edge1, p)
-        u = scale * np.einsum("ti,ti->t", away, p)
-        v = scale * (q @ direction)
-        distance = scale * np.einsum("ti,ti->t", edge2, q)
-        hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (distance > 0.0)
+    u, v, distance = ray_crossings(origin, direction, vertices[triangles])
+    hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (distance > 0.0)
     if not hit.any():
         return None
     t = int(np.argmin(np.where(hit, distance, np.inf)))

@@ -117,9 +117,9 @@ class ObstacleSubscriber:
         ]
         values = {**found.values, "stopped": str(self.stopped), "silent": ", ".join(silent)}
         if not silent:
-            return Diagnostic(found.name, found.level, found.message, values)
+            return replace(found, values=values)
         message = f"no poses any more, stand still: {', '.join(silent)}; {found.message}"
-        return Diagnostic(found.name, Level.WARN, message, values)
+        return replace(found, level=Level.WARN, message=message, values=values)
 
     def _is_silent(self, track: _Track, now: float) -> bool:
         return now - track.made > track.stream.timeout

@@ -1,6 +1,5 @@
 """Options that several commands share, and how commands show and write what they have."""
 
-from tauten.service.cli.terminal.basis import basis_of
 from tauten.service.cli.terminal.extras import ExtraError, missing_extra
 from tauten.service.cli.terminal.logs import general_options
 from tauten.service.cli.terminal.options import (
@@ -19,6 +18,7 @@ from tauten.service.cli.terminal.options import (
     StepsOption,
     YoungScale,
     ZenohConfig,
+    basis_of,
 )
 from tauten.service.cli.terminal.output import (
     progress_bar,

@@ -1,4 +1,4 @@
-"""Log messages on stderr: lines of text, or one JSON object for each line."""
+"""Options before any command: the version, and log messages on stderr as text or JSON."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ from datetime import UTC, datetime
 from typing import Annotated, Literal
 
 import typer
-
-from tauten.service.cli.terminal.version import Version
 
 LogFormat = Literal["text", "json"]
 FOREIGN = ("websockets", "viser", "httpx", "matplotlib")  # their news are of no command of ours
@@ -46,6 +44,19 @@ def set_up_logging(level: str, form: LogFormat) -> None:
         )
 
 
+def show_version(asked: bool) -> None:
+    """Print the version that is installed, and exit; callback of the option.
+
+    Raises:
+        typer.Exit: it was.
+    """
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"tauten {version('tauten')}")
+        raise typer.Exit
+
+
 def general_options(
     log_level: Annotated[
         Literal["debug", "info", "warning", "error"],
@@ -54,7 +65,12 @@ def general_options(
     log_format: Annotated[
         LogFormat, typer.Option(help="Plain lines, or one JSON object on each line.")
     ] = "text",
-    version: Version = False,
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=show_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
 ) -> None:
     """Options before any command."""
     set_up_logging(log_level, log_format)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from tauten.service.cli.terminal.output import writable
 from tauten.service.link import HIGHEST_PORT, LOWEST_PORT, ZENOH_CONFIG_VARIABLE
+
+if TYPE_CHECKING:
+    from tauten.reduction import ContactBasis
+    from tauten.service.setup import Setup
 
 ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
 RobotName = Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")]
@@ -71,3 +75,14 @@ Json = Annotated[
 Markdown = Annotated[
     Path | None, typer.Option(callback=writable, help="Page to put the tables into.")
 ]
+
+
+def basis_of(setup: Setup, robot: str) -> ContactBasis:
+    """The contact basis of a setup, which a benchmark needs.
+
+    Raises:
+        typer.BadParameter: it has none.
+    """
+    if isinstance(setup.contact, str):
+        raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
+    return setup.contact

@@ -19,11 +19,8 @@ from tauten.service.view.picture.arrows import Arrows
 _MOST = 6  # contact forces with a number
 _APART = 0.12  # between them, as a share of the robot's size: numbers do not cover each other
 _LENGTH = 0.25  # of the arrow of an effort at its limit, as a share of the robot's size
-_CONE, _SIDES, _WIDEST = (
-    0.12,
-    16,
-    3.0,
-)  # height of a cone as a share of the robot's size; largest width
+# height of a cone as a share of the robot's size; largest width
+_CONE, _SIDES, _WIDEST = 0.12, 16, 3.0
 _NO_MARGIN = 1e-3  # of a force, distance to slip that is none
 _CONE_COLOUR = (120, 120, 130)
 _LEAST = 0.02  # share of the limit below which no arrow is drawn

@@ -112,13 +112,15 @@ def test_reach_starts_where_a_controller_does(name: str) -> None:
 
 
 @pytest.mark.slow
-def test_reach_goes_on_where_there_is_no_equilibrium(finger: Robot[NodalBody]) -> None:
+def test_reach_goes_on_where_there_is_no_equilibrium(
+    finger: Robot[NodalBody], caplog: pytest.LogCaptureFixture
+) -> None:
     """Ten times the pull that the winch has: the path goes as far as the finger does."""
     far = replace(
         finger, limits=replace(finger.limits, position_max=10.0 * finger.limits.position_max)
     )
     path = make_path("reach", far, PathSettings(period=4.0, fraction=1.0))
-    assert path.shortened > 0
+    assert "which were shortened" in caplog.text
     assert np.isfinite(path.values).all()
     assert np.ptp(path.values, axis=0).max() > 0.05  # m
 
