@@ -39,11 +39,6 @@ class FrameHistory:
         """Time of the last frame [s]."""
         return self._times[-1] if self._times else 0.0
 
-    @property
-    def frames(self) -> tuple[ViewFrame, ...]:
-        """All frames."""
-        return tuple(self._frames)
-
     def add(self, frame: ViewFrame) -> None:
         """Add a frame later than all others."""
         self._count += 1
@@ -54,12 +49,6 @@ class FrameHistory:
         self._bytes += frame.nbytes
         while self._bytes > self._budget and len(self._frames) > 1:
             self._thin() if self._whole else self._forget()
-
-    def clear(self) -> None:
-        """Forget all frames."""
-        self._frames.clear()
-        self._times.clear()
-        self._bytes, self._stride, self._count = 0, 1, 0
 
     def at(self, time: float) -> ViewFrame | None:
         """The last frame that is not later than a time [s]; the first one before it, None without any."""

@@ -57,7 +57,6 @@ class ServedRobot:
     Attributes:
         look: what of the robot does not change.
         pausable: never: the robot moves whether one looks or not.
-        sent: number of targets sent.
     """
 
     pausable = False
@@ -73,7 +72,6 @@ class ServedRobot:
         unseen = np.zeros((description.surface.vertices, 3), np.float32)
         self.look = RobotLook(description, unseen)  # they are known with the first surface
         self._places = places_of(description.effectors)
-        self.sent = 0
         keys = Keys(robot)
         self._names = tuple(actuator.name for actuator in description.actuators)
         names = description.effector_names
@@ -145,7 +143,6 @@ class ServedRobot:
             ):
                 message = EffectorMessage(stamp, robot.frame, tuple(goal[place].tolist()))
                 publisher.put(encode_effector(effector.kind, effector.name, message))
-            self.sent += 1
         if not drawn:
             return None
         self._read()

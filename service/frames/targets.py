@@ -7,7 +7,6 @@ import threading
 import numpy as np
 
 from tauten.model.numerics import Array
-from tauten.service.frames.frame import positions_of
 from tauten.service.wire import DescribedEffector, places_of, reach_of
 
 _FAR = 1e6  # m; squares of larger numbers may overflow
@@ -94,11 +93,6 @@ class TargetStore:
         """Goal values (n_v,), also while disarmed."""
         with self._lock:
             return self._values.copy()
-
-    @property
-    def positions(self) -> Array:
-        """(p, 3) [m], also while disarmed; NaN for effectors without one."""
-        return positions_of(self._effectors, self.values)
 
     def of(self, effector: int) -> Array:
         """Goal values (v,) of one effector."""

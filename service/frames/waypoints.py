@@ -76,10 +76,6 @@ class WaypointList:
         """One line each, to choose from: its number, and where it is."""
         return tuple(f"{i}: {self._place(one)}" for i, one in enumerate(self._values, 1))
 
-    def values(self, number: int) -> Array:
-        """Goal values (v,) of one, by its number from 0."""
-        return self._values[number].copy()
-
     def _place(self, values: Array) -> str:
         if self._effector.has_position:
             return ", ".join(f"{1e3 * one:.1f}" for one in values[:3]) + " mm"

@@ -69,13 +69,11 @@ class Warm:
     Attributes:
         driven: the robot, with every kernel compiled.
         own: its steps; None: one a period.
-        seconds: median time of a period while it was warmed up.
         model: of what order it is, and the error that this makes.
     """
 
     driven: DrivenRobot
     own: OwnSteps | None
-    seconds: float
     model: str
 
     @property
@@ -223,17 +221,17 @@ class SimulatedDriver:
             self._resets += 1
 
 
-def warm_simulator(robot: Robot, settings: PlantSettings) -> tuple[Simulator, float]:
-    """A simulator with pointwise contact and every kernel it needs compiled, and the median of a period [s].
+def warm_simulator(robot: Robot, settings: PlantSettings) -> Simulator:
+    """A simulator with pointwise contact and every kernel it needs compiled.
 
     It starts from the equilibrium under the robot's loads, as the node's model does, or from rest where
     there is none.
     """
-    simulator, times = Simulator(robot, contact="full"), []
+    simulator = Simulator(robot, contact="full")
     way = robot.limits.rate * robot.h * _WARM_UP  # (n_a,)
     position = np.clip(robot.limits.farthest_position, -way, way)
     for step in range(_WARM_UP):
-        begin, part = time.perf_counter(), position * (step + 1) / _WARM_UP
+        part = position * (step + 1) / _WARM_UP
         try:
             if settings.steps == "own":
                 simulator.move(position=part)
@@ -244,11 +242,10 @@ def warm_simulator(robot: Robot, settings: PlantSettings) -> tuple[Simulator, fl
                 f"robot {robot.name}: time steps of {robot.h:g} s, in which an actuator may travel far, "
                 f"lead to no state ({error}); choose a larger controller.rate"
             ) from error
-        times.append(time.perf_counter() - begin)
     report = simulator.settle_start()
     if not report.converged:
         log.warning("%s", start_at_rest(robot, report))
-    return simulator, float(np.median(times))
+    return simulator
 
 
 def warm_plant(robot: Robot, settings: PlantSettings, model: str = "full") -> Warm:
@@ -257,15 +254,15 @@ def warm_plant(robot: Robot, settings: PlantSettings, model: str = "full") -> Wa
     Raises:
         RobotFileError: time steps of this length lead to no state.
     """
-    simulator, seconds = warm_simulator(robot, settings)
+    simulator = warm_simulator(robot, settings)
     if settings.steps != "own":
-        return Warm(DrivenRobot(simulator, 1), None, seconds, model)
+        return Warm(DrivenRobot(simulator, 1), None, model)
     own = own_steps(simulator)
     log.info(
         "%d step%s a period of %g ms: twice as many move %s by %.2g %% of its way in a trial; %.2g times "
         "real time", own.count, "s"[: own.count > 1], 1e3 * robot.h, robot.name, 100.0 * own.error, own.speed,
     )  # fmt: skip
-    return Warm(DrivenRobot(simulator, own.count), own, seconds, model)
+    return Warm(DrivenRobot(simulator, own.count), own, model)
 
 
 def quick_enough(robot: Robot) -> bool:

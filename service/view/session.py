@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 
@@ -53,21 +52,6 @@ _COMMANDS = {
     Request.STOP: OperatorCommand.STOP,
     Request.RESET: OperatorCommand.RESET,
 }
-
-
-@dataclass(frozen=True, slots=True)
-class ViewUsage:
-    """What a viewer has done.
-
-    Attributes:
-        seconds: duration.
-        frames: pictures sent.
-        processor: processor time of the process [s].
-    """
-
-    seconds: float
-    frames: int
-    processor: float
 
 
 class ViewSession:
@@ -145,11 +129,11 @@ class ViewSession:
         """Move the first effector's target along a path from now on, until the operator moves it."""
         self.program.follow(path, self._elapsed)
 
-    def run(self, stop: StopFlag, seconds: float | None = None) -> ViewUsage:
+    def run(self, stop: StopFlag, seconds: float | None = None) -> None:
         """Show the robot until a request to stop."""
         rate = self.source.look.robot.rate
         clock, period = Clock(1.0 / rate), 1.0 / rate
-        begin, processor, drawn = time.monotonic(), time.process_time(), -1.0
+        begin, drawn = time.monotonic(), -1.0
         while not stop.requested and (seconds is None or time.monotonic() - begin < seconds):
             clock.wait()
             wanted = 1.0 / (self._panel.speed if self.source.pausable else 1.0) / rate
@@ -161,7 +145,6 @@ class ViewSession:
             if due:
                 drawn = now
                 self._draw()
-        return ViewUsage(time.monotonic() - begin, self._frames, time.process_time() - processor)
 
     def _period(self, due: bool) -> None:
         """Requests of the operator, then one period of the robot."""

@@ -26,7 +26,7 @@ from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
 from tauten.service.view.export import write_html
 from tauten.service.view.playback import PlaybackSession
-from tauten.service.view.session import FRAMES, ViewSession, ViewUsage
+from tauten.service.view.session import FRAMES, ViewSession
 from tauten.service.view.web import FIRST_PORT, HOST, open_server
 from tauten.service.wire import Network, places_of
 
@@ -67,9 +67,7 @@ class SimulationSettings:
     path: str | None = None
 
 
-def view_simulation(
-    simulation: SimulationSettings, settings: ViewSettings, stop: StopFlag
-) -> ViewUsage:
+def view_simulation(simulation: SimulationSettings, settings: ViewSettings, stop: StopFlag) -> None:
     """Simulate a robot with its controller and show it until a request to stop.
 
     Raises:
@@ -88,7 +86,7 @@ def view_simulation(
                 session.follow_path(path)
             announce(server.get_port(), settings.browser)
             try:
-                return session.run(stop, settings.seconds)
+                session.run(stop, settings.seconds)
             finally:
                 reach.close()
 
@@ -163,8 +161,8 @@ def view_log(
     stop: StopFlag,
     against: str | None = None,
     recorded_paths: bool = False,
-) -> int:
-    """Show a log until a request to stop; returns the number of pictures.
+) -> None:
+    """Show a log until a request to stop.
 
     Raises:
         LogError: no log, a damaged one, or one that does not fit the robot.
@@ -180,7 +178,7 @@ def view_log(
         ):
             session = PlaybackSession(recorded, server, guard)
             announce(server.get_port(), settings.browser)
-            return session.run(stop, settings.seconds)
+            session.run(stop, settings.seconds)
 
 
 def export_log(
@@ -206,7 +204,7 @@ def _recorded(log_file: Path, against: str | None, recorded_paths: bool) -> Reco
     return recorded
 
 
-def view_served(robot: str, network: Network, settings: ViewSettings, stop: StopFlag) -> ViewUsage:
+def view_served(robot: str, network: Network, settings: ViewSettings, stop: StopFlag) -> None:
     """Show a robot that a node serves, until a request to stop; targets go out while *follow* is armed.
 
     Raises:
@@ -221,7 +219,7 @@ def view_served(robot: str, network: Network, settings: ViewSettings, stop: Stop
         with open_server(settings.port, robot) as (server, guard):
             shown = ViewSession(source, server, guard)
             announce(server.get_port(), settings.browser)
-            return shown.run(stop, settings.seconds)
+            shown.run(stop, settings.seconds)
 
 
 def announce(port: int, browser: bool) -> None:

@@ -73,10 +73,10 @@ def test_the_mouse_moves_the_target_and_the_robot(page: Page, shown: Shown, beam
             page.mouse.move(x, y - 3.0 * (step + 1))
             time.sleep(0.05)
         page.mouse.up()
-        return bool(shown.session.targets.positions[0, 2] > rest[2] + 1e-3)
+        return bool(shown.session.targets.of(0)[2] > rest[2] + 1e-3)
 
     assert wait_until(dragged, 120.0)  # gizmos take input as soon as the page has drawn them
-    target = shown.session.targets.positions[0]
+    target = shown.session.targets.of(0)[:3]
     assert abs(target[0] - rest[0]) < 1e-9  # along the arrow only
 
     def followed() -> bool:
@@ -141,7 +141,7 @@ def test_waypoints_are_a_program(page: Page, shown: Shown) -> None:
     page.get_by_role("button", name="remove", exact=True).click()
     assert wait_until(lambda: waypoints.points[:, 2].tolist() == [0.011, 0.012])
     page.get_by_role("button", name="go", exact=True).click()
-    assert wait_until(lambda: bool(abs(shown.session.targets.positions[0, 2] - 0.012) < 1e-6))
+    assert wait_until(lambda: bool(abs(shown.session.targets.of(0)[2] - 0.012) < 1e-6))
     with page.expect_file_chooser() as chooser:
         page.get_by_role("button", name="load CSV").click()
     chooser.value.set_files({"name": "bad.csv", "mimeType": "text/csv", "buffer": b"x,y\n1,2"})

@@ -22,7 +22,6 @@ def robot(beam_file: Path) -> Robot:
 def test_a_warm_simulator_is_where_it_settles(robot: Robot) -> None:
     warm = warm_plant(robot, PlantSettings())
     np.testing.assert_allclose(warm.driven.simulator.state.q, robot.rest().q, atol=1e-12)
-    assert warm.seconds > 0.0
     assert int(warm.fields["steps_per_period"]) == warm.driven.steps
 
 

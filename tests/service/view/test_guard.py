@@ -80,11 +80,11 @@ def test_no_browser_opens_a_tunnel(refusing: Shown) -> None:
 @pytest.mark.parametrize("value", [math.nan, math.inf, 1e300, True, "0", None, [0.0]])
 def test_what_is_no_position_is_refused(refusing: Shown, value: object) -> None:
     refusing.session.arm()
-    before = refusing.session.targets.positions
+    before = refusing.session.targets.values
     with browser(refusing) as page:
         drag(page, (value, 0.0, 0.0))  # type: ignore[arg-type]
         assert wait_until(lambda: refusing.guard.refused.total() == 1)
-        assert np.array_equal(refusing.session.targets.positions, before)
+        assert np.array_equal(refusing.session.targets.values, before)
 
 
 def upload(page: ClientConnection, component: str, content: bytes, parts: int = 1) -> None:
@@ -166,8 +166,8 @@ def test_a_target_beyond_reach_is_clamped(shown: Shown, beam: Robot) -> None:
         drag(page, (9.0, 9.0, 9.0))
         rest = beam.effector(beam.rest())[0]
         targets = shown.session.targets
-        assert wait_until(lambda: bool(np.abs(targets.positions[0] - rest).max() > 1e-6))
-        distance = np.linalg.norm(shown.session.targets.positions[0] - rest)
+        assert wait_until(lambda: bool(np.abs(targets.of(0)[:3] - rest).max() > 1e-6))
+        distance = np.linalg.norm(shown.session.targets.of(0)[:3] - rest)
     assert 0.99 * reach_of(beam.size) < distance <= reach_of(beam.size)
 
 
@@ -239,7 +239,7 @@ def test_a_second_browser_looks_on(shown: Shown, beam: Robot) -> None:
             drag(second, (0.1, 0.01, 0.02))
             assert wait_until(lambda: shown.guard.refused["not the operator"] == 1)
             drag(first, NEAR)
-            assert wait_until(lambda: tuple(shown.session.targets.positions[0]) == NEAR)
+            assert wait_until(lambda: tuple(shown.session.targets.of(0)[:3]) == NEAR)
         assert wait_until(lambda: shown.guard.browsers == 1)
         assert shown.session.targets.armed  # the one who looks on has left
 
@@ -290,7 +290,7 @@ def test_the_robot_is_disarmed_when_the_operator_leaves(shown: Shown) -> None:
         assert wait_until(lambda: shown.guard.browsers == 2)
         shown.session.arm()
         drag(first, NEAR)
-        assert wait_until(lambda: tuple(shown.session.targets.positions[0]) == NEAR)
+        assert wait_until(lambda: tuple(shown.session.targets.of(0)[:3]) == NEAR)
         first.close()
         assert wait_until(lambda: not shown.session.targets.armed)
         # the one who looked on operates now, and has to arm first
@@ -343,7 +343,7 @@ def test_a_browser_that_answers_stays(shown: Shown) -> None:
         time.sleep(2.5)  # longer than a silence; it answers all pings
         shown.session.arm()
         drag(page, NEAR)
-        assert wait_until(lambda: tuple(shown.session.targets.positions[0]) == NEAR)
+        assert wait_until(lambda: tuple(shown.session.targets.of(0)[:3]) == NEAR)
         assert shown.session.targets.armed
 
 

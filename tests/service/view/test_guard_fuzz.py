@@ -121,8 +121,8 @@ def test_random_frames_end_nothing(
             while sent < 400:
                 sent += 1
                 page.send(frame(rng, inputs))
-                assert np.isfinite(targets.positions).all()
-                distance = np.linalg.norm(targets.positions[0] - rest)
+                assert np.isfinite(targets.values).all()
+                distance = np.linalg.norm(targets.of(0)[:3] - rest)
                 assert distance <= reach_of(beam.size) * (1.0 + 1e-9)
         lost += sent < 400
         assert wait_until(lambda: shown.guard.browsers == 0)
@@ -134,7 +134,7 @@ def test_random_frames_end_nothing(
     shown.session.arm()
     with browser(shown) as page:
         drag(page, (0.1, 0.01, 0.0123))
-        assert wait_until(lambda: abs(float(targets.positions[0, 2]) - 0.0123) < 1e-9)
+        assert wait_until(lambda: abs(float(targets.of(0)[2]) - 0.0123) < 1e-9)
 
 
 def request(rng: random.Random, port: int) -> bytes:
