@@ -302,7 +302,7 @@ class _Stages:
         solved = forward_step(step, self.enrichment, forces, command)
         h = step.system.h
         v = (step.system.v if scheme.static else start.v) + solved.dv
-        correction = robot.body.displacement(start, h * solved.dv)
+        correction = robot.body.displacement(at, h * solved.dv)
         state = robot.body.advance(start, v, h)
         after = solved.step.split(solved.lam, space.k)
         return Travel(state, after, solved, start, h * v, correction, solved.converged)
