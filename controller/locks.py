@@ -240,6 +240,15 @@ class LockedStep:
         taut = effort[self._cables - self.layout.n_e] > 0.0
         return Start(effort[self.free], np.concatenate([taut, pushing]))
 
+    def with_cables(self, effort: Array, forces: Array) -> Array:
+        """Forces on the contacts of the problem, the locked cables first.
+
+        Args:
+            effort: (n_a,) of all actuators.
+            forces: on reduced contacts and unit columns, as in the step.
+        """
+        return np.concatenate([effort[self._cables - self.layout.n_e], forces])
+
     def forces(self, solution: Solution) -> Array:
         """Forces on all rows of the step (m,), from those of the problem."""
         kept = np.concatenate([np.zeros(self.layout.n_e), solution.lam_a, solution.beta])

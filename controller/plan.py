@@ -289,10 +289,10 @@ def _plan_from(
         others = len(problem.G)
         problem = with_force_limits(problem, aim.grasp, step, held)
         if step.frictional and len(step.extra) > 0:
-            contacts = PlanContacts.of(
-                step, _forces_of_hold(prepared, step), settings.friction_share, robot.size,
-                weight * W[places.actuators, places.actuators], settings.search,
-            )  # fmt: skip
+            forces, a = _forces_of_hold(prepared, step), places.actuators
+            forces = forces if reduced is None else reduced.with_cables(effort, forces)
+            given = settings.friction_share, robot.size, weight * W[a, a], settings.search
+            contacts = PlanContacts.of(step, forces, *given)
             before = None if cut is None else cut.on(step, free, len(problem.m))
             search = PlanSearch(contacts, start.lam_a, guess, before)
             problem, solution = solve_relaxed(problem, others, search, EMPTY[:1] if elastic else ())
