@@ -133,7 +133,7 @@ class StrainBody(ReducedBody[AttachedPoints]):
     def moved(self, alpha: Array) -> BeamWork:
         """The motion at a state (r,); computed where it is not that of the last call."""
         work = self.work
-        if not np.array_equal(work.alpha, alpha):
+        if not np.logical_and.reduce(work.alpha == alpha):
             at = work.motion
             follow(self.Phi @ alpha, self.Phi, self.tree.beams, at.x, at.Q, at.J)
             work.alpha[:] = alpha
