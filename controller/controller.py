@@ -150,7 +150,7 @@ class Controller(RobotModel):
         """
         self.set_obstacles(other.obstacles)
         self.start_from(state, other._forces, other.position)
-        self._left, self.status, self._locks = other.actuation, other.status, other._locks
+        self._left, self.status, self._locks = other.actuation, other.status, other.locks
         self._carried = replace(self._carried, grasp=other.grasp)
 
     @property
@@ -330,7 +330,7 @@ class Controller(RobotModel):
 
     def _step_locks(self) -> Command | None:
         """What locked actuators keep in the prepared step; None: none is locked."""
-        if self._prepared is None or self._locks is no_locks(self._robot.n_a):
+        if self._prepared is None:
             return None
         left, change = self._left, self._robot.h * self._robot.limits.rate
         return locks_of_step(self._locks, left.position, left.effort, self._prepared.step, change)

@@ -108,14 +108,13 @@ def unlocked(robot: Robot, locks: Command, actuator: str) -> Command:
         raise LockError(f"{robot.actuators.labels[i]} is not locked")
     position, effort = locks.position.copy(), locks.effort.copy()
     position[i] = effort[i] = np.nan
-    left = Command(position, effort)
-    return left if any((left.by_position | left.by_force).tolist()) else no_locks(robot.n_a)
+    return Command(position, effort)
 
 
 def locks_of_step(
     locks: Command, position: Array, effort: Array, step: CondensedStep, change: Array
-) -> Command:
-    """What locked actuators keep in a step.
+) -> Command | None:
+    """What locked actuators keep in a step; None: none is locked.
 
     Args:
         locks: positions and efforts.
@@ -124,6 +123,8 @@ def locks_of_step(
         step: the step.
         change: (n_a,) largest change of a position in it.
     """
+    if locks is no_locks(len(position)) or not any((locks.by_position | locks.by_force).tolist()):
+        return None
     rows = step.layout.actuators
     return within_rate(locks, position, effort, step.compliance.W[rows, rows], change)
 
