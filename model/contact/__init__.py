@@ -30,6 +30,8 @@ from tauten.model.contact.self_contact import (
     neighbours_at_rest,
 )
 from tauten.model.contact.shapes import SHAPES, PlaneShape, Shape
+from tauten.model.contact.sides import apart
+from tauten.model.contact.triangle_tree import box_tree
 
 __all__ = [
     "ALARM_EDGES",
@@ -50,7 +52,9 @@ __all__ = [
     "SHAPES",
     "Shape",
     "WALL_ALARMS",
+    "apart",
     "blocks_of",
+    "box_tree",
     "contact_rows",
     "heights_of_file",
     "holes_before_obstacles",

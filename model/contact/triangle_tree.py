@@ -65,7 +65,7 @@ def triangle_tree(vertices: Array, triangles: Ints) -> TriangleTree:
         triangles: (t, 3) of them, counter-clockwise seen from outside, each edge in two of them.
     """
     corners = vertices[triangles]  # (t, 3, 3)
-    order, boxes, links = _boxes(corners.min(axis=1), corners.max(axis=1))
+    order, boxes, links = box_tree(corners.min(axis=1), corners.max(axis=1))
     corners = corners[order]
     normals = feature_normals(vertices, triangles)[order].reshape(-1, 21)
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
@@ -115,8 +115,8 @@ def _units(vectors: Array) -> Array:
 
 
 @kernel
-def _boxes(low: Array, high: Array) -> tuple[Ints, Array, Ints]:
-    """Order (t,) of triangles by leaf, and `boxes` and `links` of `TriangleTree`.
+def box_tree(low: Array, high: Array) -> tuple[Ints, Array, Ints]:
+    """A tree of triangles: their order (t,) by leaf, and `boxes` and `links` of `TriangleTree`.
 
     A node with more triangles than a leaf is divided at the median of their centres, along the axis in which
     these are spread most.

@@ -1,37 +1,15 @@
-"""Triangles of a surface that cross each other, found in a tree of boxes.
-
-The triangles are sorted along a Z-order curve (Morton 1966), so that neighbours in the order are neighbours
-in space; each node of a binary tree over this order has the box around its triangles. Only pairs of nodes
-whose boxes meet are divided further. Blocks of pairs are computed at once, the last one made first, so that
-memory is bounded for any surface.
-"""
+"""Triangles of a surface that cross each other, found in a tree of boxes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from tauten.model.contact import apart, box_tree
 from tauten.model.mesh import ray_crossings
-from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.service.process import Progress
 
-BLOCK = 1 << 13  # pairs of nodes that are divided at once
-BITS = 20  # of each coordinate along the curve
-
-
-@dataclass(frozen=True, slots=True)
-class _Tree:
-    """Boxes of the nodes, level by level.
-
-    Attributes:
-        order: (t,) triangles along the curve.
-        low, high: corners of the boxes of each level, (2^l, 3); where there is no triangle, +inf and −inf.
-    """
-
-    order: Ints
-    low: tuple[Array, ...]
-    high: tuple[Array, ...]
+BLOCK = 1 << 12  # pairs that are looked at together, about: memory is bounded for any surface
 
 
 def first_crossing(
@@ -47,82 +25,59 @@ def first_crossing(
         progress: called with the share of the work just done, and what is done.
     """
     corners = vertices[triangles]  # (t, 3, 3)
-    tree = _tree(corners)
-    leaves = len(tree.low) - 1
-    # level, pairs of nodes (p, 2), and their share of the work; the last is divided first
-    blocks: list[tuple[int, Ints, float]] = [(0, np.zeros((1, 2), dtype=np.int64), 1.0)]
-    while blocks:
-        level, pairs, share = blocks.pop()
-        if level < leaves:
-            level, pairs = level + 1, _divided(pairs)
-            first, second = pairs.T
-            low, high = tree.low[level], tree.high[level]
-            meet = (low[first] <= high[second]) & (low[second] <= high[first])  # (p, 3)
-            pairs = pairs[meet.all(axis=1)]
-        if level == leaves:
-            found = _crossing(corners, triangles, tree.order[pairs[pairs[:, 0] < pairs[:, 1]]])
-            if found is not None:
-                return found
-        if level == leaves or not len(pairs):
-            progress(share, "crossings of the surface")
-            continue
-        parts = np.array_split(pairs, -(-len(pairs) // BLOCK))
-        blocks += [(level, part, share * len(part) / len(pairs)) for part in reversed(parts)]
-    return None
-
-
-def _tree(corners: Array) -> _Tree:
-    """The tree over triangles with corners (t, 3, 3)."""
-    low, high = corners.min(axis=1), corners.max(axis=1)  # (t, 3)
-    middle = (low + high) / 2.0
-    span = np.ptp(middle, axis=0)
-    cells = (middle - middle.min(axis=0)) / np.where(span > 0.0, span, 1.0) * ((1 << BITS) - 1)
-    order = np.argsort(_along_curve(cells.astype(np.int64)), kind="stable")
-    size = 1 << max(len(corners) - 1, 0).bit_length()
-    lows, highs = np.full((size, 3), np.inf), np.full((size, 3), -np.inf)
-    lows[: len(order)], highs[: len(order)] = low[order], high[order]
-    levels = [(lows, highs)]
-    while len(lows) > 1:
-        lows, highs = lows.reshape(-1, 2, 3).min(axis=1), highs.reshape(-1, 2, 3).max(axis=1)
-        levels.append((lows, highs))
-    levels.reverse()
-    return _Tree(order, tuple(item[0] for item in levels), tuple(item[1] for item in levels))
-
-
-def _along_curve(cells: Ints) -> Ints:
-    """Place along the Z-order curve of cells (t, 3): their bits in turn."""
-    place = np.zeros(len(cells), dtype=np.int64)
-    for bit in range(BITS):
-        for i in range(3):
-            place |= ((cells[:, i] >> bit) & 1) << (3 * bit + i)
-    return place
-
-
-def _divided(pairs: Ints) -> Ints:
-    """The pairs of children of pairs of nodes (p, 2), each once; a node is paired with itself too."""
-    first, second = pairs.T
-    children = [(0, 0), (0, 1), (1, 1), (1, 0)]
-    made = np.concatenate([np.stack([2 * first + a, 2 * second + b], 1) for a, b in children])
-    return made[made[:, 0] <= made[:, 1]]
-
-
-def _crossing(corners: Array, triangles: Ints, pairs: Ints) -> tuple[int, int] | None:
-    """The first of pairs of triangles (p, 2) that cross and share no vertex; None where there are none.
-
-    Args:
-        corners: (t, 3, 3).
-        triangles: (t, 3) vertex ids.
-        pairs: (p, 2) triangles whose boxes meet.
-    """
-    one, other = triangles[pairs[:, 0]], triangles[pairs[:, 1]]  # (p, 3)
-    pairs = pairs[~(one[:, :, None] == other[:, None, :]).any(axis=(1, 2))]
-    for part in np.array_split(pairs, -(-len(pairs) // BLOCK) or 1):
-        a, b = corners[part[:, 0]], corners[part[:, 1]]  # (p, 3, 3)
+    boxes = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)  # (t, 2, 3)
+    order, around, links = box_tree(boxes[:, 0], boxes[:, 1])
+    begin = 0
+    while begin < len(triangles):
+        pairs, end = meeting_pairs(begin, triangles, boxes, order, around.reshape(-1, 2, 3), links)
+        a, b = corners[pairs[:, 0]], corners[pairs[:, 1]]  # (p, 3, 3)
         hit = pierced(a, b) | pierced(b, a)
         if hit.any():
-            first, second = part[int(hit.argmax())]
-            return int(first), int(second)
+            first, second = pairs[int(hit.argmax())].tolist()
+            return first, second
+        progress((end - begin) / len(triangles), "crossings of the surface")
+        begin = end
     return None
+
+
+@kernel
+def meeting_pairs(
+    begin: int, triangles: Ints, boxes: Array, order: Ints, around: Array, links: Ints
+) -> tuple[Ints, int]:
+    """Pairs (p, 2) of a triangle and a later one whose boxes meet and which share no vertex.
+
+    Args:
+        begin: the first triangle whose pairs are wanted.
+        triangles: (t, 3) of the surface.
+        boxes: (t, 2, 3) around them, lower and upper corners.
+        order: (t,) and the other arguments: of their tree, see `box_tree`.
+        around: (k, 2, 3) boxes of its nodes.
+        links: (k, 3) of its nodes.
+
+    Returns:
+        The pairs of as many triangles as have `BLOCK` of them, and the triangle to begin with next.
+    """
+    t, n = len(triangles), 0
+    found = np.empty((BLOCK + t, 2), np.int64)
+    while begin < t and n < BLOCK:
+        node = 0
+        while node < len(links):
+            if apart(boxes[begin], around[node]):
+                node = links[node, 0]
+                continue
+            for place in range(links[node, 1], links[node, 2]):
+                other = order[place]
+                if other > begin and not apart(boxes[begin], boxes[other]):
+                    shared = False
+                    for i in range(3):
+                        for j in range(3):
+                            shared = shared or triangles[begin, i] == triangles[other, j]
+                    if not shared:
+                        found[n, 0], found[n, 1] = begin, other
+                        n += 1
+            node += 1
+        begin += 1
+    return found[:n].copy(), begin
 
 
 def pierced(edges_of: Array, through: Array) -> Bools:

@@ -79,7 +79,6 @@ class Made:
         guess: what was guessed.
         trials: the meshes that were compared, coarse to fine.
         chosen: index of the one that was taken.
-        rate: of control [Hz].
         check: of the robot file, as `tauten check` finds it.
         notes: sentences on what was changed or what to do next.
     """
@@ -88,7 +87,6 @@ class Made:
     guess: Guess
     trials: tuple[Trial, ...]
     chosen: int
-    rate: float
     check: RobotCheck
     notes: tuple[str, ...]
 
@@ -157,7 +155,7 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
         *_notes(new, guess),
         verdict(trials, chosen, new.accuracy, file, check, part.kind != "tetrahedra"),
     ]
-    return Made(file, guess, trials, chosen, draft.rate, check, tuple(notes))
+    return Made(file, guess, trials, chosen, check, tuple(notes))
 
 
 def _notes(new: NewRobot, guess: Guess) -> Iterator[str]:

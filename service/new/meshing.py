@@ -55,7 +55,6 @@ class CadPart:
         kind: what is meshed, or tetrahedra as they are.
         unit: of its coordinates.
         volume: [m³].
-        length: longest side of its bounding box [m].
         surface: where the file holds one.
         repair: whether the mesher that closes holes is used.
     """
@@ -64,7 +63,6 @@ class CadPart:
     kind: Kind
     unit: str
     volume: float
-    length: float
     surface: Surface | None = None
     repair: bool = False
 
@@ -99,7 +97,7 @@ def read_part(
     if kind == "tetrahedra" and not repair:
         mesh = read_mesh(path, unit)
         require_size(mesh.nodes, 1.0, str(path), "--unit")
-        return CadPart(path, kind, unit, float(mesh.volumes.sum()), _length(mesh.nodes))
+        return CadPart(path, kind, unit, float(mesh.volumes.sum()))
     if repair and kind == "solid":
         raise PartError(f"{path}: --repair is for surfaces (STL, OBJ, PLY) and tetrahedra")
     _require("wildmeshing" if repair else "netgen", "repair" if repair else "mesh")
@@ -111,23 +109,11 @@ def read_part(
         surface = None
         volume, points = _solid_facts(path)
     require_size(points, scale, str(path), "--unit")
-    part = CadPart(
-        path,
-        "solid" if surface is None else "surface",
-        unit,
-        volume * scale**3,
-        _length(points) * scale,
-        surface,
-        repair,
-    )
+    meshed: Kind = "solid" if surface is None else "surface"
+    part = CadPart(path, meshed, unit, volume * scale**3, surface, repair)
     if not part.volume > 0.0:
         raise PartError(f"{path}: encloses no volume")
     return part
-
-
-def _length(points: Array) -> float:
-    """Longest side of the bounding box of points (k, 3)."""
-    return float(np.ptp(points, axis=0).max())
 
 
 def _require(module: str, extra: str) -> None:

@@ -56,8 +56,8 @@ class CableDrawing:
         found = [point.at(self._look.vertices) for point in self._points]
         return np.array(found).reshape(-1, 3)
 
-    def click(self, origin: Array, direction: Array, vertices: Floats) -> bool:
-        """Add the first point of the skin on a ray; whether there is one.
+    def click(self, origin: Array, direction: Array, vertices: Floats) -> None:
+        """Add the first point of the skin on a ray, if there is one.
 
         Args:
             origin: (3,) of the ray [m].
@@ -69,7 +69,6 @@ class CableDrawing:
         )
         if found is not None:
             self._points.append(found)
-        return found is not None
 
     def undo(self) -> None:
         """Remove the last point."""

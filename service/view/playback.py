@@ -23,15 +23,13 @@ _PLOTS = 6  # pictures between two updates of the plots
 class PlaybackSession:
     """One log in one server."""
 
-    def __init__(
-        self, recorded: RecordedRobot, server: LoopbackServer, guard: Guard | None = None
-    ) -> None:
+    def __init__(self, recorded: RecordedRobot, server: LoopbackServer, guard: Guard) -> None:
         """Fill scene and panel.
 
         Args:
             recorded: the log.
             server: that shows it.
-            guard: of its browsers; None: nothing can be saved, and onlookers only look.
+            guard: of its browsers.
 
         Raises:
             LogError: the log has no tick, or a damaged one at its start.
@@ -43,11 +41,10 @@ class PlaybackSession:
         while not len(self._history):
             self._compute()
         self._panel = ViewPanel(server, recorded.look, targets=None)
-        if guard is not None:
-            guard.let_all(self._panel.for_all)
-            SaveButtons(
-                server.gui, recorded.look, guard, self._film, self._panel.viewing, operated=False
-            )
+        guard.let_all(self._panel.for_all)
+        SaveButtons(
+            server.gui, recorded.look, guard, self._film, self._panel.viewing, operated=False
+        )
         self._scene = RobotScene(server, recorded.look, draggable=False)
         self._shown = 0.0  # s
         self._drawn: tuple[ViewFrame, tuple[bool, bool]] | None = None  # with forces and strain

@@ -128,8 +128,8 @@ def test_a_log_is_shown_and_exported(
     assert recorded.look.error(followed[-1]) < 2.2e-3  # at rest 2.07 mm, for the sake of the middle
     assert followed[-1].geometry.vertices[:, 2].max() > 0.022  # bent upwards
     stop = StopFlag()
-    with open_server(0, "log") as (server, _):
-        session = PlaybackSession(recorded, server)
+    with open_server(0, "log") as (server, guard):
+        session = PlaybackSession(recorded, server, guard)
         assert wait_until(lambda: session.run(stop, 0.5) > 20)  # it counts on from call to call
         drawn = server.scene._handle_from_node_name
         assert "/strain/0" not in drawn
