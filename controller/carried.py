@@ -347,9 +347,10 @@ def nothing_carried(limits: ForceLimits | None) -> Carried:
 def sight_after(robot: Robot, prepared: Prepared, plan: Plan, aim: Aim, sight: float) -> float:
     """Up to which distance the next decision looks for contact [m]; 0: up to the alarm distance.
 
-    An effector on an object moves only if something touches the object, which may be far away. Where no plan
-    brings such effectors nearer to their targets, the next one looks twice as far. It looks as far as this
-    one until bodies touch and all that push in the plan are within the alarm distance.
+    An effector on an object moves only if something touches the object, which may be far away. Where a search
+    that is not cut finds no plan that brings such effectors nearer to their targets, the next one looks twice
+    as far. It looks as far as this one until bodies touch and all that push in the plan are within the alarm
+    distance.
 
     Args:
         robot: its size, and the contacts of its parts.
@@ -365,6 +366,8 @@ def sight_after(robot: Robot, prepared: Prepared, plan: Plan, aim: Aim, sight: f
         return 0.0
     seeking = plan.status is Status.SEEKING_CONTACT or not step.frictional
     if seeking and not brings_nearer(robot, aim, plan, apart):
+        if plan.cut is not None:  # the next one goes on with the same contacts
+            return sight
         return min(FARTHER * max(sight, alarm), robot.size)
     found, forces, loose = prepared.step.rows.contacts, prepared.forces, robot.contacts.loose
     now = found.rows_of(forces.extra[forces.extra_beta > 0.0])

@@ -123,3 +123,22 @@ def _axes(normal: Array) -> Array:
         found[k, 1, 0], found[k, 1, 1], found[k, 1, 2] = 1.0 + sign * x * x * a, sign * b, -sign * x
         found[k, 2, 0], found[k, 2, 1], found[k, 2, 2] = b, sign + y * y * a, -y
     return found
+
+
+def nearest_from_all_sides(gap: Array, pair: Ints, normal: Array, most: int) -> Ints:
+    """The nearest contacts of each pair from each of six directions, in turn: places (k,), k at most `most`.
+
+    The nearest of all may lie on one of several fingers, and it takes two of them to hold something.
+
+    Args:
+        gap: (m,) of the contacts [m].
+        pair: (m,) their contact pairs.
+        normal: (m, 3) unit directions.
+        most: how many are wanted.
+    """
+    axis, every = np.abs(normal).argmax(axis=1), np.arange(len(gap))
+    side = 6 * pair + 2 * axis + (normal[every, axis] > 0.0)
+    order = np.lexsort((gap, side))
+    first = np.searchsorted(side[order], side[order])  # of each one's side
+    chosen: Ints = order[np.lexsort((gap[order], every - first))[:most]]
+    return chosen

@@ -54,7 +54,7 @@ from tauten.model.contact.pair import ContactPair, LargestSum, check_pair, finit
 from tauten.model.contact.shapes import PlaneShape
 from tauten.model.contact.sides import Hits, Sides, add_hits, hits_of, joined, sides_of
 from tauten.model.contact.surface_topology import SurfaceTopology, join_surfaces
-from tauten.model.contacts import Contacts
+from tauten.model.contacts import Contacts, nearest_from_all_sides
 from tauten.model.numerics import Array, Bools, Ints, kernel
 from tauten.model.rows import PairSlots
 
@@ -184,7 +184,7 @@ class ContactSet:
     def reaching(self, distance: float) -> ContactSet:
         """The same contacts, of which some in loose pairs are found up to another distance [m].
 
-        These are the `NEAREST` candidates of each pair outside the alarm distance.
+        These are `NEAREST` candidates of each pair outside the alarm distance, see `nearest_from_all_sides`.
         """
         other = copy(self)
         other.reach = max(distance, self.alarm_distance)
@@ -275,7 +275,8 @@ class ContactSet:
         keep = np.abs(away) < self.alarm_distance
         for number in self.loose:
             beyond = np.flatnonzero((pair == number) & (away >= self.alarm_distance))
-            keep[beyond[np.argsort(away[beyond], kind="stable")[:NEAREST]]] = True
+            of_pair = away[beyond], pair[beyond], found[2][1, beyond]
+            keep[beyond[nearest_from_all_sides(*of_pair, NEAREST)]] = True
         kept = np.flatnonzero(keep)
         for values in found[:3]:
             values[:, : len(kept)] = values[:, kept]

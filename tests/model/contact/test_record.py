@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tauten.model import Contacts, EmptySpace, Forces
+from tauten.model.contacts import nearest_from_all_sides
 from tauten.model.numerics import Array
 
 
@@ -43,3 +44,14 @@ def test_a_mode_pushes_no_candidate_out_of_range() -> None:
     np.testing.assert_array_equal(forces, expected)
     np.testing.assert_array_equal(loaded.normal_force, [2.0, 3.0])
     np.testing.assert_array_equal(found.gaps(), [np.inf, 0.0, np.inf, 0.0, np.inf])
+
+
+def test_the_nearest_contacts_come_from_all_sides_in_turn() -> None:
+    """Eight above that are nearer than two beside and one of another pair: each side has its nearest one."""
+    gap = np.array([*np.linspace(0.1, 0.2, 8), 1.0, 2.0, 3.0])
+    pair = np.array([0] * 10 + [1])
+    normal = np.array([[0.0, 0.1, 1.0]] * 8 + [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert nearest_from_all_sides(gap, pair, normal, 4).tolist() == [0, 8, 9, 10]
+    assert nearest_from_all_sides(gap, pair, normal, 6).tolist() == [0, 8, 9, 10, 1, 2]
+    assert len(nearest_from_all_sides(gap, pair, normal, 40)) == len(gap)
+    assert len(nearest_from_all_sides(gap[:0], pair[:0], normal[:0], 40)) == 0
