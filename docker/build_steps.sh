@@ -22,7 +22,7 @@ from tauten.service.setup import load_setup
 setup = load_setup("finger")
 with one_blas_thread():
     ControlLoop(warm_controller(setup))
-    simulator, _ = warm_simulator(setup.robot, PlantSettings())
+    simulator = warm_simulator(setup.robot, PlantSettings())
     for share in (0.25, 0.5, 0.75):
         simulator.settle(position=share * setup.robot.limits.position_max, tolerance=1e-4)
 PYTHON
