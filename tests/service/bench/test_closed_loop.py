@@ -40,7 +40,7 @@ def test_a_path_in_reach_is_followed_and_the_distance_of_model_and_plant_divided
 ) -> None:
     """Of a full model without contact nothing but time is apart, and that share is the whole distance."""
     setup, shares = load_setup(one_effector(tmp_path)), []
-    result = bench_closed_loop(setup, (2.0,), StopFlag(), lambda x, what="": shares.append(x))
+    result = bench_closed_loop(setup, (1.0,), StopFlag(), lambda x, what="": shares.append(x))
     assert result.complete
     assert sum(shares) == pytest.approx(1.0)
     (found,) = result.following

@@ -101,7 +101,7 @@ def test_wrong_measurements_hold_before_the_correction_is_at_its_limit(
         "exchanged": lambda where: where[::-1],
     }
     rig = Rig(beam, measures[wrong])
-    causes = rig.follow(swing(beam, 150))
+    causes = rig.follow(swing(beam, 100))
     assert causes[-1] is Cause.IMPLAUSIBLE
     assert rig.largest < 0.8 * LARGEST * beam.size
     health = rig.measured.diagnostic()
@@ -114,7 +114,7 @@ def test_wrong_measurements_hold_before_the_correction_is_at_its_limit(
 def test_an_enable_tries_again(beam: Robot) -> None:
     rest, mirrored = beam.effector(beam.rest()), True
     rig = Rig(beam, lambda where: 2.0 * rest - where if mirrored else where)
-    targets = swing(beam, 150)
+    targets = swing(beam, 100)
     assert rig.follow(targets)[-1] is Cause.IMPLAUSIBLE
     mirrored = False
     assert rig.follow(targets[:50])[-1] is Cause.IMPLAUSIBLE  # the fault is kept without motion
