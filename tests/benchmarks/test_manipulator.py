@@ -7,6 +7,7 @@ from timeit import repeat
 
 import numpy as np
 import pytest
+from support.robots.examples import shipped_robot
 
 from benchmarks.control.still import random_goals
 from benchmarks.manipulator import (
@@ -27,7 +28,7 @@ from benchmarks.robots.arm import ArmShape, bending_tensions, tendon_angle
 from benchmarks.steps import STAGES, WHOLE, StepTimes
 from benchmarks.tables import arm_page
 from tauten.controller import Controller, load_controller_settings
-from tauten.model import Forces, Robot, load_robot
+from tauten.model import Forces, Robot
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import run_campaign
 from tauten.service.bench import Comparison
@@ -38,7 +39,7 @@ from tauten.service.replay import Spread
 
 @pytest.fixture(scope="module")
 def arm() -> Robot:
-    return load_robot("manipulator_1290")
+    return shipped_robot("manipulator_1290")
 
 
 def test_bending_tensions_bend_towards_their_angle() -> None:

@@ -9,11 +9,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.processes import ROBOT, write_robot
 from support.robots.bodies import pneumatic_config, pneumatic_robot
+from support.robots.examples import shipped_setup
 
 from tauten.controller import Controller, ControllerSettings, substeps_of
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.service.setup import load_setup
 
 FINE = 4  # steps of a simulator in a period
 TOOL = """\
@@ -54,7 +54,7 @@ def test_a_swing_of_two_seconds_does_not_depend_on_the_period_of_control(
     name: str, far: float
 ) -> None:
     """With one step of implicit Euler a period the finger is off by a third of its way."""
-    setup = load_setup(name)
+    setup = shipped_setup(name)
     mine, fine = swing(setup.robot, setup.controller, far)
     way = np.linalg.norm(fine - fine[0], axis=1).max()
     assert np.linalg.norm(mine - fine, axis=1).max() < 0.03 * way
@@ -104,7 +104,7 @@ def test_a_swing_beyond_the_winchs_rate_gains_no_energy() -> None:
     Where the second stage extrapolated the impulse of the first, the model left the path of shorter steps by
     a fifth of its size and had a hundred times the energy of the finger at the farthest pull.
     """
-    setup = load_setup("finger")
+    setup = shipped_setup("finger")
     robot, controller = setup.robot, Controller(setup.robot, settings=setup.controller)
     simulator = Simulator(robot, "none")
     controller.settle_start()

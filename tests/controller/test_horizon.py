@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from support.robots.bodies import pneumatic_robot
+from support.robots.examples import shipped_setup
 
 from tauten.controller import Controller
 from tauten.controller.horizon import (
@@ -79,7 +80,7 @@ def test_less_motion_goes_on_where_damping_is_strong() -> None:
 @pytest.mark.parametrize("reduced", [False, True])
 def test_a_share_of_the_way_is_between_all_and_none_of_it(reduced: bool) -> None:
     """v_free is linear in the share a of the way that counts as made: b = h (f − C v − (1 − a) h K v)."""
-    robot: Robot = load_setup("trunk").robot if reduced else pneumatic_robot()
+    robot: Robot = shipped_setup("trunk").robot if reduced else pneumatic_robot()
     state = robot.rest()
     state = replace(state, v=1e-2 * np.random.default_rng(0).standard_normal(robot.n))
     found = [
@@ -150,7 +151,7 @@ def test_tensions_are_smooth_where_notches_close() -> None:
 
     With steps as long as the tick, in which notches close, tensions alternated by 0.45 mN.
     """
-    setup = load_setup("finger")
+    setup = shipped_setup("finger")
     controller = Controller(setup.robot, setup.contact, settings=setup.controller)
     controller.settle_start()
     tensions, touching = list[float](), list[bool]()
@@ -163,7 +164,7 @@ def test_tensions_are_smooth_where_notches_close() -> None:
 
 
 def test_contacts_that_do_not_close_leave_motion_as_it_is() -> None:
-    setup = load_setup("pneumatic_finger")
+    setup = shipped_setup("pneumatic_finger")
     robot, space = setup.robot, Controller(setup.robot, setup.contact).space
     state = robot.rest()
     forces = no_forces(robot.n_a, space.k)

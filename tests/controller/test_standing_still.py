@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 from support.robots.bodies import beam_robot, box_mesh
+from support.robots.examples import shipped_setup
 
 from tauten.controller import Controller, Status
 from tauten.controller.carried import Damping, Objective, adapted, undamped
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.service.setup import load_setup
 
 OFFSET = np.array([0.03, 0.0, 0.0])  # m, out of reach
 
@@ -21,7 +21,7 @@ OFFSET = np.array([0.03, 0.0, 0.0])  # m, out of reach
 @pytest.fixture(scope="module")
 def finger() -> Robot:
     """The model that the shipped finger is served with."""
-    return load_setup("finger").robot
+    return shipped_setup("finger").robot
 
 
 def at_rest(robot: Robot, offset: Array, ticks: int = 150) -> tuple[Controller, Array, Array]:
@@ -90,7 +90,7 @@ def test_a_target_in_reach_is_reached(name: str, most: float) -> None:
     On a long way the pneumatic finger's momentum decreases the objective. Where that was not counted for
     the plans that had given the momentum, ways became zero in the middle.
     """
-    setup = load_setup(name)
+    setup = shipped_setup(name)
     robot, held = setup.robot, setup.robot.actuators.laws.held_by_force
     simulator = Simulator(robot, "none")
     simulator.settle_start()
@@ -115,7 +115,7 @@ def test_a_target_in_reach_is_reached(name: str, most: float) -> None:
     [("finger", 0.05), ("trunk", 0.1), ("trunk", 0.15), ("diamond", 0.04), ("gripper", 0.03)],
 )
 def test_robots_stand_still_far_out_of_reach(name: str, offset: float) -> None:
-    robot = load_setup(name).robot
+    robot = shipped_setup(name).robot
     far = offset * np.array([1.0, 0.0, 0.0])
     _, positions, efforts = at_rest(robot, far, 250)
     limits = robot.limits
@@ -228,7 +228,7 @@ def test_ways_do_not_grow_again_to_where_nothing_was_gained(factor: float) -> No
 
 def test_plans_that_jump_between_taut_and_slack_cables_end_in_between() -> None:
     """Commands went to and fro by 1.2 mm and tensions by 9.6 N in every tick, for ever."""
-    robot = load_setup("trunk").robot
+    robot = shipped_setup("trunk").robot
     controller = Controller(robot, "none")
     assert controller.settle_start().converged
     goal = np.array([-0.03258, 0.096324, -0.116247])  # m, out of reach

@@ -7,12 +7,12 @@ from types import FrameType
 
 import numpy as np
 import pytest
+from support.robots.examples import shipped_setup
 
 from tauten.controller import Controller, closed_compliance
 from tauten.model import Robot, Simulator, one_blas_thread
 from tauten.reduction import ContactBasis
 from tauten.service.plant import PathSettings, make_path
-from tauten.service.setup import load_setup
 
 MOST_CALLS = 412  # 1169 in November 2026, then 578, 461, 500 with augmented tangents, 406
 
@@ -44,7 +44,7 @@ def test_closed_compliance_survives_redundant_contacts() -> None:
 @pytest.fixture(scope="module")
 def reduced_finger() -> Robot:
     """The model that the shipped finger is served with."""
-    return load_setup("finger").robot
+    return shipped_setup("finger").robot
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.robots.examples import shipped_robot
 from support.robots.small_bodies import END, MIDDLE, SLIDE, TURN, constrained, moved
 
-from tauten.model import EmptySpace, Robot, Simulator, State, load_robot, skin_of
+from tauten.model import EmptySpace, Robot, Simulator, State, skin_of
 from tauten.model.actuators import enclosed_volume
 from tauten.reduction.state import StateBasis, reduced_robot
 
@@ -30,14 +31,14 @@ def test_drawn_cables_are_shorter_by_what_is_pulled(bent: tuple[Robot, State]) -
 
 
 def test_drawn_cables_of_a_reduced_robot() -> None:
-    reduced = reduced_robot(load_robot("finger"), StateBasis.load("finger"))
+    reduced = reduced_robot(shipped_robot("finger"), StateBasis.load("finger"))
     simulator = Simulator(reduced, contact="none")
     assert simulator.settle(position=[0.01]).converged
     check_lengths(reduced, simulator.state)
 
 
 def test_drawn_cables_of_a_robot_of_beams() -> None:
-    robot = load_robot("manipulator")
+    robot = shipped_robot("manipulator")
     simulator = Simulator(robot, contact="none")
     position = np.zeros(robot.n_a)
     position[:2] = 0.004, -0.002
@@ -142,7 +143,7 @@ def test_drawn_drives_and_forces_move_by_their_position() -> None:
 
 
 def test_the_drawn_chamber_has_the_volume_of_the_chamber() -> None:
-    robot = load_robot("pneumatic_finger")
+    robot = shipped_robot("pneumatic_finger")
     rng = np.random.default_rng(4)
     rest = robot.rest()
     state = State(rest.q + 1e-4 * rng.standard_normal(robot.n), rest.v)

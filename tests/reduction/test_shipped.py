@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pydantic import TypeAdapter
+from support.robots.examples import shipped_robot, shipped_setup
 
-from tauten.model import Robot, Simulator, load_robot
+from tauten.model import Simulator
 from tauten.model.load import robot_path
 from tauten.reduction import ContactBasis
 from tauten.reduction.state import StateBasis
 from tauten.service.check import MeshCertificate
 from tauten.service.check.certificate import certificate_file
-from tauten.service.setup import load_setup
 
 pytestmark = pytest.mark.versions
 FOLDER = robot_path("finger").parent
@@ -25,33 +24,28 @@ def shipped(suffix: str) -> list[str]:
     return sorted(path.stem for path in FOLDER.glob(f"*{suffix}"))
 
 
-@cache
-def robot(name: str) -> Robot:
-    return load_robot(name)
-
-
 @pytest.mark.parametrize("name", shipped(".basis"))
 def test_contact_basis_fits(name: str) -> None:
-    ContactBasis.load(name).check_robot(robot(name))
+    ContactBasis.load(name).check_robot(shipped_robot(name))
 
 
 @pytest.mark.parametrize("name", shipped(".states"))
 def test_state_basis_fits(name: str) -> None:
-    StateBasis.load(name).check_robot(robot(name))
+    StateBasis.load(name).check_robot(shipped_robot(name))
 
 
 @pytest.mark.parametrize("name", [name.removesuffix(".mesh") for name in shipped(".mesh.json")])
 def test_mesh_error_is_of_the_robot(name: str) -> None:
     text = certificate_file(Path(FOLDER, f"{name}.toml")).read_text(encoding="utf-8")
     found = TypeAdapter(MeshCertificate).validate_json(text)
-    assert found.robot_digest == robot(name).digest
+    assert found.robot_digest == shipped_robot(name).digest
 
 
 def test_the_reduced_pneumatic_finger_is_where_the_full_one_is_at_equal_volumes() -> None:
     """Within half of what is asked of its path; its basis of 33 modes was 0.065 mm away in the middle."""
     reduced, full = (
-        Simulator(load_setup("pneumatic_finger").robot),
-        Simulator(robot("pneumatic_finger")),
+        Simulator(shipped_setup("pneumatic_finger").robot),
+        Simulator(shipped_robot("pneumatic_finger")),
     )
     for simulator in (reduced, full):
         assert simulator.settle_start().converged

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.processes import forked
+from support.robots.examples import shipped_setup
 
 from tauten.controller import warm_controller
 from tauten.model import one_blas_thread
@@ -26,7 +27,7 @@ HAND = Path(__file__).resolve().parents[2] / "examples" / "hand.toml"
 
 def test_each_finger_has_the_bases_of_the_finger_and_moves_as_it_does() -> None:
     """Self-contact, reduced states and contact modes of a part, in three places, from the part's files."""
-    one, both = load_setup("finger"), load_setup(HAND)
+    one, both = shipped_setup("finger"), load_setup(HAND)
     assert isinstance(one.contact, ContactBasis) and isinstance(both.contact, ContactBasis)
     assert (both.contact.k, both.robot.n_c) == (3 * one.contact.k, 3 * one.robot.n_c)
     assert [basis.digest() for basis in both.states] == [one.states[0].digest()] * 3

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from scipy.linalg import eigh
+from support.robots.examples import shipped_robot
 
 from benchmarks.robots.arm import ArmShape, make_network
 from benchmarks.robots.make_manipulator import make_file
@@ -25,7 +26,7 @@ INNER = [0, 3, 6]  # one tendon of each section, 40° apart
 
 @pytest.fixture(scope="module")
 def arm() -> Robot[BeamBody]:
-    robot = load_robot("manipulator_1290")
+    robot = shipped_robot("manipulator_1290")
     assert isinstance(robot.body, BeamBody)
     return robot
 
@@ -72,10 +73,10 @@ def test_the_semidefinite_tangent_of_a_time_step_is_not_stiffer_than_the_arm(
 
 
 def test_sizes() -> None:
-    fine = load_robot("manipulator")
+    fine = shipped_robot("manipulator")
     assert isinstance(fine.body, BeamBody)
     assert (fine.n_a, fine.layout.n_e, fine.n_c) == (9, 3, 4500)
-    assert load_robot("manipulator_1290").n_c == 1290
+    assert shipped_robot("manipulator_1290").n_c == 1290
     assert len(fine.pairs) == 15
     assert fine.pairs[14].end == 4500
     assert np.ptp(fine.body.beams.nodes[:, 2]) == pytest.approx(0.8)
@@ -196,7 +197,7 @@ def test_robot_survives_pickling(arm: Robot[BeamBody], bent: Simulator) -> None:
 
 def test_different_robots_have_different_digests(arm: Robot[BeamBody], tmp_path: Path) -> None:
     assert load_robot("manipulator_1290").digest == arm.digest
-    assert load_robot("manipulator").digest != arm.digest
+    assert shipped_robot("manipulator").digest != arm.digest
     assert load_robot("manipulator_1290", young_scale=1.01).digest != arm.digest
 
 

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.robots.beam_robots import build, path_of_beams, rectangle, under_force
+from support.robots.examples import shipped_robot
 
-from tauten.model import Robot, Simulator, State, load_robot
+from tauten.model import Robot, Simulator, State
 from tauten.model.beams import BeamBody, assemble_beams, bar
 from tauten.model.numerics import Array
 
@@ -99,7 +100,7 @@ def test_random_velocities_calm_down(tmp_path: Path) -> None:
 
 def test_energy_of_the_shipped_manipulator_falls_when_a_cable_is_cut() -> None:
     """At its own control rate, without its damping, weight and contacts."""
-    shipped = load_robot("manipulator")
+    shipped = shipped_robot("manipulator")
     assert isinstance(shipped.body, BeamBody)
     plain = replace(shipped.integration, rayleigh_mass=0.0, rayleigh_stiffness=0.0)
     robot = shipped.loaded(np.zeros(3), np.zeros(3 * len(shipped.effector_names))).with_integration(

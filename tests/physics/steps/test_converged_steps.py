@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.robots.bodies import beam_robot, box_mesh
+from support.robots.examples import shipped_robot
 
-from tauten.model import Robot, Simulator, load_robot
+from tauten.model import Robot, Simulator
 from tauten.model.beams import BeamBody
 from tauten.model.body import SparseBody
 from tauten.model.numerics import Array
@@ -66,7 +67,7 @@ def test_end_of_a_step_balances_the_forces_there() -> None:
 
 def test_momentum_of_rotating_nodes_is_the_derivative_of_their_kinetic_energy() -> None:
     """By central differences over turns of the end about the fixed axes."""
-    robot = load_robot("manipulator")
+    robot = shipped_robot("manipulator")
     assert isinstance(robot.body, BeamBody)
     generator = np.random.default_rng(1)
     v0, v = generator.standard_normal((2, robot.n)) * 20.0
@@ -87,7 +88,7 @@ def test_momentum_of_rotating_nodes_is_the_derivative_of_their_kinetic_energy() 
 
 
 @pytest.mark.parametrize(
-    "make", [bar_robot, pytest.param(lambda: load_robot("manipulator"), marks=pytest.mark.slow)]
+    "make", [bar_robot, pytest.param(lambda: shipped_robot("manipulator"), marks=pytest.mark.slow)]
 )
 def test_energy_of_a_free_swing_falls_in_every_step(make: Callable[[], Robot]) -> None:
     """From wild velocities, which one linearisation a step turns into energy."""

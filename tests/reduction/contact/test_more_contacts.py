@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.examples import shipped_robot
 
 from tauten.controller import Controller
 from tauten.model import load_robot
@@ -31,7 +32,7 @@ AWAY = 5e-3  # m, from the tip to the wall
 def walled(tmp_path: Path) -> Path:
     """The shipped finger with a wall that its tip bends towards."""
     source = robot_path("finger")
-    robot = load_robot("finger")
+    robot = shipped_robot("finger")
     shutil.copy(source.with_suffix(".vtu"), tmp_path)
     reach = float(robot.points(robot.rest())[:, 0].max())
     path = tmp_path / "finger.toml"

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.robots.examples import shipped_robot
 
 from tauten.controller import load_model_settings
-from tauten.model import Robot, load_robot
+from tauten.model import Robot
 from tauten.model.tetra import NodalBody
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import StateBasis, StateBasisError, StateOrigin
@@ -132,7 +133,7 @@ def test_shipped_basis_fits_the_shipped_finger(shipped_finger: Robot[NodalBody])
 
 
 def test_shipped_basis_fits_the_shipped_manipulator() -> None:
-    states, robot = StateBasis.load("manipulator"), load_robot("manipulator")
+    states, robot = StateBasis.load("manipulator"), shipped_robot("manipulator")
     states.check_robot(robot)
     states.check_tip(load_model_settings("manipulator").max_tip_error)
     assert states.origin.tip_mean < 2e-3 * robot.size

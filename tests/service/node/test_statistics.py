@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.robots.bodies import beam_robot, box_mesh
+from support.robots.examples import shipped_setup
 
 from tauten.controller import Controller
 from tauten.model import Simulator
 from tauten.service.node import Action, Clock, ControlLoop, Signals
 from tauten.service.node.statistics import SURPRISING, LoopStatistics
-from tauten.service.setup import load_setup
 from tauten.service.wire import (
     Cause,
     Diagnostic,
@@ -56,7 +56,7 @@ def test_health_says_where_the_model_agrees() -> None:
 
 def test_health_has_the_tension_that_left_and_the_models() -> None:
     """A hold of the manipulator whose wound tendons would pull with 130 N, where 80 N are allowed."""
-    setup = load_setup("manipulator")
+    setup = shipped_setup("manipulator")
     simulator = Simulator(setup.robot, "none")
     simulator.settle_start()
     index = setup.robot.actuators.names.index("tendon2a")

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.examples import shipped_robot, shipped_setup
 
-from tauten.model import Robot, Simulator, load_robot
+from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.model.tetra import NodalBody
 from tauten.reduction.campaign import command_range
 from tauten.service.plant import PathError, PathSettings, bending_command, make_path, save_path
 from tauten.service.plant.paths import SHAPES, Plane
-from tauten.service.setup import load_setup
 
 SETTINGS = PathSettings(size=0.01, period=4.0)
 
@@ -104,7 +104,7 @@ def test_other_names_are_refused(finger: Robot, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["pneumatic_finger", "trunk"])
 def test_reach_starts_where_a_controller_does(name: str) -> None:
     """Also where it commands tensions of opposed cables, whose positions are zero at the start."""
-    robot = load_setup(name).robot
+    robot = shipped_setup(name).robot
     simulator = Simulator(robot)
     assert simulator.settle_start().converged
     path = make_path("reach", robot, PathSettings())
@@ -148,7 +148,7 @@ def test_cables_that_may_be_let_out_get_tensions_within_their_range(beam: Robot[
 
 def test_cables_that_lengthen_each_other_get_tensions(beam: Robot[NodalBody]) -> None:
     """Wound to random lengths, cables on opposite sides of a trunk crush it."""
-    trunk = load_robot("trunk")
+    trunk = shipped_robot("trunk")
     wound = replace(trunk.limits, position_min=np.zeros(trunk.n_a))
     assert command_range(replace(trunk, limits=wound)).by_force.all()
     assert not command_range(beam).by_force.any()  # so thick that both cables shorten it

@@ -1,11 +1,15 @@
-"""The example programs as modules, and their robot files with other values."""
+"""The example programs as modules, their robot files with other values, and shipped robots, loaded once."""
 
 from __future__ import annotations
 
 import runpy
 import shutil
+from functools import cache
 from pathlib import Path
 from typing import Any
+
+from tauten.model import Robot, load_robot
+from tauten.service.setup import Setup, load_setup
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
@@ -32,3 +36,15 @@ def changed(folder: Path, file: str, *changes: tuple[str, str]) -> Path:
         text = text.replace(old, new)
     (folder / file).write_text(text, encoding="utf-8")
     return folder / file
+
+
+@cache
+def shipped_robot(name: str) -> Robot:
+    """As `load_robot` loads it, once in a process: that takes up to a second."""
+    return load_robot(name)
+
+
+@cache
+def shipped_setup(name: str) -> Setup:
+    """As it is served."""
+    return load_setup(name)
