@@ -221,17 +221,18 @@ def condensed(
     reduced, extra, axes = space.reduce(rows.contacts), forces.extra, NO_AXES
     if len(extra) > 0:
         extra = rows.contacts.rows_of(forces.pushing)
-    H, delta = [rows.actuators.dense(), reduced.H], [rows.actuators.delta, reduced.delta]
+    layout = robot.layout if effectors else row_layout(0, robot.n_a)
+    size = layout.n_e + layout.n_a + len(reduced.delta)
+    H, delta = np.empty((size, reduced.H.shape[1])), np.empty(size)  # (m, n), (m,)
     if effectors:
-        H.insert(0, rows.effectors.dense())
-        delta.insert(0, rows.effectors.delta)
+        H[layout.effectors], delta[layout.effectors] = rows.effectors.dense(), rows.effectors.delta
+    H[layout.actuators], delta[layout.actuators] = rows.actuators.dense(), rows.actuators.delta
+    H[layout.contacts], delta[layout.contacts] = reduced.H, reduced.delta
     if len(extra) > 0:
         of_units, values, axes = unit_rows(rows.contacts, extra, system.h, slid)
-        H.append(of_units)
-        delta.append(values)
-    layout = robot.layout if effectors else row_layout(0, robot.n_a)
+        H, delta = np.concatenate([H, of_units]), np.concatenate([delta, values])
     frictional = rows.contacts.relative is not None
-    compliance = row_compliance(system, np.concatenate(H), np.concatenate(delta), frictional)
+    compliance = row_compliance(system, H, delta, frictional)
     if robot.actuators.laws.springs is not None:
         compliance.spring(robot.actuators.laws.springs, layout.actuators)
     return CondensedStep(
