@@ -222,8 +222,8 @@ def make_plan(
         return plan
     if not (resumed or settings.time is None or settings.time.allows()):
         return replace(plan, cut=CutPlan(None, seeking=True))
-    near = np.setdiff1d(step.rows.contacts.nearest(NEAREST), step.extra)
-    if len(near) > 0:
+    near = np.argsort(step.rows.contacts.rows.delta, kind="stable")[:NEAREST]
+    if len(near := np.setdiff1d(near, step.extra)) > 0:
         step = step.with_unit_columns(near)
     hidden = plan.status is Status.SEEKING_CONTACT
     aim = replace(aim, cut=aim.cut if resumed else None, looking=aim.looking or hidden)

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from tauten.model.contacts import Contacts, nearest_from_all_sides, no_contacts
+from tauten.model.contacts import Contacts, no_contacts
 from tauten.model.numerics import Array, Ints, kernel
 
 # Sparse where the unknowns are the mesh's, dense where they are the few of a state basis.
@@ -189,10 +189,6 @@ class ContactRows:
 
     def __len__(self) -> int:
         return len(self.rows)
-
-    def nearest(self, most: int) -> Ints:
-        """Numbers of the nearest rows, see `nearest_from_all_sides`."""
-        return nearest_from_all_sides(self.rows.delta, self.pair, self.found.normal, most)
 
     def rows_of(self, slots: Ints) -> Ints:
         """Numbers of the rows of some slots, those in range, ascending."""
