@@ -17,6 +17,7 @@ import select
 import signal
 import socket
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -77,9 +78,12 @@ def serve(server: socket.socket) -> None:
                 client, _ = server.accept()
                 files[client] = client.makefile("rw")
                 continue
-            line = files[one].readline()
+            line = ""
+            with suppress(ConnectionError):  # a process of the suite has crashed
+                line = files[one].readline()
             if not line:
-                files.pop(one).close()
+                with suppress(ConnectionError):
+                    files.pop(one).close()
                 one.close()
                 if not files:
                     Path(server.getsockname()).unlink()
@@ -96,7 +100,8 @@ def serve(server: socket.socket) -> None:
                         other.close()
                     become(request)
                     return
-            print(json.dumps(answer), file=files[one], flush=True)
+            with suppress(ConnectionError):
+                print(json.dumps(answer), file=files[one], flush=True)
 
 
 if __name__ == "__main__":
