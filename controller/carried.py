@@ -66,7 +66,7 @@ MORE = 2.0  # where the gain is this multiple of its mean in two ticks
 RECENT = 0.2  # weight of the last tick in the mean of decreases
 JUMP = 1e-4  # of the robot's size: a goal that changes by more in a tick is another one
 FARTHER = 2.0  # distance up to which contact is looked for in the next tick,
-FARTHEST = 0.25  # and of the robot's size, at most: motions over it are far from linear
+FARTHEST = 0.25  # and of the size of the largest part, at most: motions over it are far from linear
 STILL = 1e-9  # of the robot's size; smaller changes are rounding
 
 
@@ -369,7 +369,7 @@ def sight_after(robot: Robot, prepared: Prepared, plan: Plan, aim: Aim, sight: f
     if seeking and not brings_nearer(robot, aim, plan, apart):
         if plan.cut is not None:  # the next one goes on with the same contacts
             return sight
-        return min(FARTHER * max(sight, alarm), FARTHEST * robot.size)
+        return min(FARTHER * max(sight, alarm), FARTHEST * robot.part_size)
     found, forces, loose = prepared.step.rows.contacts, prepared.forces, robot.contacts.loose
     now = found.rows_of(forces.extra[forces.extra_beta > 0.0])
     then = found.rows_of(pushed_slots(plan.predicted))
