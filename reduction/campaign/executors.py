@@ -28,9 +28,24 @@ class InProcess(Executor):
         return future
 
 
+class Processes(ProcessPoolExecutor):
+    """Processes to which Ctrl-C is blocked from their start on; the parent handles it.
+
+    One that Ctrl-C ends while it imports leaves the pool waiting for ever for what nobody reads.
+    """
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
+        """A future of a call, for which a process may start."""
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # processes inherit it
+        try:
+            return super().submit(fn, *args, **kwargs)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 @contextmanager
 def processes(workers: int) -> Iterator[Executor]:
-    """Processes on this machine, which ignore Ctrl-C; a single worker is this process.
+    """Processes on this machine, which Ctrl-C does not reach; a single worker is this process.
 
     Raises:
         ValueError: fewer than one worker.
@@ -41,7 +56,7 @@ def processes(workers: int) -> Iterator[Executor]:
         yield InProcess()
         return
     context = multiprocessing.get_context("spawn")  # a fork would copy the locks of our threads
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin) as pool:
+    with Processes(workers, mp_context=context, initializer=_begin) as pool:
         yield pool
 
 
@@ -67,7 +82,6 @@ def dask_cluster(address: str, timeout: float = 10.0) -> Iterator[Executor]:
 
 
 def _begin() -> None:
-    """Ignore Ctrl-C, which the parent handles; one thread per worker, set before MKL is loaded."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """One thread per worker, set before MKL is loaded."""
     for library in ("OMP", "MKL", "OPENBLAS"):
         os.environ[f"{library}_NUM_THREADS"] = "1"

@@ -1,4 +1,6 @@
 import dataclasses
+import os
+import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -7,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.processes import START
 from support.robots.small_bodies import constrained
 
 from tauten.model import Robot
@@ -144,6 +147,17 @@ def test_workers_do_not_change_the_result(
     np.testing.assert_array_equal(found.converged, snapshots.converged)
     np.testing.assert_allclose(found.q, snapshots.q, atol=1e-9)
     np.testing.assert_allclose(found.lam, snapshots.lam, atol=1e-6)
+
+
+def test_ctrl_c_does_not_reach_workers_even_while_they_start() -> None:
+    """One that it ended while it imported left `tauten reduce` waiting for ever."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    with executors.processes(2) as pool:
+        started = pool.submit(os.getpid)
+        assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == before
+        (worker,) = pool._processes  # while it imports
+        os.kill(worker, signal.SIGINT)
+        assert started.result(START) == worker
 
 
 def test_ctrl_c_saves_what_is_under_way(
