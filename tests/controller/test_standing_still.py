@@ -103,7 +103,7 @@ def test_a_target_in_reach_is_reached(name: str, most: float) -> None:
     goal = simulator.effector_values
     away = robot.effector_layout.error(goal, controller.effector_values)
     assert away > 5e-4
-    for _ in range(60 if most < 0.5 else 150):
+    for _ in range(100 if most < 0.5 else 150):
         controller.step(goal)
     left = robot.effector_layout.error(controller.effector_values, goal)
     assert left < 1e-5 * away + 1e-6 * robot.size
