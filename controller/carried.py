@@ -331,6 +331,10 @@ class Carried:
         """The names of the limits that the contact forces of a step are beyond."""
         return () if self.grasp is None else self.grasp.exceeded(step.touching(space))
 
+    def without_plan(self, damping: Damping, cut: CutPlan | None) -> Carried:
+        """The same after a decision that leads nowhere: nothing is known of what it pushed with."""
+        return replace(self, damping=damping, cut=cut, pushed=no_slots())
+
     def undamped(self) -> Carried:
         """The same for a decision among other actuators: nothing is held back."""
         return replace(self, damping=undamped())
@@ -373,5 +377,5 @@ def sight_after(robot: Robot, prepared: Prepared, plan: Plan, aim: Aim, sight: f
     found, forces, loose = prepared.step.rows.contacts, prepared.forces, robot.contacts.loose
     now = found.rows_of(forces.extra[forces.extra_beta > 0.0])
     then = found.rows_of(pushed_slots(plan.predicted))
-    touching = np.isin(found.found.pair[now], loose).any()
+    touching = np.isin(found.pair[now], loose).any()
     return 0.0 if touching and (found.rows.delta[then] <= alarm).all() else sight

@@ -202,9 +202,7 @@ def decide(
     if not plan.status.usable:
         none = np.zeros(robot.n_a, np.bool_)
         found = plan.predicted, position, plan.status, plan.certificate, plan.conflict
-        return Decision(
-            *found, none, plan, Carried(damping, carried.grasp, plan.cut, sight=carried.sight)
-        )
+        return Decision(*found, none, plan, carried.without_plan(damping, plan.cut))
     planned = Command(plan.predicted.delta[robot.layout.actuators], plan.predicted.effort)
     weight, last = settings.epsilon * prepared.scale, damping.objective
     change = change_of(prepared, plan, aim, weight)
@@ -232,9 +230,7 @@ def decide(
     if jammed(robot, tick):
         none = np.zeros(robot.n_a, np.bool_)
         left = after, tick.position, Status.INFEASIBLE, certificate, conflict
-        return Decision(
-            *left, none, plan, Carried(damping, carried.grasp, plan.cut, sight=carried.sight)
-        )
+        return Decision(*left, none, plan, carried.without_plan(damping, plan.cut))
     pushed = pushed_slots(plan.predicted)
     stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.laws.held_by_force
     if locks is not None:
