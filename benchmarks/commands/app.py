@@ -6,8 +6,8 @@ import typer
 
 from benchmarks.commands.contact import contact_basis, finger, manipulator, obstacles
 from benchmarks.commands.control import closed_loop, contact_loop, still
-from benchmarks.commands.first_hour import first_hour
 from benchmarks.commands.friction import friction, friction_inverse, friction_modes
+from benchmarks.commands.kernels import check_kernels, first_hour, pack_kernels
 from benchmarks.commands.mechanics import elements, energy, equilibria
 from benchmarks.commands.qpcc import qpcc
 from benchmarks.commands.steps import gallery, load_errors, reduced_meshes, sofa_meshes
@@ -24,7 +24,7 @@ app.callback()(general_options)
 _COMMANDS = (
     *(finger, manipulator, gallery, load_errors, sofa_meshes, reduced_meshes, qpcc, contact_basis),
     *(elements, energy, equilibria, view, closed_loop, first_hour, friction, friction_inverse),
-    *(friction_modes, obstacles, contact_loop, still),
+    *(friction_modes, obstacles, contact_loop, still, pack_kernels, check_kernels),
 )
 for _command in _COMMANDS:
     app.command()(_command)

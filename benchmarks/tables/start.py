@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tauten.service.tables import Numbers, Page, measured_on
 
 if TYPE_CHECKING:
-    from tauten.service.kernels import FirstHour
+    from benchmarks.kernels import FirstHour
 
 STARTS = {
     "cold": "nothing compiled, nothing shipped",

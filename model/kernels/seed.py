@@ -1,7 +1,8 @@
 """Compiled kernels that are shipped with tauten: one compressed file for each Python, numba and system.
 
 The file is unpacked once, into a folder beside the user's own kernels. A kernel whose sources have changed is
-not found there, because names contain digests, and is compiled. `tauten kernels pack` makes the file.
+not found there, because names contain digests, and is compiled. `python -m benchmarks pack-kernels` makes
+the file.
 """
 
 from __future__ import annotations

@@ -165,12 +165,11 @@ def stream(
 _COMMANDS = (
     *(serve, plant, drive, stream, demo, replay, solve, view),
     *(command, lock, unlock, record, metrics, contacts, alive, doctor),
-    *(reduce, inspect, compare, check, new, schema),
+    *(reduce, inspect, compare, check, new, schema, kernels),
 )
 for _command in _COMMANDS:
     app.command()(_command)
 app.add_typer(bench, name="bench")
-app.add_typer(kernels, name="kernels")
 
 
 def setup_errors() -> tuple[type[Exception], ...]:
@@ -183,7 +182,6 @@ def setup_errors() -> tuple[type[Exception], ...]:
     from tauten.service.bench import CompareError
     from tauten.service.check import RateError
     from tauten.service.drive import DriverError
-    from tauten.service.kernels import PackError
     from tauten.service.log import LogError
     from tauten.service.new import PartError
     from tauten.service.plant import DemoError, PathError
@@ -200,7 +198,6 @@ def setup_errors() -> tuple[type[Exception], ...]:
         DriverError,
         ExtraError,
         LogError,
-        PackError,
         PageError,
         PartError,
         PathError,

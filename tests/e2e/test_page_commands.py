@@ -43,7 +43,7 @@ HERE = {
 FILMED = {"docs/start.md", "docs/tutorials/own_robot.md"}
 # The first command of each block that no test runs, and why.
 NOT_RUN = {
-    "pytest": "runs these tests; tests/service/test_kernels packs and uses one kernel",
+    "pytest": "runs these tests; tests/benchmarks/test_kernels packs and uses one kernel",
     "python3 -m venv .venv && .venv/bin/pip install -e '.[fast,test]'": "installs; .ci/run does it",
     "python3 -m venv .venv && . .venv/bin/activate": "installs; test_site does it as docs/start.md has it",
     ".ci/run": "runs these tests",

@@ -1,4 +1,4 @@
-"""`tauten kernels pack`: run what users run first, and pack the kernels that it needed into one file."""
+"""`python -m benchmarks pack-kernels`: run what users run first, and pack the kernels that it needed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tauten.model.kernels import (
 )
 from tauten.model.load import robot_path
 from tauten.reduction import atomic_write
-from tauten.service.kernels.inventory import PackError, kernel_caches
+from tauten.service.kernels import kernel_caches
 from tauten.service.process import Progress
 
 LARGEST = 5_000_000  # bytes; a file of this size is committed
@@ -31,7 +31,7 @@ REDUCE = (
     "-m", "tauten.service", "reduce", "finger", "--design", "ramp", "--step", "4e-3", "--k", "3",
 )  # fmt: skip
 STATES = ("--states", "--state-modes", "8", "--accept-error")
-START = "from tauten.service.kernels.workload import run_robot; run_robot({!r})"
+START = "from benchmarks.kernels.workload import run_robot; run_robot({!r})"
 ROBOTS = (
     "finger", "trunk", "diamond", "tripod", "pneumatic_finger", "accordion", "gripper", "manipulator",
 )  # fmt: skip
@@ -61,6 +61,10 @@ against = "ground"
 points = 40
 friction = 0.3
 """
+
+
+class PackError(ValueError):
+    """Kernels cannot be packed; the message says what to change."""
 
 
 @dataclass(frozen=True, slots=True)

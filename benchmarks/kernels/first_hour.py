@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.kernels.pack import run
 from tauten.model.kernels import OFF, SEED, kernel_folder
-from tauten.service.kernels.pack import run
 from tauten.service.plant import LOG
 from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.replay import read_run

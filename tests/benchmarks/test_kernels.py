@@ -9,23 +9,22 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.kernels import (
+    LARGEST,
+    SEEDED,
+    FirstHour,
+    PackError,
+    first_demos,
+    pack,
+    pack_kernels,
+)
 from benchmarks.tables import first_hour_page
 from tauten.model.kernels import OFF, SEED, SHIPPED, gather, portable_machine, seed_name
 from tauten.model.kernels.seed import unpack, unpacked
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.parts.motion import _add_rows
 from tauten.service.cli import main
-from tauten.service.kernels import (
-    LARGEST,
-    SEEDED,
-    FirstHour,
-    PackError,
-    first_demos,
-    inventory,
-    pack,
-    pack_kernels,
-    take_inventory,
-)
+from tauten.service.kernels import take_inventory, why_none
 from tauten.service.process import host_info
 
 ONE = (
@@ -183,9 +182,9 @@ def test_why_none_is_used(
     assert f"{SEED} is off" in capsys.readouterr().out
     monkeypatch.setenv(SEED, str(tmp_path / "missing"))
     if portable_machine() is not None:
-        assert inventory.why_none().startswith(f"here is {seed_name()[:4]}")
-    monkeypatch.setattr(inventory, "portable_machine", lambda: None)
-    assert "this processor lacks" in inventory.why_none()
+        assert why_none().startswith(f"here is {seed_name()[:4]}")
+    monkeypatch.setattr("tauten.service.kernels.portable_machine", lambda: None)
+    assert "this processor lacks" in why_none()
 
 
 def test_the_table_of_the_first_hour_has_a_row_for_each_start() -> None:

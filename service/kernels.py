@@ -26,10 +26,6 @@ from tauten.model.kernels import (
 PACKAGES = ("tauten.model", "tauten.reduction", "tauten.controller", "tauten.service")
 
 
-class PackError(ValueError):
-    """Kernels cannot be packed; the message says what to change."""
-
-
 @dataclass(frozen=True, slots=True)
 class Inventory:
     """Kernels on this machine.
