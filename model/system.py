@@ -225,6 +225,12 @@ class Pattern:
         return slot.reshape(g, s, s), np.ascontiguousarray(length, dtype=np.int64)
 
 
+def free_dof(fixed: Bools) -> Ints:
+    """First degree of freedom of every node (n_nodes,), −1 of those that do not move, `fixed` (n_nodes,)."""
+    dof: Ints = np.where(fixed, -1, 3 * (np.cumsum(~fixed) - 1))
+    return dof
+
+
 def make_pattern(fixed: Bools, groups: list[Ints]) -> Pattern:
     """Pattern in which the nodes of every group are coupled.
 
@@ -232,9 +238,8 @@ def make_pattern(fixed: Bools, groups: list[Ints]) -> Pattern:
         fixed: (n_nodes,) bool, nodes that do not move.
         groups: arrays (g, s) of node ids: elements, cable segments.
     """
-    free = ~fixed
-    number = np.where(free, np.cumsum(free) - 1, -1)
-    m = int(free.sum())
+    dof = free_dof(fixed)
+    number, m = dof // 3, int((~fixed).sum())  # −1 remains −1
     pairs = []
     for group in groups:
         s = group.shape[1]
@@ -247,7 +252,7 @@ def make_pattern(fixed: Bools, groups: list[Ints]) -> Pattern:
     full.sort_indices()
     column = np.repeat(np.arange(3 * m), np.diff(full.indptr))
     return Pattern(
-        dof=np.where(free, 3 * number, -1),
+        dof=dof,
         indptr=full.indptr.astype(np.int64),
         indices=full.indices.astype(np.int64),
         diagonal=np.flatnonzero(full.indices == column),

@@ -1,9 +1,9 @@
 """Actuators of robots: rows (H, δ) with the conjugate effort λ, and the curvature that efforts add."""
 
-from tauten.model.actuators.actuator_set import ActuatorRows, ActuatorSet
-from tauten.model.actuators.chamber import ChamberSet, ChamberSurface, make_chambers, volumes
+from tauten.model.actuators.actuator_set import ActuatorRows, ActuatorSet, Loads
+from tauten.model.actuators.chamber import ChamberSurface, make_chambers, volumes
 from tauten.model.actuators.coupling import Coupling, coupling_of
-from tauten.model.actuators.curvature import Loads, NodalCurvature, coupled_nodes, nodal_curvature
+from tauten.model.actuators.curvature import NodalCurvature, coupled_nodes, nodal_curvature
 from tauten.model.actuators.drive import DriveSet, no_drives
 from tauten.model.actuators.enclosure import (
     ChamberError,
@@ -29,7 +29,6 @@ __all__ = [
     "ActuatorRows",
     "ActuatorSet",
     "ChamberError",
-    "ChamberSet",
     "ChamberSurface",
     "Coupling",
     "DriveSet",

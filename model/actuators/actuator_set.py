@@ -10,7 +10,6 @@ import numpy as np
 
 from tauten.model.actuators.chamber import ChamberSet
 from tauten.model.actuators.coupling import Coupling
-from tauten.model.actuators.curvature import Loads
 from tauten.model.actuators.drive import DriveSet
 from tauten.model.actuators.force import ForceSet
 from tauten.model.actuators.transmission import TransmissionSet
@@ -41,6 +40,23 @@ class ActuatorRows(Protocol):
 
     def rows(self, motion: Motion[Any]) -> Rows:
         """Positions δ_a and H_a: Rows of (n_a, n)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Loads:
+    """Efforts of all single actuators but drives.
+
+    Attributes:
+        tension: (cables,) [N].
+        pressure: (chambers,) [Pa]; zero where only the positive semidefinite part is wanted.
+        push: (forces,) [N].
+        transmitted: (transmissions,); zero where only the positive semidefinite part is wanted.
+    """
+
+    tension: Array
+    pressure: Array
+    push: Array
+    transmitted: Array
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tauten.model.actuators.actuator_set import ActuatorSet, Loads
 from tauten.model.actuators.chamber import ChamberSet, add_chamber_stiffness
 from tauten.model.actuators.transmission import TransmissionSet
 from tauten.model.numerics import Array, Ints
@@ -19,23 +20,6 @@ from tauten.model.points import (
     segment_weights,
 )
 from tauten.model.system import Pattern
-
-
-@dataclass(frozen=True, slots=True)
-class Loads:
-    """Efforts of all single actuators but drives.
-
-    Attributes:
-        tension: (cables,) [N].
-        pressure: (chambers,) [Pa]; zero where only the positive semidefinite part is wanted.
-        push: (forces,) [N].
-        transmitted: (transmissions,); zero where only the positive semidefinite part is wanted.
-    """
-
-    tension: Array
-    pressure: Array
-    push: Array
-    transmitted: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,20 +65,25 @@ class NodalCurvature:
             self.transmissions.add_stiffness(motion, loads.transmitted, self.pattern, K)
 
 
-def coupled_nodes(paths: Paths, stations: NodePoints, chambers: ChamberSet) -> list[Ints]:
-    """Groups of nodes (g, s) that cables and chambers couple."""
-    return [segment_nodes(paths, stations), chambers.nodes]
+def coupled_nodes(actuators: ActuatorSet[NodePoints | MeanPoints]) -> list[Ints]:
+    """Groups of nodes (g, s) that cables, chambers and transmissions couple, in this order."""
+    stations, moved = actuators.stations, actuators.transmissions
+    assert isinstance(stations, NodePoints)  # cables pass combinations of a few nodes each
+    found = [segment_nodes(actuators.paths, stations), actuators.chambers.nodes]
+    if moved is not None:
+        assert isinstance(moved.points, NodePoints)
+        found += moved.coupled(moved.points.nodes)
+    return found
 
 
 def nodal_curvature(
-    paths: Paths,
-    stations: NodePoints,
-    chambers: ChamberSet,
-    transmissions: TransmissionSet[NodePoints | MeanPoints] | None,
-    pattern: Pattern,
+    actuators: ActuatorSet[NodePoints | MeanPoints], pattern: Pattern
 ) -> NodalCurvature:
     """The curvature of cables, chambers and transmissions in a pattern."""
-    cables, surfaces = coupled_nodes(paths, stations, chambers)
+    paths, stations, chambers = actuators.paths, actuators.stations, actuators.chambers
+    assert isinstance(stations, NodePoints)
+    cables, surfaces, *_ = coupled_nodes(actuators)
     blocks = pattern.blocks(cables), pattern.blocks(surfaces)
     weights = np.ascontiguousarray(segment_weights(paths, stations))
-    return NodalCurvature(paths, stations, weights, chambers, *blocks, transmissions, pattern)
+    moved = actuators.transmissions
+    return NodalCurvature(paths, stations, weights, chambers, *blocks, moved, pattern)

@@ -168,17 +168,15 @@ def second_derivative(gradient: Callable[[Array], Array], y: Array) -> Array:
 
 def make_transmissions(
     functions: list[Transmission], counts: list[int], y0: Array, points: P
-) -> TransmissionSet[P] | None:
-    """Transmissions at rest; None: there are none.
+) -> TransmissionSet[P]:
+    """Transmissions at rest.
 
     Args:
-        functions: of each.
+        functions: of each, at least one.
         counts: points of each.
         y0: (p, 3) all of them at rest [m].
         points: of the type that the body has.
     """
-    if not functions:
-        return None
     starts = np.cumsum([0, *counts]).astype(np.int64)
     none = np.zeros(len(functions))
     still = TransmissionSet(tuple(functions), starts, none, none.astype(np.bool_), points)

@@ -1,6 +1,6 @@
 """Effectors of all kinds: their values and rows as functions of points that move with the body."""
 
-from tauten.model.effectors.effector_set import EffectorSet, make_effector_set
+from tauten.model.effectors.effector_set import EffectorSet
 from tauten.model.effectors.effectors import Effectors
 from tauten.model.effectors.frame import FrameMeasure, frame_coefficients
 from tauten.model.effectors.measure import (
@@ -23,5 +23,4 @@ __all__ = [
     "PositionMeasure",
     "VolumeMeasure",
     "frame_coefficients",
-    "make_effector_set",
 ]

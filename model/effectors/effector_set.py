@@ -22,13 +22,11 @@ class EffectorSet:
         layout: kinds, weights, places of rows and values.
         measures: the functions.
         starts: (p + 1,) first point of each effector.
-        entries: which points each row depends on, without the vectors that `measured` gives.
     """
 
     layout: EffectorLayout
     measures: tuple[Measure, ...]
     starts: Ints
-    entries: Entries
 
     def __len__(self) -> int:
         return len(self.measures)
@@ -37,6 +35,11 @@ class EffectorSet:
     def one_point_each(self) -> bool:
         """Whether rows are the positions of the points themselves."""
         return self.layout.positions_only and int(self.starts[-1]) == len(self)
+
+    @cached_property
+    def entries(self) -> Entries:
+        """Which points each row depends on, without the vectors that `measured` gives."""
+        return row_points(np.diff(self.layout.row_starts).tolist(), self.starts)
 
     def measured(self, y: Array) -> list[Measurement]:
         """Every effector for positions y (P, 3) of all points [m]."""
@@ -85,20 +88,6 @@ class EffectorSet:
         ]
         positions = np.concatenate([np.zeros(0), *at])
         return Rows(placed.rows(Entries(where.starts, where.points, vectors)), positions)
-
-
-def make_effector_set(
-    layout: EffectorLayout, measures: tuple[Measure, ...], starts: Ints
-) -> EffectorSet:
-    """Effectors over points.
-
-    Args:
-        layout: kinds, weights, places of rows and values.
-        measures: the functions.
-        starts: (p + 1,) first point of each effector.
-    """
-    counts = np.diff(layout.row_starts).tolist()
-    return EffectorSet(layout, measures, starts, row_points(counts, starts))
 
 
 def row_points(rows: list[int], starts: Ints) -> Entries:

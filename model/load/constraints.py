@@ -39,28 +39,33 @@ class Constraints:
     """What nodes follow instead of moving freely.
 
     Attributes:
-        rigid: rigid regions, among them the free nodes of beams.
-        pinned: pinned regions.
-        drives: those of the drives as listed, then those of hinges on the robot's frame, then drums, which
-            have no nodes.
+        frames: rigid regions, among them the free nodes of beams; pinned regions; drives as listed, then
+            hinges on the robot's frame, then drums, which have no nodes.
         glued: glued nodes.
         springs: see `FrameJoints`.
     """
 
-    rigid: list[RigidRegion]
-    pinned: list[PinnedRegion]
-    drives: list[DriveRegion]
+    frames: list[AnyFrame]
     glued: GluedNodes
     springs: sp.csr_array
 
     def __bool__(self) -> bool:
-        return bool(self.regions or len(self.glued.nodes))
+        return bool(self.frames or len(self.glued.nodes))
 
     @property
-    def regions(self) -> list[tuple[str, Ints]]:
-        """Fields and nodes of all regions that move with a frame."""
-        frames: list[AnyFrame] = [*self.rigid, *self.pinned, *self.drives]
-        return [(one.name, one.nodes) for one in frames]
+    def rigid(self) -> list[RigidRegion]:
+        """Rigid regions."""
+        return [one for one in self.frames if isinstance(one, RigidRegion)]
+
+    @property
+    def pinned(self) -> list[PinnedRegion]:
+        """Pinned regions."""
+        return [one for one in self.frames if isinstance(one, PinnedRegion)]
+
+    @property
+    def drives(self) -> list[DriveRegion]:
+        """Regions of drives."""
+        return [one for one in self.frames if isinstance(one, DriveRegion)]
 
     def carriers(self, fixed: Bools) -> Ints:
         """What carries each node rigidly: zero what is fixed, then the regions; −1 nothing: (n_nodes,).
@@ -69,8 +74,8 @@ class Constraints:
             fixed: (n_nodes,) nodes that do not move.
         """
         carrier: Ints = np.where(fixed, 0, -1)
-        for number, (_, nodes) in enumerate(self.regions):
-            carrier[nodes] = 1 + number
+        for number, frame in enumerate(self.frames):
+            carrier[frame.nodes] = 1 + number
         return carrier
 
 
@@ -112,11 +117,10 @@ def build_constraints(config: RobotConfig, bodies: Bodies) -> Constraints:
         for index, item in enumerate(config.attachments)
         if item.to is not None
     ]
-    joined = join_frames(bodies, rigid, drives, attachments)
-    frames: list[AnyFrame] = [*joined.rigid, *joined.pinned, *joined.drives]
-    glued = build_glue(attachments, bodies, frames)
-    require_no_circle(joined.pinned, glued, len(bodies.fixed), source)
-    return Constraints(joined.rigid, joined.pinned, joined.drives, glued, joined.springs)
+    frames, springs = join_frames(bodies, rigid, drives, attachments)
+    found = Constraints(frames, build_glue(attachments, bodies, frames), springs)
+    require_no_circle(found.pinned, found.glued, len(bodies.fixed), source)
+    return found
 
 
 def require_own_nodes(regions: list[RigidRegion | DriveRegion], fixed: Bools, source: str) -> None:
@@ -170,8 +174,8 @@ def constrained(
     rigid, pinned, drives = constraints.rigid, constraints.pinned, constraints.drives
     frames = make_frames(rigid, pinned, drives, number, x0, bodies.parts.mass)
     moving = np.full(len(x0), -1)
-    for region, (_, nodes) in enumerate(constraints.regions):
-        moving[nodes] = region
+    for number_, frame in enumerate(constraints.frames):
+        moving[frame.nodes] = number_
     joints = beam_joints(bodies.beams, moving, constraints.springs)
     paths, stations = actuators.paths, actuators.stations
     assert isinstance(stations, NodePoints)  # cables pass combinations of a few nodes each

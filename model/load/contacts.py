@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -65,21 +66,6 @@ FROM_FILES: dict[str, Callable[..., Shape]] = {
 }
 CHECKED = 50  # points of an obstacle, about
 NO_TRIANGLES = np.zeros((0, 3), dtype=np.int64)
-
-
-def build_contacts(config: RobotConfig, selector: Selector, joined: Ints) -> ContactSet:
-    """Candidates and target surfaces of every contact of a robot with meshes.
-
-    Args:
-        config: the robot file.
-        selector: of its regions, with the surfaces of beams.
-        joined: (n_nodes,) see `contact_set`.
-
-    Raises:
-        RobotFileError: a surface without triangles or area.
-    """
-    surfaces = contact_surfaces(config, selector)
-    return contact_set(config, selector.nodes, surfaces, joined, selector.source)
 
 
 def contact_set(
@@ -302,28 +288,21 @@ def contact_pair(
     triangles = targets[contact.candidates]
     assert isinstance(triangles, np.ndarray)
     nodes, weights = candidates_on(vertices, triangles, contact, where)
-    mu, bounds = contact.friction, force_bounds(contact)
+    made = partial(
+        ContactPair, f"{contact.candidates or 'skin'} on {contact.against}", nodes, weights,
+        friction=contact.friction, bounds=force_bounds(contact),
+    )  # fmt: skip
     if contact.against != ITSELF:
-        name = f"{contact.candidates or 'skin'} on {contact.against}"
         target = targets[contact.against]
         if isinstance(target, np.ndarray):
-            loose = loose_bodies(body, nodes, target)
-            return ContactPair(
-                name, nodes, weights, target, friction=mu, bounds=bounds, loose=loose
-            )
+            return made(target, loose=loose_bodies(body, nodes, target))
         points = np.einsum("mj,mji->mi", weights, vertices[nodes])
         check_obstacle(target, points, tolerance, where)
-        return ContactPair(
-            name, nodes, weights, NO_TRIANGLES, obstacle=target, friction=mu, bounds=bounds
-        )
+        return made(NO_TRIANGLES, obstacle=target)
     edge = mean_edge(vertices, triangles)
     along = contact.neighbour_distance or max(EDGES_AWAY * edge, 2.0 * alarm)
     apart = neighbours_at_rest(vertices, triangles, nodes, weights, along, WALL_ALARMS * alarm)
-    name = f"{contact.candidates or 'skin'} on itself"
-    loose = loose_bodies(body, nodes, triangles)
-    return ContactPair(
-        name, nodes, weights, triangles, apart, friction=mu, bounds=bounds, loose=loose
-    )
+    return made(triangles, apart, loose=loose_bodies(body, nodes, triangles))
 
 
 def candidates_on(

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.actuators import ChamberError, cavity_around, chamber_surface
+from tauten.model.actuators import ChamberError
 from tauten.model.effectors import (
     DistanceMeasure,
     Effectors,
@@ -18,9 +18,8 @@ from tauten.model.effectors import (
     PositionMeasure,
     VolumeMeasure,
     frame_coefficients,
-    make_effector_set,
 )
-from tauten.model.load.bodies import Bodies
+from tauten.model.load.actuators import wall_of_cavity
 from tauten.model.load.extensions import made, required_extension
 from tauten.model.load.places import BeamPlaces, MeshPlaces, Places, Positions
 from tauten.model.mesh import NodeSelector, Selector
@@ -41,14 +40,13 @@ P = TypeVar("P", NodePoints, AttachedPoints)
 
 
 def build_nodal_effectors(
-    effectors: list[EffectorSettings], bodies: Bodies, places: MeshPlaces, dof: Ints, n: int
+    effectors: list[EffectorSettings], places: MeshPlaces, dof: Ints, n: int
 ) -> Effectors[MeanPoints]:
     """Effectors of a body whose configuration is the positions of nodes.
 
     Args:
         effectors: of the robot file.
-        bodies: of the robot.
-        places: on them.
+        places: on the bodies of the robot.
         dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
         n: number of degrees of freedom.
 
@@ -57,7 +55,7 @@ def build_nodal_effectors(
     """
     measures, coefficients = [], [sp.csr_array((0, len(places.nodes)))]
     for index, item in enumerate(effectors):
-        measure, weights = _on_nodes(item, f"effectors.{index}", bodies, places)
+        measure, weights = _on_nodes(item, f"effectors.{index}", places)
         measures.append(measure)
         coefficients.append(weights)
     joined = sp.csr_array(sp.vstack(coefficients, format="csr"))
@@ -66,10 +64,10 @@ def build_nodal_effectors(
 
 
 def _on_nodes(
-    item: EffectorSettings, field: str, bodies: Bodies, places: MeshPlaces
+    item: EffectorSettings, field: str, places: MeshPlaces
 ) -> tuple[Measure, sp.csr_array]:
     """An effector, and the coefficients (P, n_nodes) of its points."""
-    nodes, selector = places.nodes, bodies.selector
+    nodes, bodies = places.nodes, places.bodies
 
     def spread(ids: Ints, weights: Array) -> sp.csr_array:
         place = (np.repeat(np.arange(len(weights)), len(ids)), np.tile(ids, len(weights)))
@@ -86,7 +84,7 @@ def _on_nodes(
             (points.weights.ravel(), (row, points.nodes.ravel())), shape=shape
         )
     if item.kind == "volume":
-        measure, ids = _cavity(item, selector, field)
+        measure, ids = _cavity(item, bodies.selector, field)
         return measure, spread(ids, np.eye(len(ids)))
     what = f"{field}.region"
     if item.region is None:
@@ -124,16 +122,11 @@ def _of_points(item: EffectorSettings, field: str, places: Places[P]) -> tuple[M
 
 def _cavity(item: EffectorSettings, selector: Selector, what: str) -> tuple[VolumeMeasure, Ints]:
     """The volume of a cavity over the nodes (P,) of its wall."""
-    nodes, boundary = selector.nodes, selector.boundary
     try:
-        if item.inside is not None:
-            wall = cavity_around(nodes, boundary, np.array(item.inside))
-        else:
-            assert item.region is not None
-            wall = boundary[selector.select_triangles(item.region, f"{what}.region")]
-        ids, corners = np.unique(chamber_surface(nodes, wall), return_inverse=True)
+        wall = wall_of_cavity(item.inside, item.region, selector, f"{what}.region")
     except ChamberError as error:
         raise RobotFileError(f"{selector.source}: {what}: {error}") from error
+    ids, corners = np.unique(wall, return_inverse=True)
     return VolumeMeasure(corners.reshape(-1, 3), len(ids)), ids
 
 
@@ -233,4 +226,4 @@ def _effector_set(
         if item.kind == "volume":
             volumes[item.name] = float(values[0])
     layout = effector_layout(effectors, size, volumes)
-    return make_effector_set(layout, tuple(measures), starts)
+    return EffectorSet(layout, tuple(measures), starts)

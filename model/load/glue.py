@@ -10,14 +10,8 @@ from tauten.model.constraints import GluedNodes, PinnedRegion
 from tauten.model.load.bodies import Bodies
 from tauten.model.load.joins import AnyFrame, Attachment, axis_of
 from tauten.model.mesh import TetMesh
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Ints
 from tauten.model.schema import AttachmentSettings, RobotFileError
-
-
-def no_glue() -> tuple[Ints, Ints, Array]:
-    """Nodes, masters and weights of no glued node."""
-    none = np.zeros((0, 4), dtype=np.int64)
-    return none[:, 0], none, np.zeros((0, 4))
 
 
 def build_glue(
@@ -36,7 +30,8 @@ def build_glue(
     of_beams[bodies.beam_nodes] = True
     of_beams = bodies.with_corners(of_beams)
     glued = np.full(len(x0), -1)
-    nodes_, masters_, weights_ = ([part] for part in no_glue())
+    none = np.zeros((0, 4), dtype=np.int64)
+    nodes_, masters_, weights_ = [none[:, 0]], [none], [np.zeros((0, 4))]
     for index, one in enumerate(attachments):
         nodes = np.flatnonzero(one.chosen & ~of_beams)
         whole = any(one.chosen[f.nodes].all() for f in frames if isinstance(f, PinnedRegion))

@@ -10,7 +10,6 @@ from tauten.model.constraints import PinnedRegion
 from tauten.model.load.beam_bodies import CORNERS, BeamPart
 from tauten.model.load.bodies import Bodies
 from tauten.model.load.constraints import Constraints
-from tauten.model.load.joins import AnyFrame
 from tauten.model.numerics import Bools, Ints
 from tauten.model.schema import RobotConfig, RobotFileError
 
@@ -66,10 +65,10 @@ def groups_of_bodies(bodies: Bodies, constraints: Constraints) -> tuple[Ints, In
         of_body[bodies.selector.nodes_of(name)] = number
     glued = constraints.glued
     tied = [np.stack([np.repeat(glued.nodes, 4), glued.masters.ravel()])]
-    for _, region in constraints.regions:
-        if len(region) == 0:  # a drum
+    for frame in constraints.frames:
+        if len(frame.nodes) == 0:  # a drum
             continue
-        tied.append(np.stack([region, np.full(len(region), region[0])]))
+        tied.append(np.stack([frame.nodes, np.full(len(frame.nodes), frame.nodes[0])]))
     for one in constraints.pinned:
         tied.append(np.stack([np.full(len(one.masters), one.nodes[0]), one.masters]))
     pairs = of_body[np.concatenate(tied, axis=1)]
@@ -81,10 +80,9 @@ def groups_of_bodies(bodies: Bodies, constraints: Constraints) -> tuple[Ints, In
 def require_no_spin(beams: list[BeamPart], bodies: Bodies, constraints: Constraints) -> None:
     """Raise a RobotFileError where a beam is held by pins on a line only, about which it may turn."""
     glued = constraints.glued
-    moving: list[AnyFrame] = [*constraints.rigid, *constraints.pinned, *constraints.drives]
     firm, of_beams = bodies.fixed.copy(), bodies.beam_nodes
     firm[glued.masters[glued.weights != 0.0]] = True
-    for frame in moving:
+    for frame in constraints.frames:
         alone = frame.name.startswith("bodies.") or isinstance(frame, PinnedRegion)
         own = np.intersect1d(frame.nodes, of_beams)
         if not (alone and len(own) == 1 and len(frame.nodes) == len(bodies.corners_of(own[0]))):

@@ -52,30 +52,13 @@ class Attachment:
         return combinations(found.nodes, np.where(used, found.weights, 0.0))
 
 
-@dataclass(frozen=True, slots=True)
-class Joined:
-    """Frames of a robot after beams, pins and hinges between rigid bodies have been added.
-
-    Attributes:
-        rigid: rigid regions, a free node of a beam is one.
-        pinned: pinned regions.
-        drives: as they were.
-        springs: see `FrameJoints`.
-    """
-
-    rigid: list[RigidRegion]
-    pinned: list[PinnedRegion]
-    drives: list[DriveRegion]
-    springs: sp.csr_array
-
-
 def join_frames(
     bodies: Bodies,
     rigid: list[RigidRegion],
     drives: list[DriveRegion],
     attachments: list[Attachment],
-) -> Joined:
-    """Frames of beams' nodes, pins and hinges.
+) -> tuple[list[AnyFrame], sp.csr_array]:
+    """All frames, with those of beams' nodes, pins and hinges, and springs, see `FrameJoints`.
 
     Raises:
         RobotFileError: what cannot be joined in this way.
@@ -110,13 +93,7 @@ def join_frames(
         rigid += [RigidRegion(f"bodies.{part.name}", bodies.corners_of(node)) for node in free]
     frames: list[AnyFrame] = [*rigid, *pinned, *drives]
     glue_beams(bodies, frames, glued)
-    none = sp.csr_array((0, x0.size))
-    return Joined(
-        [frame for frame in frames if isinstance(frame, RigidRegion)],
-        [frame for frame in frames if isinstance(frame, PinnedRegion)],
-        [frame for frame in frames if isinstance(frame, DriveRegion)],
-        sp.csr_array(sp.vstack([none, *rows])),
-    )
+    return frames, sp.csr_array(sp.vstack([sp.csr_array((0, x0.size)), *rows]))
 
 
 def glue_beams(bodies: Bodies, frames: list[AnyFrame], glued: list[tuple[int, Attachment]]) -> None:

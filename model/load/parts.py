@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -280,27 +281,27 @@ def contact_between(
     for index, (contact, candidates, against) in enumerate(sides):
         where, own = f"{source}: contacts.{index}", renumbered(candidates)
         nodes, weights = candidates_on(at_rest, own, contact, where)
-        name = f"{side_name(contact.candidates)} on {side_name(contact.against)}"
-        mu, bounds = contact.friction, force_bounds(contact)
+        points = np.einsum("mj,mji->mi", weights, at_rest[nodes])
+        made = partial(
+            ContactPair, f"{side_name(contact.candidates)} on {side_name(contact.against)}", nodes,
+            weights, friction=contact.friction, bounds=force_bounds(contact),
+            owner=contact.candidates.part,
+        )  # fmt: skip
         if against is not None:
             other = renumbered(against)
-            for points, number, side in (
-                (np.einsum("mj,mji->mi", weights, at_rest[nodes]), against[0], contact.candidates),
+            for there, number, side in (
+                (points, against[0], contact.candidates),
                 (at_rest[np.unique(other)], candidates[0], contact.against),
             ):
                 overlap = f"{where}.against: {side_name(side)} is in part {names[number]!r} at rest"
-                check_outside_part(points, solids[number], tolerance, overlap)
+                check_outside_part(there, solids[number], tolerance, overlap)
             loose = ((np.arange(len(nodes)), np.arange(len(other))),)
-            pair = ContactPair(name, nodes, weights, other, friction=mu, bounds=bounds, loose=loose)
-            pairs.append(replace(pair, owner=contact.candidates.part, other=names[against[0]]))
+            pairs.append(made(other, loose=loose, other=names[against[0]]))
             continue
         assert isinstance(contact.against, str)
         obstacle = obstacles[contact.against]
-        check_obstacle(obstacle, np.einsum("mj,mji->mi", weights, at_rest[nodes]), tolerance, where)
-        pair = ContactPair(
-            name, nodes, weights, NO_TRIANGLES, obstacle=obstacle, friction=mu, bounds=bounds
-        )
-        pairs.append(replace(pair, owner=contact.candidates.part))
+        check_obstacle(obstacle, points, tolerance, where)
+        pairs.append(made(NO_TRIANGLES, obstacle=obstacle))
     part_of = np.repeat(np.arange(len(parts)), np.diff(first))
     touching = [(pair, renumbered(own)) for pair, (_, own, _) in zip(pairs, sides, strict=True)]
     between = holes_between([one for one in touching if one[0].loose], at_rest, part_of)

@@ -11,7 +11,8 @@ import numpy as np
 from tauten.model.beams import Beams
 from tauten.model.load.beam_bodies import CORNERS
 from tauten.model.load.bodies import AT_DISC, Bodies
-from tauten.model.mesh import NodeSelector, TetMesh
+from tauten.model.load.joins import combination
+from tauten.model.mesh import NodeSelector
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.points import (
     AttachedPoints,
@@ -112,7 +113,9 @@ class MeshPlaces(OnBodies):
         except ValueError as error:
             raise RobotFileError(str(error)) from error
         for number, node in discs.items():
-            found.nodes[number], found.weights[number] = tet_of_node(mesh, node, places[number])
+            corners = node + np.arange(CORNERS)
+            found.nodes[number] = corners
+            found.weights[number] = combination(mesh.nodes[corners], places[number])
         return found
 
     def at_nodes(self, ids: Ints) -> NodePoints:
@@ -138,20 +141,6 @@ class MeshPlaces(OnBodies):
     def at_rest(self, points: NodePoints) -> Array:
         """Positions of points: (p, 3) [m]."""
         return points.at(self.nodes)
-
-
-def tet_of_node(mesh: TetMesh, node: int, point: Array) -> tuple[Ints, Array]:
-    """The tetrahedron (4,) of a beam's node, and the weights (4,) of its corners at a point.
-
-    Args:
-        mesh: of all bodies.
-        node: the node.
-        point: (3,) [m].
-    """
-    corners = node + np.arange(CORNERS)
-    edges = mesh.nodes[corners[1:]] - mesh.nodes[node]
-    weights = np.linalg.solve(edges.T, point - mesh.nodes[node])
-    return corners, np.concatenate([[1.0 - weights.sum()], weights])
 
 
 @dataclass(frozen=True, slots=True)

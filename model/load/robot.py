@@ -13,12 +13,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from tauten.model.actuators import ActuatorSet, nodal_curvature
+from tauten.model.actuators import ActuatorSet, coupled_nodes, nodal_curvature
 from tauten.model.load.actuators import build_actuators
 from tauten.model.load.beams import build_beam_robot, of_beams_alone, touched_triangles
 from tauten.model.load.bodies import Bodies, Shape, build_bodies, digests_of, read_bodies
 from tauten.model.load.constraints import build_constraints, constrained
-from tauten.model.load.contacts import build_contacts
+from tauten.model.load.contacts import contact_set, contact_surfaces
 from tauten.model.load.effectors import build_nodal_effectors
 from tauten.model.load.held import groups_of_bodies, loose_nodes
 from tauten.model.load.parts import LoadedPart, body_surface, build_parts
@@ -34,14 +34,13 @@ from tauten.model.schema import (
     PartsConfig,
     RobotConfig,
     RobotFileError,
-    Section,
     SectionSettings,
     model_tables,
     read_toml,
     validated,
 )
 from tauten.model.signals import actuators_of, limits_of
-from tauten.model.system import Integration, integration_of, make_pattern
+from tauten.model.system import Integration, free_dof, integration_of, make_pattern
 from tauten.model.tetra import (
     NodalBody,
     Tetrahedra,
@@ -215,25 +214,23 @@ def changed(config: RobotConfig, changes: Changes, path: Path) -> RobotConfig:
     Raises:
         RobotFileError: the scaled Young's modulus is not allowed.
     """
-    sections: dict[str, Section] = {}
+    update: dict[str, Any] = {}
     if changes.rate is not None:
-        sections["controller"] = config.controller.model_copy(update={"rate": changes.rate})
+        update["controller"] = config.controller.model_copy(update={"rate": changes.rate})
     solver = {"factorisation": changes.factorisation, "threads": changes.threads}
     given = {name: value for name, value in solver.items() if value is not None}
     if given:
-        sections["integration"] = config.integration.model_copy(update=given)
+        update["integration"] = config.integration.model_copy(update=given)
     if changes.young_scale != 1.0:
         what = f"{path}: scaled by {changes.young_scale:g}"
         stiffer = partial(scaled, factor=changes.young_scale, source=what)
         if config.material is not None:
-            sections["material"] = stiffer(config.material, prefix="material")
-    config = config.model_copy(update=sections)
-    if changes.young_scale != 1.0:
-        materials = tuple(
+            update["material"] = stiffer(config.material, prefix="material")
+        update["materials"] = tuple(
             stiffer(item, prefix=f"materials.{index}")
             for index, item in enumerate(config.materials)
         )
-        bodies = tuple(
+        update["bodies"] = tuple(
             body.model_copy(
                 update={
                     "material": body.material
@@ -246,14 +243,11 @@ def changed(config: RobotConfig, changes: Changes, path: Path) -> RobotConfig:
             )
             for b, body in enumerate(config.bodies)
         )
-        profiles = tuple(
+        update["profiles"] = tuple(
             item.scaled(changes.young_scale) if isinstance(item, SectionSettings) else item
             for item in config.profiles
         )
-        config = config.model_copy(
-            update={"materials": materials, "bodies": bodies, "profiles": profiles}
-        )
-    return config
+    return config.model_copy(update=update)
 
 
 def scaled(material: M, factor: float, source: str, prefix: str) -> M:
@@ -290,17 +284,18 @@ def build_robot(config: RobotConfig, shapes: Shape | Sequence[Shape], source: st
 
 def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, source: str) -> Robot:
     """`build_robot` where the bodies are built."""
-    body, selector, fixed = bodies.parts, bodies.selector, bodies.fixed
+    body, fixed = bodies.parts, bodies.fixed
     constraints = build_constraints(config, bodies)
     of_body, group = groups_of_bodies(bodies, constraints)
     loose = loose_nodes(config, bodies, constraints, (of_body, group))
     if of_beams_alone(config):
         return build_beam_robot(config, shapes, bodies, group[of_body], source)
     places = MeshPlaces(bodies, config.extrapolate_from)
-    parts = build_actuators(config, body, selector, places)
+    actuators = build_actuators(config, places, free_dof(fixed))
     moving = deforming_domains(body.domains, constraints.carriers(fixed))
-    pattern = make_pattern(fixed, [*(part.nodes for part in moving), *parts.groups])
-    contacts = build_contacts(config, bodies.touching, group[of_body])
+    pattern = make_pattern(fixed, [*(part.nodes for part in moving), *coupled_nodes(actuators)])
+    surfaces = contact_surfaces(config, bodies.touching)
+    contacts = contact_set(config, body.mesh.nodes, surfaces, group[of_body], source)
     mass = body.mass[~fixed]  # (n / 3,)
     elements = deforming = make_solid(body.domains, body.laws, pattern, body.n_elements)
     if moving != body.domains:
@@ -315,21 +310,18 @@ def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, sourc
         deforming=deforming,
         mass=np.repeat(mass, 3),
         load=np.outer(mass, config.gravity).ravel(),
-        curvature=nodal_curvature(
-            parts.paths, parts.stations, parts.chambers, parts.transmissions, pattern
-        ),
+        curvature=nodal_curvature(actuators, pattern),
         viscosity=viscosity,
     )
     scheme = replace(integration_of(config), viscous=viscosity is not None)
     digest, fewer = digests_of(config, shapes, source)
-    actuators = parts.placed(body.mesh.nodes, pattern.dof, pattern.n)
     return Robot(
         names=names_of(config),
         digest=digest,
         tolerance=config.contact.tolerance,
         actuators=actuators_of(config),
         limits=limits_of(config, source),
-        effectors=build_nodal_effectors(config.effectors, bodies, places, pattern.dof, pattern.n),
+        effectors=build_nodal_effectors(config.effectors, places, pattern.dof, pattern.n),
         contacts=contacts,
         vertices=points_at(np.arange(len(body.mesh.nodes))),
         body=(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.effectors import Effectors, Measure, Measurement, make_effector_set
+from tauten.model.effectors import Effectors, EffectorSet, Measure, Measurement
 from tauten.model.numerics import Array
 from tauten.model.parts.motion import PartsPoints, PointsOfPart
 from tauten.model.parts.part import Part, Placement
@@ -71,5 +71,5 @@ def parts_effectors(parts: Sequence[Part]) -> Effectors[PartsPoints]:
         layouts.append(kinds.layout)
         names += [part.named(name) for name in kinds.layout.names]
     layout: EffectorLayout = replace(joined_layout(layouts), names=tuple(names))
-    made = make_effector_set(layout, tuple(measures), np.concatenate(starts))
+    made = EffectorSet(layout, tuple(measures), np.concatenate(starts))
     return Effectors(made, PartsPoints(tuple(groups)))

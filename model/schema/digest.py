@@ -50,7 +50,7 @@ def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> 
     write, bodies = _Writer(_named(config), folder), config.all_bodies
     outside = [] if config.extrapolate_from == "face" else [config.extrapolate_from]
     contents = [hashlib.sha256(content).hexdigest() for content in meshes]
-    return _digest(
+    parts = [
         [*contents, write.plain(bodies), *outside],
         [
             *(write.plain((body.material, body.materials)) for body in bodies),
@@ -60,9 +60,11 @@ def robot_digest(config: RobotConfig, meshes: Sequence[bytes], folder: Path) -> 
             *(write.selections(item) for item in (config.fixed, *(body.fixed for body in bodies))),
             write.plain((config.rigid, config.attachments)),
         ],
+        *_actuators(config, write),
         _contacts(config, write, len(config.contacts)),
-        _actuators(config, write),
-    )
+        FORM,
+    ]
+    return "".join(map(_hashed, parts))
 
 
 def digests_of_fewer(digest: str, config: RobotConfig, folder: Path) -> tuple[str, ...]:
@@ -107,17 +109,6 @@ def differences(one: str, other: str) -> str:
     return " and ".join(filter(None, [", ".join(found[:-1]), found[-1]]))
 
 
-def _digest(
-    mesh: list[Any],
-    materials: list[Any],
-    supports: list[Any],
-    contacts: list[Any],
-    driven: list[Any],
-) -> str:
-    """The parts in their order, each by the beginning of its SHA-256."""
-    return "".join(map(_hashed, (mesh, materials, supports, *driven, contacts, FORM)))
-
-
 def _hashed(part: Any) -> str:
     """Eight digits of one part."""
     return hashlib.sha256(json.dumps(part).encode()).hexdigest()[:_DIGITS]
@@ -127,17 +118,13 @@ def _contacts(config: RobotConfig, write: _Writer, count: int) -> list[Any]:
     """What the first contacts of a robot depend on."""
     contacts, alarm = config.contacts[:count], config.contact.alarm_distance
     folded = any(item.against == ITSELF for item in contacts)
-    return [write.plain(contacts), alarm if folded else None, *_held(config)]
+    held = [config.contact.distance] if config.contact.distance else []
+    return [write.plain(contacts), alarm if folded else None, *held]
 
 
 def _named(config: RobotConfig) -> dict[str, Section]:
     """Regions and obstacles by name."""
     return {**config.named_regions(), **{one.name: one for one in config.obstacles}}
-
-
-def _held(config: RobotConfig) -> list[float]:
-    """The distance at which surfaces are held, where there is one [m]."""
-    return [config.contact.distance] if config.contact.distance else []
 
 
 def _actuators(config: RobotConfig, write: _Writer) -> list[Any]:

@@ -48,7 +48,6 @@ class EffectorLayout:
         exact: (n_e,) whether a row is to meet its target exactly.
         any_exact: whether there is one.
         positions_only: whether all effectors are points or centres, so that values are rows.
-        unweighted: whether the scale is one everywhere.
         row_starts: (p + 1,) first row of each effector.
         value_starts: (p + 1,) first value of each effector.
         n_rows: rows of all effectors, n_e.
@@ -63,7 +62,6 @@ class EffectorLayout:
     exact: Bools
     any_exact: bool
     positions_only: bool
-    unweighted: bool
     row_starts: Ints
     value_starts: Ints
     n_rows: int
@@ -139,7 +137,8 @@ class EffectorLayout:
         values = values.copy()
         if self.positions_only:
             return values
-        for q in self._quaternions(values):
+        for _, part in self._rotations():
+            q = values[part]  # a view
             size = float(np.linalg.norm(q))
             if abs(size - 1.0) > UNIT_LENGTH:
                 return None
@@ -262,10 +261,6 @@ class EffectorLayout:
             if kind == "frame"
         ]
 
-    def _quaternions(self, values: Array) -> list[Array]:
-        """Views of the quaternions among values (n_v,)."""
-        return [values[part] for _, part in self._rotations()]
-
 
 def effector_layout(
     effectors: Sequence[EffectorSettings], size: float, volumes: dict[str, float] | None = None
@@ -322,7 +317,6 @@ def layout_of(
         exact=exact,
         any_exact=bool(exact.any()),
         positions_only=all(kind in ("point", "centre") for kind in kinds),
-        unweighted=bool(np.all(weight * unit == 1.0)),
         row_starts=np.cumsum([0, *(ROWS[kind] for kind in kinds)]),
         value_starts=np.cumsum([0, *(VALUES[kind] for kind in kinds)]),
         n_rows=sum(ROWS[kind] for kind in kinds),
