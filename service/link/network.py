@@ -80,6 +80,11 @@ def node_port(network: Network, robot: str) -> int:
     return default_port(robot) if network.port is None else network.port
 
 
+def address(network: Network, robot: str) -> str:
+    """Where a robot's node can be reached, for people and programs without tauten."""
+    return str(network.config or f"tcp/{HOST}:{node_port(network, robot)}")
+
+
 def open_session(network: Network, role: Role, robot: str, connected: bool = True) -> zenoh.Session:
     """Open the session of one process of a robot.
 

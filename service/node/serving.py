@@ -15,7 +15,7 @@ from tauten.controller import warm_controller
 from tauten.model import one_blas_thread
 from tauten.service.check import check_rate, faster, reducing, step_seconds
 from tauten.service.describing import log_metadata
-from tauten.service.link import announced
+from tauten.service.link import address, announced
 from tauten.service.log import LogRecorder
 from tauten.service.node.loop import ControlLoop
 from tauten.service.node.model_watch import make_fall_back
@@ -68,6 +68,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         OSError: the log cannot be created.
     """
     keys, rate = Keys(setup.robot.name), setup.robot.integration.rate
+    where = address(network, setup.robot.name)
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
         session = stack.enter_context(session_of(network, Role.NODE, setup.robot.name))
@@ -95,7 +96,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         stack.enter_context(manual_garbage_collection())
         stack.enter_context(short_switch_interval())
         apply_realtime(settings.realtime)
-        log.info("serving %s at %g Hz", setup.robot.name, rate)
+        log.info("serving %s at %g Hz, %s", setup.robot.name, rate, where)
         node.run(stop, settings.event)
 
 
