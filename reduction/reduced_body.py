@@ -99,10 +99,6 @@ class ReducedBody(Body[P]):
     def lifted(self, state: State) -> State:
         """The state of the full robot."""
 
-    @abstractmethod
-    def projected(self, state: State) -> State:
-        """The nearest state to one of the full robot."""
-
     def matrix(self, values: Array) -> Array:
         """A matrix (r, r), which is stored as it is."""
         return values

@@ -1,7 +1,7 @@
 """Campaigns: designs of excitation, and the snapshots of the equilibria they cause."""
 
 from tauten.reduction.campaign.chunk import MAX_ITERATIONS, TOLERANCE
-from tauten.reduction.campaign.command_range import CommandRange, command_range
+from tauten.reduction.campaign.command_range import CommandRange, Report, command_range
 from tauten.reduction.campaign.design_csv import from_csv
 from tauten.reduction.campaign.designs import (
     Design,
@@ -39,6 +39,7 @@ __all__ = [
     "MAX_ITERATIONS",
     "Origin",
     "Ranges",
+    "Report",
     "Run",
     "SnapshotError",
     "Snapshots",

@@ -23,14 +23,6 @@ MAX_ITERATIONS = 60  # neighbours on a path are a few steps apart; more iteratio
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ChunkStart:
-    """Where a chunk starts: configuration q (n,) [m] and cable tensions (n_a,) [N]."""
-
-    q: Array
-    effort: Array
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Chunk:
     """The input of a worker.
 
@@ -39,14 +31,15 @@ class Chunk:
         origin: of the snapshots.
         run: the equilibria of this chunk alone.
         index: number of the run they belong to.
-        start: end of the previous chunk; None starts at rest.
+        start: end of the previous chunk, its configuration (n,) [m] and efforts (n_a,) [N]; None starts at
+            rest.
     """
 
     robot: Robot
     origin: Origin
     run: Run
     index: int
-    start: ChunkStart | None
+    start: tuple[Array, Array] | None
 
 
 def solve_chunk(chunk: Chunk) -> Snapshots:
@@ -58,8 +51,9 @@ def solve_chunk(chunk: Chunk) -> Snapshots:
     with one_blas_thread():  # the order of sums depends on the number of threads
         simulator = Simulator(chunk.robot, contact="full")
         if chunk.start is not None:
-            start = State(chunk.start.q, np.zeros(chunk.robot.n))
-            simulator.start_from(start, replace(simulator.forces, effort=chunk.start.effort))
+            begin, held = chunk.start
+            forces = replace(simulator.forces, effort=held)
+            simulator.start_from(State(begin, np.zeros(chunk.robot.n)), forces)
         columns = [_column(simulator, chunk.run, i) for i in range(len(chunk.run))]
     lam, position, effort, effector, q, converged = (
         list(part) for part in zip(*columns, strict=True)

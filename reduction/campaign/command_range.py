@@ -15,6 +15,9 @@ from tauten.model import Command, Robot, Simulator, row_compliance
 from tauten.model.numerics import Array, Bools
 from tauten.reduction.campaign.within_limits import settle_within_limits
 
+# Called with the share that is done since the last call, and with what is being done.
+Report = Callable[[float, str], None]
+
 BEYOND = 3.0  # how much farther than to first order an effort may lead
 OPPOSES = 0.01  # share of two cables' own compliances that the compliance between them is at least
 ITERATIONS = 60  # of an equilibrium
@@ -43,9 +46,7 @@ class CommandRange:
         return Command(np.where(by_force, nothing, value), np.where(by_force, value, nothing))
 
 
-def command_range(
-    robot: Robot, report: Callable[[float, str], None] = lambda share, what: None
-) -> CommandRange:
+def command_range(robot: Robot, report: Report = lambda share, what: None) -> CommandRange:
     """The range of each actuator alone, the others without effort.
 
     Positions are commanded where a motor holds its position and nothing opposes it: of drives, and of winches

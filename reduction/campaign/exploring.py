@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tauten.model import Robot
 from tauten.model.numerics import Array
-from tauten.reduction.campaign.command_range import CommandRange, command_range
+from tauten.reduction.campaign.command_range import CommandRange, Report, command_range
 from tauten.reduction.campaign.designs import Design, Run, latin_hypercube_levels, ramp
 from tauten.reduction.campaign.payload import payload
 from tauten.reduction.campaign.touched import TouchedRobot, pressing_runs
@@ -30,7 +29,7 @@ def exploring(
     robot: Robot,
     seed: int = 0,
     touched: TouchedRobot | None = None,
-    report: Callable[[float, str], None] = lambda share, what: None,
+    report: Report = lambda share, what: None,
 ) -> Design:
     """The design for a robot about which nothing else is known.
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from tauten.model import Robot
-from tauten.reduction.campaign.chunk import Chunk, ChunkStart, solve_chunk
+from tauten.reduction.campaign.chunk import Chunk, solve_chunk
 from tauten.reduction.campaign.designs import Design
 from tauten.reduction.campaign.executors import InProcess
 from tauten.reduction.campaign.snapshots import (
@@ -132,7 +132,7 @@ class _Ledger:
         run, first, parts = self.design.runs[index], self.count(index), self.parts[index]
         if first == len(run):
             return None
-        start = ChunkStart(parts[-1].q[:, -1], parts[-1].effort[:, -1]) if parts else None
+        start = (parts[-1].q[:, -1], parts[-1].effort[:, -1]) if parts else None
         piece = run.piece(first, first + CHUNK)
         return Chunk(self.robot, self.origin, piece, index, start)
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from tauten.model.numerics import Array, Ints
-from tauten.reduction.campaign import Snapshots
+from tauten.reduction.campaign import Report, Snapshots
 from tauten.reduction.contact.fit import BasisMethod, BasisQuality, fit_each, quality
 from tauten.reduction.contact.positive_basis import checked_forces
 from tauten.reduction.contact.problems import ContactProblem
@@ -64,7 +64,7 @@ def cross_validate(
     ks: Sequence[int] = DEFAULT_KS,
     method: BasisMethod = "energy",
     seed: int = 0,
-    report: Callable[[float, str], None] = lambda share, what: None,
+    report: Report = lambda share, what: None,
 ) -> Curve:
     """Error against k, training and held out.
 

@@ -30,16 +30,12 @@ class PositiveFactorisation:
         error: ‖S − Ψ B‖_F / ‖S‖_F.
         history: (iterations,) the same after every iteration; for "greedy" after every column, for
             "hals" those of the last column.
-        method: name of the method.
-        seed: of the random start; only "als" uses it.
     """
 
     Psi: Array
     B: Array
     error: float
     history: Array
-    method: Method
-    seed: int
 
     @property
     def k(self) -> int:
@@ -84,7 +80,8 @@ def factorise_each(
         ValueError: as `factorise`.
     """
     ks = sorted(set(ks))
-    _check_method(method)
+    if method not in METHODS:
+        raise ValueError(f"method {method!r} is unknown: choose one of {', '.join(METHODS)}")
     S = checked_forces(S)
     rows = np.flatnonzero((S > 0.0).any(axis=1))  # candidates in contact
     columns = np.flatnonzero((S > 0.0).any(axis=0))  # snapshots with contact
@@ -93,7 +90,7 @@ def factorise_each(
     _check_rank(core, ks)
     with one_blas_thread():  # the order of sums depends on the number of threads
         factors = _factors(core, ks, method, seed)
-        return tuple(_unit_columns(S, rows, columns, found, method, seed) for found in factors)
+        return tuple(_unit_columns(S, rows, columns, found) for found in factors)
 
 
 def _factors(S: Array, ks: Sequence[int], method: Method, seed: int) -> Iterator[Factors]:
@@ -108,9 +105,7 @@ def _factors(S: Array, ks: Sequence[int], method: Method, seed: int) -> Iterator
             yield from (als(S, k, seed) for k in ks)
 
 
-def _unit_columns(
-    S: Array, rows: Ints, columns: Ints, found: Factors, method: Method, seed: int
-) -> PositiveFactorisation:
+def _unit_columns(S: Array, rows: Ints, columns: Ints, found: Factors) -> PositiveFactorisation:
     """Factors of S[rows, columns] as factors of S, with unit columns of Ψ."""
     Psi, B, history = found
     norms = np.linalg.norm(Psi, axis=0)  # (k,)
@@ -119,14 +114,8 @@ def _unit_columns(
     full_B = np.zeros((int(nonzero.sum()), S.shape[1]))
     full_Psi[rows] = Psi[:, nonzero] / norms[nonzero]
     full_B[:, columns] = B[nonzero] * norms[nonzero, None]
-    return PositiveFactorisation(
-        full_Psi, full_B, relative_error(S, full_Psi, full_B), history, method, seed
-    )
-
-
-def _check_method(method: str) -> None:
-    if method not in METHODS:
-        raise ValueError(f"method {method!r} is unknown: choose one of {', '.join(METHODS)}")
+    error = relative_error(S, full_Psi, full_B)
+    return PositiveFactorisation(full_Psi, full_B, error, history)
 
 
 def checked_forces(S: Array) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -12,6 +11,7 @@ from typing import Literal
 from tauten.model import Robot, one_blas_thread
 from tauten.reduction.campaign import (
     Design,
+    Report,
     Snapshots,
     TouchedRobot,
     of_plain_robot,
@@ -31,10 +31,6 @@ from tauten.reduction.contact.positive_basis import checked_forces
 from tauten.reduction.contact.problems import contact_problems
 from tauten.reduction.contact.weighting import WEIGHTINGS, Weighting, snapshot_weights
 from tauten.reduction.provenance import CurvePoint, Provenance, package_versions
-
-Report = Callable[
-    [float, str], None
-]  # the share that is done since the last call, and what is being done
 
 TOLERANCE = 1e-3  # effector error that "auto" allows, relative to the size of the robot
 

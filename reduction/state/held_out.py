@@ -10,7 +10,7 @@ import numpy as np
 
 from tauten.model import ContactSpace, Robot, default_enrichment
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.reduction.campaign import Snapshots, pressed_columns
+from tauten.reduction.campaign import Report, Snapshots, pressed_columns
 from tauten.reduction.contact import TipErrors, tip_errors
 from tauten.reduction.reduced_body import StateBasisError
 from tauten.reduction.state.basis import StateBasis, reduced_robot
@@ -21,10 +21,6 @@ CHECKS = 100  # largest number of held-out equilibria compared
 MARGIN = 0.5  # of the goal, within which the few compared first are, where all may be within it
 FIRST_CHECKS, HOPELESS = 12, 3.0  # those compared first; how far beyond the goal the others are not
 CHOOSING = 0.3  # of the time of an attempt, for modes and elements
-
-Report = Callable[
-    [float, str], None
-]  # the share that is done since the last call, and what is being done
 
 
 def held_out_snapshots(snapshots: Snapshots) -> Bools:

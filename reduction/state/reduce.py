@@ -12,7 +12,7 @@ import numpy as np
 
 from tauten.model import ContactSpace, Robot, one_blas_thread
 from tauten.model.numerics import Array
-from tauten.reduction.campaign import Snapshots
+from tauten.reduction.campaign import Report, Snapshots
 from tauten.reduction.provenance import package_versions
 from tauten.reduction.reduced_body import ElementSample, Reducible, StateBasisError
 from tauten.reduction.state.attempts import Attempt, ModelTimes, best_of, step_times
@@ -21,7 +21,6 @@ from tauten.reduction.state.bodies import reducible
 from tauten.reduction.state.held_out import (
     CHOOSING,
     HELD_OUT,
-    Report,
     checked_on_held_out,
     held_out_snapshots,
     modes_suffice,

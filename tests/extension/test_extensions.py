@@ -14,7 +14,7 @@ from support.processes import ROBOT, write_robot
 from support.qpcc_checks import assert_solves, recorded
 from support.robots.my_package import blocks
 from support.robots.small_bodies import small_body
-from support.state_bases import basis_of, turned_space
+from support.state_bases import basis_of, projected, turned_space
 
 from tauten.controller import Controller, Status, warm_controller
 from tauten.controller.qpcc import (
@@ -206,7 +206,7 @@ def test_a_function_of_points_is_an_effector_of_full_and_reduced_robots(
     assert robot.effector(robot.rest())[0] == pytest.approx(y.mean(axis=0))
     Phi, every = turned_space(robot), np.arange(reducible(robot).n_elements)
     reduced = reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
-    found = reduced.rows(reduced.body.projected(state), contacts=False).effectors
+    found = reduced.rows(projected(reduced, state), contacts=False).effectors
     np.testing.assert_allclose(found.values, rows.values, rtol=1e-9)
     np.testing.assert_allclose(found.dense(), rows.dense() @ Phi, atol=1e-9)
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model import Robot
+from tauten.model import Robot, State
 from tauten.model.numerics import Array, Ints
 from tauten.model.tetra import NodalBody
-from tauten.reduction.state import StateBasis, StateOrigin
+from tauten.reduction.state import ReducedBody, StateBasis, StateOrigin, reducible
 
 
 def basis_of(robot: Robot, Phi: Array, elements: Ints, weights: Array) -> StateBasis:
@@ -19,6 +19,14 @@ def basis_of(robot: Robot, Phi: Array, elements: Ints, weights: Array) -> StateB
         created="", versions=(),
     )  # fmt: skip
     return StateBasis(Phi, elements, weights, origin)
+
+
+def projected(robot: Robot[ReducedBody], state: State) -> State:
+    """The state of a reduced robot that is nearest to one of the full robot, in the norm of its modes."""
+    body = reducible(robot.body.full)
+    project = robot.body.Phi.T * body.weight  # (r, m)
+    q = project @ body.deviations(state.q[:, None])[:, 0]
+    return State(q, project @ body.rates(state.q, state.v[:, None])[:, 0])
 
 
 def turned_space(robot: Robot[NodalBody]) -> Array:

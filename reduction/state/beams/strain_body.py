@@ -121,15 +121,6 @@ class StrainBody(ReducedBody[AttachedPoints]):
         v: Array = (work.motion.J @ state.v).reshape(-1, 6)[dof >= 0].ravel()
         return State(q, v)
 
-    def projected(self, state: State) -> State:
-        """The nearest state to one of the full robot: strains in their energy, velocities in the mass."""
-        alpha = self.Phi.T @ (self.tree.D * self.tree.strains(*self.beams.pose(state)))
-        J, v = self.moved(alpha).motion.J, np.zeros((self.beams.n_nodes, 6))
-        v[self.beams.dof >= 0] = state.v.reshape(-1, 6)
-        weighted = self.mass[:, None] * J
-        rate = np.linalg.solve(J.T @ weighted, weighted.T @ v.ravel())
-        return State(alpha, rate.astype(float))
-
     def moved(self, alpha: Array) -> BeamWork:
         """The motion at a state (r,); computed where it is not that of the last call."""
         work = self.work

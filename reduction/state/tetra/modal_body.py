@@ -129,12 +129,6 @@ class ModalBody(ReducedBody[ModePoints]):
         q = self.chart.configuration(self.Phi @ state.q)
         return State(q, self.chart.velocity(self.Phi @ state.v))
 
-    def projected(self, state: State) -> State:
-        """The nearest state to one of the full robot, in the mass, with the same angles and travels."""
-        project, chart = self.Phi.T * chart_weight(self.chart), self.chart
-        q = project @ chart.deviations(state.q[:, None])[:, 0]
-        return State(q, project @ chart.rates(state.v[:, None])[:, 0])
-
     def motion(self, state: State) -> ModeMotion:
         """Where the points of the body are at a state."""
         map_, q = self.own_motion, state.q

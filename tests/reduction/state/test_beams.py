@@ -10,7 +10,7 @@ from scipy.sparse import csc_array
 from support.robots.beam_robots import build, path_of_beams, rectangle
 from support.robots.joined import push
 from support.robots.short_arm import COUPLING, short_arm
-from support.state_bases import basis_of
+from support.state_bases import basis_of, projected
 
 from tauten.controller import Controller
 from tauten.model import Integration, Robot, Simulator, State
@@ -89,7 +89,7 @@ def test_displacement_belongs_to_the_state_that_is_given(
     complete: Robot[StrainBody], arm: Robot[BeamBody], bent: State
 ) -> None:
     """Whatever state was evaluated last; in a bent arm it is what the nodes move by."""
-    alpha = complete.body.projected(bent)
+    alpha = projected(complete, bent)
     dq = 1e-6 * np.random.default_rng(4).standard_normal(complete.n)
     before = complete.displacement(alpha, dq)
     straight = complete.displacement(complete.rest(), dq)
@@ -109,7 +109,7 @@ def motion_of(reduced: Robot[StrainBody], alpha: Array) -> Array:
 def test_strains_determine_the_configuration(
     arm: Robot[BeamBody], complete: Robot[StrainBody], bent: State
 ) -> None:
-    back = complete.body.lifted(complete.body.projected(bent))
+    back = complete.body.lifted(projected(complete, bent))
     x, Q = arm.body.pose(back)
     known_x, known_Q = arm.body.pose(bent)
     np.testing.assert_allclose(x, known_x, atol=1e-12)
@@ -121,7 +121,7 @@ def test_strain_energy_is_that_of_the_beams(
     arm: Robot[BeamBody], complete: Robot[StrainBody], bent: State
 ) -> None:
     light = complete.loaded(np.zeros(3), np.zeros(3))
-    state = light.body.projected(bent)
+    state = projected(light, bent)
     assert light.potential(state) == pytest.approx(0.5 * state.q @ state.q, rel=1e-9)
 
 
@@ -130,7 +130,7 @@ def test_forces_are_those_of_the_full_robot(
 ) -> None:
     outer = np.array([0.3, -0.2, 0.1])
     full, other = arm.loaded(arm.gravity, outer), complete.loaded(arm.gravity, outer)
-    state = other.body.projected(bent)
+    state = projected(other, bent)
     force, _ = full.forces(other.body.lifted(state))
     found, _ = other.forces(state)
     expected = motion_of(other, state.q).T @ force
@@ -140,7 +140,7 @@ def test_forces_are_those_of_the_full_robot(
 def test_rows_are_those_of_the_full_robot(
     arm: Robot[BeamBody], complete: Robot[StrainBody], bent: State
 ) -> None:
-    state = complete.body.projected(bent)
+    state = projected(complete, bent)
     J, expected, found = motion_of(complete, state.q), arm.rows(bent), complete.rows(state)
     assert len(expected.contacts) > 10
     for known, rows in (
@@ -156,7 +156,7 @@ def test_rows_are_those_of_the_full_robot(
 
 
 def test_rows_are_derivatives(reduced: Robot[ReducedBody], bent: State) -> None:
-    state, step = reduced.body.projected(bent), 1e-6
+    state, step = projected(reduced, bent), 1e-6
     direction = np.random.default_rng(2).normal(size=reduced.n)
     ahead = reduced.rows(State(state.q + step * direction, state.v), contacts=False)
     behind = reduced.rows(State(state.q - step * direction, state.v), contacts=False)
@@ -202,7 +202,7 @@ def test_tangent_in_equilibrium_is_that_of_the_full_robot(
     _, values = arm.forces(full, effort, exact=True)
     pattern = arm.body.pattern
     K = csc_array((values, pattern.indices, pattern.indptr), shape=(arm.n, arm.n))
-    state = complete.body.projected(full)
+    state = projected(complete, full)
     J = motion_of(complete, state.q)
     _, found = complete.forces(state, effort, exact=True)
     expected = J.T @ (K @ J)
@@ -226,7 +226,7 @@ def test_step_is_that_of_the_full_robot(arm: Robot[BeamBody], complete: Robot[St
     v = 1e-2 * np.random.default_rng(4).normal(size=arm.n)
     full = State(simulator.state.q, v)
     known = arm.linearise(full, effort, DYNAMIC)
-    state = complete.body.projected(full)
+    state = projected(complete, full)
     found = complete.linearise(state, effort, DYNAMIC)
     J = motion_of(complete, state.q)
     scale = np.abs(known.v_free).max()
@@ -327,7 +327,7 @@ def test_coupled_tendons_are_those_of_the_full_robot(tmp_path: Path, bent: State
     """Rows of the motors, pretension among the forces, and both of them in the tangent."""
     arm = short_arm(tmp_path, COUPLING)
     robot, lam = with_all_modes(arm), np.array([5.0, 8.0])
-    state = robot.body.projected(bent)
+    state = projected(robot, bent)
     J = motion_of(robot, state.q)
     known, found = arm.rows(bent).actuators, robot.rows(state).actuators
     assert len(found) == robot.n_a == 2

@@ -23,7 +23,7 @@ from support.robots.small_bodies import (
     WINCH,
     constrained,
 )
-from support.state_bases import basis_of
+from support.state_bases import basis_of, projected
 
 from tauten.controller import Controller
 from tauten.model import Robot, State, load_robot
@@ -132,7 +132,7 @@ def test_a_step_that_a_drive_holds_up_is_that_of_the_full_robot() -> None:
     state = State(q, np.zeros(robot.n))
     full, system = (
         one.linearise(at, None, ahead)
-        for one, at in ((robot, state), (reduced, reduced.body.projected(state)))
+        for one, at in ((robot, state), (reduced, projected(reduced, state)))
     )
     assert not full.exact
     assert not system.exact

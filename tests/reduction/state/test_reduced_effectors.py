@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.effectors import SIZE, disturbed, solid
 from support.robots.bodies import beam_config, box_mesh
-from support.state_bases import basis_of, turned_space
+from support.state_bases import basis_of, projected, turned_space
 
 from tauten.controller import Controller, ControllerSettings
 from tauten.model import Robot, Simulator, State
@@ -44,7 +44,7 @@ def test_a_complete_basis_gives_the_same_values_and_rows(
     robot: Robot[NodalBody], complete: Robot[ReducedBody]
 ) -> None:
     full = disturbed(robot, np.random.default_rng(1), 1e-3)
-    alpha = complete.body.projected(State(full.q, np.zeros(robot.n)))
+    alpha = projected(complete, State(full.q, np.zeros(robot.n)))
     expected = robot.rows(full, contacts=False).effectors
     found = complete.rows(alpha, contacts=False).effectors
     np.testing.assert_allclose(found.values, expected.values, atol=1e-12)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
-from support.state_bases import basis_of, turned_space
+from support.state_bases import basis_of, projected, turned_space
 
 from tauten.controller import Controller
 from tauten.model import Integration, Robot, Simulator, State
@@ -48,7 +48,7 @@ def bent(
     """A bent and moving thumb with its notches in contact, and the same in the complete basis."""
     v = 1e-2 * np.random.default_rng(1).normal(size=thumb.n)
     full = State(thumb_ramp.q[:, -1], v)
-    return full, complete.body.projected(full)
+    return full, projected(complete, full)
 
 
 @pytest.mark.parametrize("exact", [True, False])
@@ -124,10 +124,10 @@ def test_a_system_says_whether_its_tangent_is_the_exact_one(
     squeezed[:, long] *= 0.6
     for full, exact in ((rest, True), (State(squeezed.ravel(), np.zeros(thumb.n)), False)):
         assert thumb.linearise(full, integration=STATIC).exact is exact
-        system = complete.linearise(complete.body.projected(full), integration=STATIC)
+        system = complete.linearise(projected(complete, full), integration=STATIC)
         assert system.exact is exact
         assert system.tangent is not None
-        _, K = complete.forces(complete.body.projected(full), exact=exact)
+        _, K = complete.forces(projected(complete, full), exact=exact)
         np.testing.assert_allclose(system.tangent, K, atol=1e-9 * np.abs(K).max())
 
 
@@ -146,7 +146,7 @@ def test_short_segments_of_cables_are_rounded_as_in_the_full_robot(
     q = thumb.rest().q.copy()
     q[dof[second][:, None] + np.arange(3)] += apart * SHORTEST * along - across
     full = State(q, np.zeros(thumb.n))
-    short = complete.body.projected(full)
+    short = projected(complete, full)
     near = np.linalg.norm(np.diff(thumb.actuator_segments(full)[0], axis=0))
     assert near == pytest.approx(apart * SHORTEST, abs=1e-12)
     ours, theirs = (item.actuators for item in (complete.rows(short), thumb.rows(full)))
@@ -242,7 +242,7 @@ def test_gravity_and_outer_forces_are_those_of_the_full_robot(
 def test_projection_undoes_lifting(reduced: Robot[ReducedBody]) -> None:
     rng = np.random.default_rng(5)
     state = State(1e-3 * rng.normal(size=reduced.n), rng.normal(size=reduced.n))
-    back = reduced.body.projected(reduced.body.lifted(state))
+    back = projected(reduced, reduced.body.lifted(state))
     np.testing.assert_allclose(back.q, state.q, atol=1e-12)
     np.testing.assert_allclose(back.v, state.v, atol=1e-10)
 
@@ -265,7 +265,7 @@ def test_earlier_detection_does_not_change_the_result(
     robot = reduced.fork()
     for i in range(0, len(thumb_ramp), 5):
         full = State(thumb_ramp.q[:, i], np.zeros(len(thumb_ramp.q)))
-        state = robot.body.projected(full)
+        state = projected(robot, full)
         known, fresh = robot.rows(state).contacts, reduced.fork().rows(state).contacts
         np.testing.assert_array_equal(known.slots, fresh.slots)
         np.testing.assert_array_equal(known.rows.delta, fresh.rows.delta)

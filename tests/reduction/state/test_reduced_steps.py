@@ -25,7 +25,7 @@ from support.robots.small_bodies import (
     constrained,
     small_body,
 )
-from support.state_bases import basis_of, turned_space
+from support.state_bases import basis_of, projected, turned_space
 
 from tauten.model import Robot, Simulator, State
 from tauten.model.numerics import Array
@@ -99,7 +99,7 @@ def test_the_potential_of_all_modes_is_that_of_the_full_robot(kind: str) -> None
     reduced = reduced_robot(body, basis_of(body, turned_space(body), every, np.ones(len(every))))
     q = body.rest().q + 5e-4 * np.random.default_rng(3).normal(size=body.n)
     state = State(q, np.random.default_rng(4).normal(size=body.n))
-    found = reduced.body.projected(state)
+    found = projected(reduced, state)
     assert reduced.potential(found) == pytest.approx(body.potential(state), rel=1e-9)
     assert reduced.body.kinetic_energy(found) == pytest.approx(
         body.body.kinetic_energy(state), rel=1e-9

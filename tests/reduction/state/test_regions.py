@@ -24,7 +24,7 @@ from support.robots.small_bodies import (
     constrained,
     moved,
 )
-from support.state_bases import basis_of
+from support.state_bases import basis_of, projected
 
 from tauten.model import Robot, Simulator, State
 from tauten.model.constraints import ConstrainedBody
@@ -273,7 +273,7 @@ def test_the_springs_of_a_hinge_hold_it_in_modes(
     assert robot.body.joints is not None
     assert robot.body.joints.springs.shape[0] > 0
     for column in (0, 7, 19):
-        state = reduced.body.projected(State(q[:, column], np.zeros(robot.n)))
+        state = projected(reduced, State(q[:, column], np.zeros(robot.n)))
         force = reduced.forces(state)[0]
         # the same nodes in the full robot: elements, gravity and springs
         beta = reduced.motion(state).beta
@@ -300,7 +300,7 @@ def test_the_tangent_is_the_derivative_of_the_forces(
     reduced = reduced_robot(
         robot, basis_of(robot, with_own(body, modes.Phi), every, np.ones(len(every)))
     )
-    state = reduced.body.projected(State(q[:, 3], np.zeros(robot.n)))
+    state = projected(reduced, State(q[:, 3], np.zeros(robot.n)))
     direction, step = np.random.default_rng(2).normal(size=reduced.n), 1e-7
     ahead, behind = (
         reduced.forces(State(state.q + sign * step * direction, state.v))[0] for sign in (1.0, -1.0)
