@@ -39,8 +39,6 @@ class LcpResult:
         residual: max |min(w_ii λ_i, δ_i)| [m]; +inf when W or delta_free were not finite.
         iterations: active sets that were tried.
         converged: whether the residual is within the tolerance.
-        asymmetry: largest |w_ij − w_ji| relative to the largest entry, measured where it did not converge:
-            the active set takes W for symmetric, so that the residual cannot be much smaller.
     """
 
     lam: Array
@@ -48,7 +46,6 @@ class LcpResult:
     residual: float
     iterations: int
     converged: bool
-    asymmetry: float = 0.0
 
 
 @kernel
@@ -71,7 +68,6 @@ def solve_lcp(
     delta_free: Array,
     start: Array | None = None,
     rho: float = RHO,
-    max_iterations: int | None = None,
 ) -> LcpResult:
     """Solve 0 ≤ δ ⟂ λ ≥ 0 by an active-set method, to rounding apart from the effect of `rho`.
 
@@ -87,18 +83,16 @@ def solve_lcp(
         start: (m,) forces to start from, e.g. those of the last step; they affect the time only.
         rho: regularisation relative to the diagonal of W; where the residual with the default is above
             the tolerance, because W has eigenvalues of its size, SHARPEST is used.
-        max_iterations: active sets at most; default 100 + 10 m.
     """
     W, delta_free = np.ascontiguousarray(W), np.ascontiguousarray(delta_free)
     first = np.zeros_like(delta_free) if start is None else np.ascontiguousarray(start, np.float64)
-    limit = -1 if max_iterations is None else max_iterations
-    return LcpResult(*lcp_forces(W, delta_free, first, rho, limit))
+    return LcpResult(*lcp_forces(W, delta_free, first, rho))
 
 
 @kernel
 def lcp_forces(
-    W: Array, delta_free: Array, start: Array, rho: float = RHO, limit: int = -1
-) -> tuple[Array, Array, float, int, bool, float]:
+    W: Array, delta_free: Array, start: Array, rho: float = RHO
+) -> tuple[Array, Array, float, int, bool]:
     """The fields of the result, in their order, in one kernel, because each call takes time.
 
     Args:
@@ -106,12 +100,10 @@ def lcp_forces(
         delta_free: (m,) gaps without forces [m].
         start: (m,) forces to start from; entries that are negative or not finite are ignored.
         rho: regularisation.
-        limit: active sets at most; −1: the default of `solve_lcp`.
     """
-    if limit < 0:
-        limit = 100 + 10 * len(delta_free)
+    limit = 100 + 10 * len(delta_free)  # active sets
     if not (all_finite(W) and all_finite(delta_free)):
-        return np.zeros_like(delta_free), delta_free, np.inf, 0, False, 0.0
+        return np.zeros_like(delta_free), delta_free, np.inf, 0, False
     usable = np.where(np.abs(start) < np.inf, start, 0.0)
     lam, iterations = active_set_forces(W, delta_free, usable, max(rho, 1e-13), limit)
     delta = delta_free + np.dot(W, lam)
@@ -123,19 +115,7 @@ def lcp_forces(
         if residual_again < residual:
             lam, delta, residual = again, delta_again, residual_again
             iterations += more
-    converged = residual <= TOLERANCE
-    return lam, delta, residual, iterations, converged, 0.0 if converged else asymmetry_of(W)
-
-
-@kernel
-def asymmetry_of(W: Array) -> float:
-    """Largest |w_ij − w_ji| relative to the largest entry; 0 where there is none."""
-    largest, difference = 0.0, 0.0
-    for i in range(W.shape[0]):
-        for j in range(W.shape[0]):
-            largest = max(largest, abs(W[i, j]))
-            difference = max(difference, abs(W[i, j] - W[j, i]))
-    return difference / largest if largest > 0.0 else 0.0
+    return lam, delta, residual, iterations, residual <= TOLERANCE
 
 
 @kernel
@@ -143,7 +123,6 @@ def all_finite(a: Array) -> bool:
     """Whether no entry of a is NaN or infinite."""
     finite = True
     for value in a.flat:
-        finite = finite and bool(
-            abs(value) < np.inf
-        )  # a comparison, since the compiler may reorder sums
+        # a comparison, since the compiler may reorder sums
+        finite = finite and bool(abs(value) < np.inf)
     return finite

@@ -21,9 +21,8 @@ from tauten.model.step.forces import Forces
 from tauten.model.step.friction_law import cone_forces, unit_start
 from tauten.model.step.sorted_rows import sort_rows, sorted_rows
 
-SINGULAR = (
-    1e-12  # eigenvalue of the scaled W_EE, relative to the largest, below which it is rounding
-)
+# Eigenvalue of the scaled W_EE, relative to the largest, below which it is rounding.
+SINGULAR = 1e-12
 EQUAL = 1e-7  # of the terms of a row that is to be zero; what is left of it
 
 
@@ -166,5 +165,5 @@ def _pushing_forces(
     """Forces on cables at a position and on contacts, as `cone_forces`, also where none has friction."""
     if friction is not None and len(friction) > 0:  # left out of the kernel where it is None
         return cone_forces(W, delta, friction, start)
-    lam, _, residual, _, converged, _ = lcp_forces(W, delta, start)
+    lam, _, residual, _, converged = lcp_forces(W, delta, start)
     return lam, residual, converged

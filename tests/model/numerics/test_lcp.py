@@ -159,14 +159,6 @@ def test_gauss_seidel_reports_that_it_has_not_converged() -> None:
     assert early.iterations == 2
 
 
-def test_too_few_iterations_are_reported() -> None:
-    W, delta_free, _ = contact_problem(np.random.default_rng(3), 150, 60)
-    assert solve_lcp(W, delta_free).iterations > 3
-    early = solve_lcp(W, delta_free, max_iterations=3)
-    assert not early.converged
-    assert early.lam.min() >= 0.0
-
-
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("where", ["W", "delta_free", "start"])
 def test_data_that_are_not_finite_never_raise(value: float, where: str) -> None:
@@ -235,12 +227,3 @@ def test_eigenvalues_of_the_size_of_the_regularisation_are_solved_too() -> None:
     result = solve_lcp(W, delta_free)
     assert result.converged
     assert complementarity(W, result.lam, delta_free + W @ result.lam) <= 1e-9
-
-
-def test_an_asymmetric_compliance_is_said_to_be_one() -> None:
-    rng = np.random.default_rng(6)
-    W, delta_free, _ = contact_problem(rng, 40, 20)
-    assert solve_lcp(W, delta_free).asymmetry == 0.0
-    result = solve_lcp(W * (1.0 + 1e-5 * rng.random(W.shape)), 1e3 * delta_free)
-    assert not result.converged
-    assert 1e-7 < result.asymmetry < 2e-5
