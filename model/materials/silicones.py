@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tauten.model.materials.law import Law, MaterialError, yeoh
+from tauten.model.materials.law import MaterialError
 
 POISSON_RATIO = 0.49  # silicones are nearly incompressible; more only makes the equations stiffer
 
@@ -42,10 +42,6 @@ class Silicone:
     c20: float
     density: float
     poisson_ratio: float = POISSON_RATIO
-
-    def law(self) -> Law:
-        """Its Yeoh law."""
-        return yeoh(self.c10, self.c20, 0.0, self.poisson_ratio)
 
 
 SILICONES = (

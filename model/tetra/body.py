@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.materials import COROTATIONAL, ELASTIC, Law, Viscosity
+from tauten.model.materials import ELASTIC, Law, Viscosity
 from tauten.model.mesh import QuadraticMesh, TetMesh, quadratic_mesh
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import ElementName
@@ -41,12 +41,6 @@ class BodyParts:
         """Whether any of its materials is viscous."""
         return any(item != ELASTIC for item in self.viscosities)
 
-    @property
-    def is_plain(self) -> bool:
-        """Whether it is made of linear corotational tetrahedra of one law; viscosity does not count."""
-        shapes = [part.gradients.shape[1:3] for part in self.domains]
-        return shapes == [(1, 4)] and [law.kind for law in self.laws] == [COROTATIONAL]
-
 
 def body_parts(
     mesh: TetMesh | QuadraticMesh,
@@ -54,7 +48,7 @@ def body_parts(
     laws: list[Law],
     law: Ints,
     density: Array,
-    viscosities: list[Viscosity] | None = None,
+    viscosities: list[Viscosity],
 ) -> BodyParts:
     """Domains of a body.
 
@@ -66,22 +60,21 @@ def body_parts(
         laws: the laws.
         law: (e,) which law each tetrahedron has.
         density: (e,) [kg/m³].
-        viscosities: of each law; None: they are elastic.
+        viscosities: of each law.
     """
-    viscous = viscosities or [ELASTIC] * len(laws)
     if element == "quadratic":
         quadratic = quadratic_mesh(mesh) if isinstance(mesh, TetMesh) else mesh
         domains = quadratic_domains(quadratic, law)
         mass = quadratic_lumped_mass(domains, density, len(quadratic.nodes))
-        return BodyParts(quadratic.split(), [domains], laws, mass, len(quadratic.tets), viscous)
+        return BodyParts(quadratic.split(), [domains], laws, mass, len(quadratic.tets), viscosities)
     if isinstance(mesh, QuadraticMesh):
         raise ValueError(f"{element} elements need a mesh of linear tetrahedra")
     mass = lumped_mass(mesh, density)
     if element == "linear":
-        return BodyParts(mesh, [linear_domains(mesh, law)], laws, mass, len(mesh.tets), viscous)
+        return BodyParts(mesh, [linear_domains(mesh, law)], laws, mass, len(mesh.tets), viscosities)
     shear, volume = zip(*(item.parts() for item in laws), strict=True)
     parts = smoothed_domains(mesh, law, "edge") + smoothed_domains(mesh, law + len(laws), "node")
-    slow, slower = zip(*(item.parts() for item in viscous), strict=True)
+    slow, slower = zip(*(item.parts() for item in viscosities), strict=True)
     return BodyParts(mesh, parts, [*shear, *volume], mass, len(mesh.tets), [*slow, *slower])
 
 

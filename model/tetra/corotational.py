@@ -210,11 +210,8 @@ def respond(
         P[4 * LANES + k], P[5 * LANES + k] = two_mu * e + p * r4, two_mu * f + p * r5
         P[6 * LANES + k], P[7 * LANES + k] = two_mu * g + p * r6, two_mu * h + p * r7
         P[8 * LANES + k] = two_mu * i + p * r8
-        t00, t11, t22 = (
-            s11 + s22,
-            s00 + s22,
-            s00 + s11,
-        )  # tr(S) I − S, without −S beside the diagonal
+        # tr(S) I − S, without −S beside the diagonal
+        t00, t11, t22 = s11 + s22, s00 + s22, s00 + s11
         c00, c11, c22 = t11 * t22 - s12 * s12, t00 * t22 - s02 * s02, t00 * t11 - s01 * s01
         c01, c02 = s02 * s12 + s01 * t22, s01 * s12 + s02 * t11
         c12 = s01 * s02 + s12 * t00

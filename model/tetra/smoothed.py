@@ -1,7 +1,7 @@
-"""Smoothed linear tetrahedra: the deformation gradient averaged around edges, faces or nodes.
+"""Smoothed linear tetrahedra: the deformation gradient averaged around edges or nodes.
 
-A domain owns an equal share of every tetrahedron around it: a sixth around an edge, a quarter around a face
-or a node. Its deformation gradient is the average of theirs by volume, F_k = Σ V_e F_e / Σ V_e = Σ x_a ḡ_aᵀ,
+A domain owns an equal share of every tetrahedron around it: a sixth around an edge, a quarter around a
+node. Its deformation gradient is the average of theirs by volume, F_k = Σ V_e F_e / Σ V_e = Σ x_a ḡ_aᵀ,
 with averaged gradients ḡ_a, so the degrees of freedom are those of the linear mesh. Averages around edges
 remove most of the stiffness linear tetrahedra have in bending; averages around nodes remove their locking
 where the volume can hardly change.
@@ -22,10 +22,9 @@ from tauten.model.numerics import Ints, row_keys
 from tauten.model.tetra.domains import Domains
 from tauten.model.tetra.elements import rest_gradients
 
-Around = Literal["edge", "face", "node"]
+Around = Literal["edge", "node"]
 CORNERS: dict[Around, list[tuple[int, ...]]] = {
     "edge": [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)],
-    "face": [(1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2)],
     "node": [(0,), (1,), (2,), (3,)],
 }
 

@@ -79,7 +79,8 @@ class TetBody(SparseBody[Points]):
 
     def stored(self, state: State) -> float:
         """Energy stored in the memory of viscous materials [J]."""
-        return self.tetrahedra.stored(state.memory)
+        viscosity = self.tetrahedra.viscosity
+        return 0.0 if viscosity is None else viscosity.energy(state.memory)
 
     def inverted(self, state: State) -> int:
         """Number of tetrahedra that are turned inside out."""
@@ -96,5 +97,6 @@ class TetBody(SparseBody[Points]):
         held = self.tetrahedra
         if held.viscosity is None:
             return after
-        memory = held.remembered(self.nodes(before), self.nodes(after), before.memory, h)
+        ends = self.nodes(before), self.nodes(after)
+        memory = held.viscosity.remembered(held.elements, *ends, before.memory, h)
         return dataclasses.replace(after, memory=memory)

@@ -114,20 +114,3 @@ class Tetrahedra:
         """
         force, C = viscosity.assemble(self.elements, x, memory, h)
         return force[self.dof >= 0].ravel(), C
-
-    def remembered(self, before: Array, after: Array, memory: Array, h: float) -> Array:
-        """The memory of viscous materials at the end of a step.
-
-        Args:
-            before: (n_nodes, 3) node positions where it starts [m].
-            after: (n_nodes, 3) those where it ends [m].
-            memory: of the state where it starts.
-            h: its length [s].
-        """
-        if self.viscosity is None:
-            return memory
-        return self.viscosity.remembered(self.elements, before, after, memory, h)
-
-    def stored(self, memory: Array) -> float:
-        """Energy stored in a memory of viscous materials [J]."""
-        return 0.0 if self.viscosity is None else self.viscosity.energy(memory)

@@ -18,9 +18,9 @@ from tauten.model.materials import (
     PROJECTED,
     Law,
     corotational,
-    find_silicone,
     neo_hookean,
     stable_neo_hookean,
+    yeoh,
 )
 from tauten.model.mesh import MeshError, QuadraticMesh, TetMesh, quadratic_mesh
 from tauten.model.numerics import Array
@@ -30,8 +30,8 @@ from tauten.model.tetra import (
     smoothed_domains,
 )
 
-KINDS: list[Kind] = ["linear", "quadratic", "edge", "face", "node", "edge-node"]
-LAWS = [corotational(1e5, 0.4), stable_neo_hookean(1e5, 0.4), find_silicone("dragon-skin-30").law()]
+KINDS: list[Kind] = ["linear", "quadratic", "edge", "node", "edge-node"]
+LAWS = [corotational(1e5, 0.4), stable_neo_hookean(1e5, 0.4), yeoh(9e4, 9e3, 0.0, 0.49)]
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_law = pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 
@@ -332,7 +332,7 @@ def test_folded_quadratic_element_is_named() -> None:
 def test_smoothed_domains_fill_the_body_and_keep_laws_apart() -> None:
     mesh = irregular_box()
     law = (mesh.nodes[mesh.tets].mean(axis=1)[:, 2] > 0.03).astype(np.int64)
-    for around in ("edge", "face", "node"):
+    for around in ("edge", "node"):
         parts = smoothed_domains(mesh, law, around)
         for index in (0, 1):
             volume = sum(part.volumes[part.law == index].sum() for part in parts)

@@ -28,7 +28,7 @@ from tauten.model.tetra import (
     smoothed_domains,
 )
 
-Kind = Literal["linear", "quadratic", "edge", "face", "node", "edge-node"]
+Kind = Literal["linear", "quadratic", "edge", "node", "edge-node"]
 
 
 @dataclass(frozen=True, slots=True)
