@@ -4,7 +4,6 @@ from tauten.model.mesh.groups import CellGroup
 from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
 from tauten.model.mesh.quality import (
     mean_ratios,
-    part_numbers,
     ray_crossings,
     read_unchecked_mesh,
     wall_thickness,
@@ -29,6 +28,7 @@ from tauten.model.mesh.tet_mesh import (
     checked,
     join_meshes,
     oriented,
+    part_numbers,
     read_mesh,
     read_triangles,
     require_size,

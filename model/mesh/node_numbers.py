@@ -42,8 +42,3 @@ class NodeNumbers:
     def with_middles(self, ends: Ints) -> NodeNumbers:
         """These nodes with one more between each two `ends` (k, 2)."""
         return replace(self, middles=(*self.middles, ends))
-
-
-def consecutive(count: int) -> NodeNumbers:
-    """Numbers of nodes that all are those of the file."""
-    return NodeNumbers(np.arange(count))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -47,7 +47,7 @@ class QuadraticMesh:
 
     def split(self) -> TetMesh:
         """Every element cut into eight linear tetrahedra on the same nodes."""
-        return replace(eight_parts(self.nodes, self.tets, self.groups), numbers=self.numbers)
+        return eight_parts(self.nodes, self.tets, self.groups, self.numbers)
 
     def refine(self) -> QuadraticMesh:
         """Every element cut into eight quadratic ones, whose own edges are straight."""

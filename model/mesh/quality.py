@@ -1,14 +1,11 @@
-"""What can be wrong with a tetrahedral mesh: badly shaped elements, loose parts, thin walls."""
+"""What can be wrong with a tetrahedral mesh: badly shaped elements, thin walls."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
-from tauten.model.mesh.surface import FACES
 from tauten.model.mesh.tet_mesh import (
     EDGES,
     MeshError,
@@ -17,7 +14,7 @@ from tauten.model.mesh.tet_mesh import (
     read_with_meshio,
     used_nodes,
 )
-from tauten.model.numerics import Array, Ints, row_keys
+from tauten.model.numerics import Array, Ints
 
 PARALLEL = 1e-9  # of a triangle's edges: rays whose determinant is smaller do not cross it
 
@@ -53,19 +50,6 @@ def mean_ratios(mesh: TetMesh) -> Array:
     signed = 12.0 * np.cbrt(volumes) * np.abs(np.cbrt(volumes))
     ratios: Array = signed / np.maximum(squares, np.finfo(float).tiny)
     return ratios
-
-
-def part_numbers(tets: Ints) -> Ints:
-    """Number of the part that each tetrahedron (e, 4) belongs to, parts being joined by faces: (e,)."""
-    faces = np.sort(tets[:, FACES], axis=2).reshape(-1, 3)  # (4 e, 3)
-    _, face = np.unique(row_keys(faces), return_inverse=True)
-    owner = np.repeat(np.arange(len(tets)), 4)
-    incidence = sp.csr_array(
-        (np.ones(len(face)), (owner, face)), shape=(len(tets), int(face.max()) + 1)
-    )
-    _, part = connected_components(incidence @ incidence.T, directed=False)
-    numbers: Ints = part.astype(np.int64)
-    return numbers
 
 
 def ray_crossings(start: Array, direction: Array, corners: Array) -> tuple[Array, Array, Array]:

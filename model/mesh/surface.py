@@ -197,9 +197,7 @@ def dense_samples(vertices: Array, triangles: Ints, area: float) -> tuple[Ints, 
         Triangle of each sample (s,) and its barycentric weights (s, 3).
     """
     areas = triangle_areas(vertices, triangles)
-    divisions = np.ceil(np.sqrt(areas / area) - TIE).astype(
-        np.int64
-    )  # 0 where the triangle is flat
+    divisions = np.ceil(np.sqrt(areas / area) - TIE).astype(np.int64)  # 0 of a flat triangle
     owner, weights = [], []
     for d in np.unique(divisions[divisions > 0]):
         members = np.flatnonzero(divisions == d)

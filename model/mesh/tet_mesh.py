@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from tauten.model.mesh.groups import CellGroup, divided, read_groups
-from tauten.model.mesh.node_numbers import NodeNumbers, consecutive
+from tauten.model.mesh.node_numbers import NodeNumbers
 from tauten.model.mesh.surface import FACES
 from tauten.model.numerics import Array, Ints, row_keys
 from tauten.model.printing import kept_from_terminal
@@ -63,7 +63,7 @@ class TetMesh:
         """Every tetrahedron cut into eight through its edge midpoints."""
         nodes, tets, ends = with_midpoints(self.nodes, self.tets)
         numbers = self.numbers and self.numbers.with_middles(ends)
-        return replace(eight_parts(nodes, tets, self.groups), numbers=numbers)
+        return eight_parts(nodes, tets, self.groups, numbers)
 
 
 def join_meshes(meshes: list[TetMesh]) -> TetMesh:
@@ -105,13 +105,16 @@ def with_midpoints(nodes: Array, tets: Ints) -> tuple[Array, Ints, Ints]:
     return every, np.concatenate([tets, middle], axis=1), ends
 
 
-def eight_parts(nodes: Array, tets: Ints, groups: tuple[CellGroup, ...] = ()) -> TetMesh:
+def eight_parts(
+    nodes: Array, tets: Ints, groups: tuple[CellGroup, ...], numbers: NodeNumbers | None
+) -> TetMesh:
     """Tetrahedra with mid-edge nodes, cut into eight (Bey's red refinement).
 
     Args:
         nodes: (n_nodes, 3) positions [m].
         tets: (e, 10) corners, then the nodes on their `EDGES`.
         groups: of these tetrahedra and their faces.
+        numbers: of the nodes in the file.
     """
     a, b, c, d, ab, bc, ac, ad, bd, cd = tets.T
     children = [
@@ -121,7 +124,7 @@ def eight_parts(nodes: Array, tets: Ints, groups: tuple[CellGroup, ...] = ()) ->
     parts = np.stack([np.stack(child, axis=1) for child in children], axis=1).reshape(-1, 4)
     edges, middle = np.sort(tets[:, EDGES], axis=2).reshape(-1, 2), tets[:, 4:].ravel()
     smaller = tuple(divided(group, edges, middle) for group in groups)
-    return TetMesh(nodes, oriented(nodes, parts), smaller)
+    return TetMesh(nodes, oriented(nodes, parts), smaller, numbers)
 
 
 def signed_volumes(nodes: Array, tets: Ints) -> Array:
@@ -311,21 +314,18 @@ def checked(nodes: Array, tets: Ints, source: str, overlaps: bool = False) -> Te
     flat = np.flatnonzero(~(volumes > 1e-9 * max(volumes.mean(), 1e-12)))
     if len(flat):
         raise MeshError(f"{source}: {len(flat)} flat tetrahedra, the first is {flat[0]}")
-    first, second = shared_faces(tets, source, overlaps)
-    require_one_body(nodes, tets, first, second, source)
-    return TetMesh(nodes, tets, numbers=consecutive(len(nodes)))
+    require_apart(tets, source, overlaps)
+    require_one_body(nodes, tets, source)
+    return TetMesh(nodes, tets, numbers=NodeNumbers(np.arange(len(nodes))))
 
 
-def shared_faces(tets: Ints, source: str, overlaps: bool = False) -> tuple[Ints, Ints]:
-    """The pairs of tetrahedra that share a face: two arrays (f,) of tetrahedron numbers.
+def require_apart(tets: Ints, source: str, overlaps: bool) -> None:
+    """Raise a MeshError where tetrahedra occupy the same space.
 
     Args:
         tets: (e, 4) node ids, positively oriented.
         source: how to name the mesh in an error.
-        overlaps: whether two may lie on the same side of a face.
-
-    Raises:
-        MeshError: a tetrahedron given twice, or two on the same side of a face.
+        overlaps: whether two may lie on the same side of a face; a tetrahedron is never given twice.
     """
     keys = row_keys(np.sort(tets, axis=1))
     _, first, count = np.unique(keys, return_index=True, return_counts=True)
@@ -352,27 +352,33 @@ def shared_faces(tets: Ints, source: str, overlaps: bool = False) -> tuple[Ints,
                 f"{found}; mesh the volume anew, as `tauten new --repair` does with this file"
             )
         log.warning("%s; what is there counts twice", found)
-    order = np.lexsort(np.sort(faces, axis=1).T)
-    sorted_faces = np.sort(faces, axis=1)[order]
-    pairs = np.flatnonzero((sorted_faces[1:] == sorted_faces[:-1]).all(axis=1))
-    return order[pairs] // 4, order[pairs + 1] // 4
 
 
-def require_one_body(nodes: Array, tets: Ints, first: Ints, second: Ints, source: str) -> None:
+def part_numbers(tets: Ints) -> Ints:
+    """Number of the part that each tetrahedron (e, 4) belongs to, parts being joined by faces: (e,)."""
+    faces = np.sort(tets[:, FACES], axis=2).reshape(-1, 3)  # (4 e, 3)
+    _, face = np.unique(row_keys(faces), return_inverse=True)
+    owner = np.repeat(np.arange(len(tets)), 4)
+    incidence = sp.csr_array(
+        (np.ones(len(face)), (owner, face)), shape=(len(tets), int(face.max()) + 1)
+    )
+    _, part = connected_components(incidence @ incidence.T, directed=False)
+    numbers: Ints = part.astype(np.int64)
+    return numbers
+
+
+def require_one_body(nodes: Array, tets: Ints, source: str) -> None:
     """Raise a MeshError when the faces that tetrahedra share do not join all of them.
 
     Args:
         nodes: (n_nodes, 3) positions [m].
         tets: (e, 4) node ids.
-        first: (f,) and
-        second: (f,) tetrahedra on both sides of every shared face.
         source: how to name the mesh in an error.
     """
-    graph = sp.coo_array((np.ones(len(first)), (first, second)), shape=(len(tets),) * 2)
-    count, part = connected_components(graph, directed=False)
+    part = part_numbers(tets)
+    count, sizes = int(part.max()) + 1, np.bincount(part)
     if count == 1:
         return
-    sizes = np.bincount(part)
     largest = sizes.argmax()
     stray = np.flatnonzero(part != largest)
     others = np.argsort(-sizes, kind="stable")[1 : 1 + SHOWN_BODIES]
