@@ -20,14 +20,14 @@ are equal.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
-from tauten.model.simulation.equilibrium import Ending, Merit
+from tauten.model.simulation.equilibrium import Ending, Found, Merit, make_report
 from tauten.model.state import State
 from tauten.model.step import (
     ContactSpace,
@@ -44,27 +44,6 @@ TOLERANCE = 1e-5  # of the robot's size, displacement of a node in the last iter
 CONTRACTION = 0.2  # iterations that shorten by this are in Newton's basin, and taken whole
 
 
-@dataclass(frozen=True, slots=True)
-class ConvergedStep:
-    """A step that was iterated.
-
-    Attributes:
-        state: at its end.
-        forces: constraint forces at its end.
-        last: the last iteration.
-        movement: largest displacement of a node in it [m].
-        iterations: linearisations.
-        ending: SETTLED where it has converged.
-    """
-
-    state: State
-    forces: Forces
-    last: PredictedStep
-    movement: float
-    iterations: int
-    ending: Ending
-
-
 def converged_step(
     robot: Robot,
     space: ContactSpace,
@@ -72,7 +51,7 @@ def converged_step(
     state: State,
     forces: Forces,
     command: Command,
-) -> ConvergedStep:
+) -> Found:
     """Iterate a step until no node moves farther than TOLERANCE allows, at most ITERATIONS times.
 
     Raises:
@@ -122,7 +101,7 @@ def converged_step(
         raise FactorisationError("the step leads to no finite state")
     end = robot.advance(state, robot.body.velocity(state, iterate), system.h)
     end = without_gain(robot, state, end, lam, _pushed(last, lam, space))
-    return ConvergedStep(end, lam, last, movement, taken, ending)
+    return Found(end, lam, make_report(robot, end, last, taken, movement, ending), last)
 
 
 def _pushed(last: PredictedStep, forces: Forces, space: ContactSpace) -> float:

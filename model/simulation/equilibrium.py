@@ -23,7 +23,7 @@ from tauten.model.numerics import Array
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.state import State
-from tauten.model.step import ContactSpace, PredictedStep
+from tauten.model.step import ContactSpace, Forces, PredictedStep
 from tauten.model.system import System
 
 WEIGHT = 2.0  # of a constraint's violation, relative to the largest force on it
@@ -65,6 +65,23 @@ class Report:
     extra_columns: int
     ending: Ending
     share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """Where a search or an iterated step ended.
+
+    Attributes:
+        state: there; of a search at standstill.
+        forces: constraint forces there.
+        report: how it went.
+        last: its last step, at whose start contacts were detected; None where there was none.
+    """
+
+    state: State
+    forces: Forces
+    report: Report
+    last: PredictedStep | None
 
 
 class Merit:

@@ -24,9 +24,8 @@ class RobotModel(ABC):
     _robot: Robot
     _state: State
     _forces: Forces
-    _stepped: (
-        tuple[State, PredictedStep] | None
-    )  # a state, and the step that led there or starts there
+    # a state, and the step that led there or starts there
+    _stepped: tuple[State, PredictedStep] | None
 
     @classmethod
     def _forked(cls, robot: object) -> Robot:

@@ -15,7 +15,7 @@ Anderson's method.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.simulation.equilibrium import (
     Ending,
+    Found,
     Merit,
     Report,
     make_report,
@@ -49,23 +50,6 @@ DEPTH = 5  # steps that are extrapolated from
 # Every second straight step only takes back what the one before has stretched: so many steps may be longer
 # than the shortest before they are searched along.
 PATIENCE = 16
-
-
-@dataclass(frozen=True, slots=True)
-class Found:
-    """Where a search ended.
-
-    Attributes:
-        state: at standstill.
-        forces: constraint forces there.
-        report: how it went.
-        last: its last step, at whose start contacts were detected; None where there was none.
-    """
-
-    state: State
-    forces: Forces
-    report: Report
-    last: PredictedStep | None
 
 
 class EquilibriumSearch:

@@ -23,7 +23,7 @@ from tauten.model.simulation.commands import (
     diverged,
 )
 from tauten.model.simulation.converged_step import converged_step
-from tauten.model.simulation.equilibrium import Ending, Report, make_report
+from tauten.model.simulation.equilibrium import Ending, Found, Report, make_report
 from tauten.model.simulation.relaxation import relaxed
 from tauten.model.simulation.robot_model import RobotModel
 from tauten.model.simulation.search import EquilibriumSearch
@@ -213,7 +213,8 @@ class Simulator(RobotModel):
         if converged and self.robot.integration.static:
             return self._attempt(command, command, STATIC_TOLERANCE, STATIC_ITERATIONS)
         if converged:
-            return self._converged_step(command)
+            model = self.robot, self._space, self._enrichment
+            return self._taken(converged_step(*model, self._state, self._forces, command))
         result, movement = self._advance(command)
         return make_report(self.robot, self._state, result, 1, movement)
 
@@ -260,14 +261,6 @@ class Simulator(RobotModel):
         self._stepped = done.state, done.last
         movement = self._robot.displacement(done.start, done.way)
         return make_report(self._robot, done.state, done.last, steps, movement)
-
-    def _converged_step(self, command: Command) -> Report:
-        model = self.robot, self._space, self._enrichment
-        done = converged_step(*model, self._state, self._forces, command)
-        self._state, self._forces = done.state, done.forces
-        self._stepped = done.state, done.last
-        end = done.state, done.last, done.iterations, done.movement, done.ending
-        return make_report(self.robot, *end)
 
     @one_blas_thread()
     def settle(
@@ -370,7 +363,11 @@ class Simulator(RobotModel):
         """
         if self._search is None:
             self._search = EquilibriumSearch(self._at_rest(), self._space, self._enrichment)
-        end = self._search.run(self._state, self._forces, command, start, tolerance, max_iterations)
+        at = self._state, self._forces
+        return self._taken(self._search.run(*at, command, start, tolerance, max_iterations))
+
+    def _taken(self, end: Found) -> Report:
+        """Move to where a search or a step ended."""
         self._state, self._forces = end.state, end.forces
         self._stepped = None if end.last is None else (end.state, end.last)
         return end.report

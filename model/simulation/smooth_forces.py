@@ -12,9 +12,8 @@ from tauten.model.robot import Robot
 from tauten.model.state import State
 from tauten.model.step import Forces, row_compliance
 
-SMOOTHING = (
-    1e-6  # regularisation of smooth forces relative to the diagonal of W; larger is smoother
-)
+# Regularisation of smooth forces relative to the diagonal of W; larger is smoother.
+SMOOTHING = 1e-6
 
 
 def smooth_contact_forces(robot: Robot, state: State, forces: Forces) -> Array:

@@ -58,9 +58,7 @@ from tauten.model.system import Integration
 _Pushing: TypeAlias = tuple[Array, Array, Ints, Array]
 
 STAGE = 1.0 - 1.0 / np.sqrt(2.0)  # γ
-FARTHEST_CORRECTION = (
-    2e-3  # from where the velocity leads, relative to the size of its largest part
-)
+FARTHEST_CORRECTION = 2e-3  # from where the velocity leads, of the size of the robot's largest part
 DOUBLINGS = 2  # at most, of the number of steps in a period,
 RESCUES = 5  # unless a stage leads this far from where the velocity does, or there is none:
 VIOLENT = 5.0  # times FARTHEST_CORRECTION
