@@ -11,14 +11,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.kernels.packing import gather, used_archive
 from tauten.model.kernels import (
     OFF,
     SEED,
-    gather,
     kernel_folder,
     open_seed,
     portable_machine,
-    used_archive,
 )
 from tauten.model.load import robot_path
 from tauten.reduction import atomic_write

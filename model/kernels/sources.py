@@ -23,13 +23,8 @@ from numba.core.dispatcher import Dispatcher
 
 from tauten.model.kernels.names import NUMBERING
 
-LIBRARIES = (
-    "numpy",
-    "math",
-    "cmath",
-    "numba",
-    "builtins",
-)  # what numba compiles them to is its own
+# What numba compiles these to is its own.
+LIBRARIES = ("numpy", "math", "cmath", "numba", "builtins")
 
 
 def sources_digest(function: Callable[..., Any], options: str) -> str:

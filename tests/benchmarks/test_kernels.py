@@ -18,8 +18,9 @@ from benchmarks.kernels import (
     pack,
     pack_kernels,
 )
+from benchmarks.kernels.packing import gather
 from benchmarks.tables import first_hour_page
-from tauten.model.kernels import OFF, SEED, SHIPPED, gather, portable_machine, seed_name
+from tauten.model.kernels import OFF, SEED, SHIPPED, portable_machine, seed_name
 from tauten.model.kernels.seed import unpack, unpacked
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.parts.motion import _add_rows

@@ -7,10 +7,16 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from tauten.model.kernels.cache import KernelCache, KernelCacheFile, SeedFile
-from tauten.model.kernels.linking import has_ir, without_ir
-from tauten.model.kernels.seed import Seed, pack
-from tauten.model.kernels.target import portable_machine
+from tauten.model.kernels import (
+    KernelCache,
+    KernelCacheFile,
+    Seed,
+    SeedFile,
+    has_ir,
+    pack,
+    portable_machine,
+    without_ir,
+)
 
 
 def gather(
