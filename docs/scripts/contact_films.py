@@ -267,7 +267,7 @@ def filmed(scene: Scene) -> Film:
         if film is None:
             film = Film(
                 robot.triangles,
-                np.isin(np.arange(len(robot.triangles)), robot.of_objects),
+                np.isin(np.arange(len(robot.triangles)), robot.body.of_objects),
                 scene.every * robot.h,
             )
         if number % scene.every == 0:

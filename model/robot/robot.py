@@ -174,21 +174,6 @@ class Robot(Generic[B_co]):
         """Its surface as triples of `points`, for drawing: (t, 3)."""
         return self.body.triangles
 
-    @property
-    def segment_owners(self) -> Ints:
-        """The actuator of every segment that `actuator_segments` gives: (s,)."""
-        return self.actuator_set.segment_owners
-
-    @property
-    def chamber_owners(self) -> Ints:
-        """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
-        return self.body.chamber_owners
-
-    @property
-    def of_objects(self) -> Ints:
-        """Numbers (m,) of the `triangles` of objects: of parts without an actuator."""
-        return self.body.of_objects
-
     def fork(self) -> Robot[B_co]:
         """The same robot with a separate workspace."""
         return dataclasses.replace(self, body=self.body.fork())

@@ -58,7 +58,7 @@ def lengths(robot: Robot, state: State) -> np.ndarray:
     """Lengths of the drawn cables (n_a,) [m]."""
     ends = robot.actuator_segments(state)
     pieces = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    return np.bincount(robot.segment_owners, pieces, minlength=robot.n_a)
+    return np.bincount(robot.actuator_set.segment_owners, pieces, minlength=robot.n_a)
 
 
 def test_drawn_forces_open_the_contacts(bent: tuple[Robot, State]) -> None:
@@ -129,17 +129,17 @@ def test_drawn_drives_and_forces_move_by_their_position() -> None:
     owner = {name: i for i, name in enumerate(robot.actuators.names)}
     delta = robot.rows(state, contacts=False).actuators.delta
     before, after = robot.actuator_segments(rest), robot.actuator_segments(state)
-    assert sorted(set(robot.segment_owners.tolist())) == list(range(robot.n_a))
+    assert sorted(set(robot.actuator_set.segment_owners.tolist())) == list(range(robot.n_a))
     for name, gain in (("motor", 2.0), ("slider", 1.0)):
-        (place,) = np.flatnonzero(robot.segment_owners == owner[name])
+        (place,) = np.flatnonzero(robot.actuator_set.segment_owners == owner[name])
         along = after[place, 1] - after[place, 0]
         assert along == pytest.approx([0.0, 0.0, 1.0])
         shift = (after[place, 0] - before[place, 0]) @ along
         assert gain * shift == pytest.approx(delta[owner[name]], rel=1e-9)
-    (servo,) = np.flatnonzero(robot.segment_owners == owner["servo"])
+    (servo,) = np.flatnonzero(robot.actuator_set.segment_owners == owner["servo"])
     assert after[servo] == pytest.approx(before[servo])
     assert before[servo, 1] - before[servo, 0] == pytest.approx([0.0, 1.0, 0.0])
-    assert (robot.chamber_owners == -1).all()
+    assert (robot.body.chamber_owners == -1).all()
 
 
 def test_the_drawn_chamber_has_the_volume_of_the_chamber() -> None:
@@ -149,7 +149,7 @@ def test_the_drawn_chamber_has_the_volume_of_the_chamber() -> None:
     state = State(rest.q + 1e-4 * rng.standard_normal(robot.n), rest.v)
     delta = robot.rows(state, contacts=False).actuators.delta
     for chamber in range(robot.n_a):
-        triangles = robot.triangles[robot.chamber_owners == chamber]
+        triangles = robot.triangles[robot.body.chamber_owners == chamber]
         assert len(triangles) > 100
         volumes = [-enclosed_volume(robot.points(at), triangles) for at in (rest, state)]
         assert volumes[0] > 0.0

@@ -194,6 +194,6 @@ def test_cables_of_a_drum_are_drawn_as_its_own() -> None:
     del alone["spring"]
     robot = antagonists(cables=[alone, tendon("lower", 0.002), tendon("upper", 0.018)])
     assert robot.actuators.names == ("side", "drum")
-    assert robot.segment_owners.tolist() == [0, 0, 1, 1, 1, 1]
+    assert robot.actuator_set.segment_owners.tolist() == [0, 0, 1, 1, 1, 1]
     rows = robot.rows(moved(robot, robot.rest(), np.append(np.zeros(robot.n - 1), 0.01))).actuators
     assert rows.delta == pytest.approx([0.0, 0.01])

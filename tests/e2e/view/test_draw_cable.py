@@ -56,7 +56,7 @@ def test_a_cable_is_drawn_by_clicks_and_saved(beam_file: Path, beam: Robot, tmp_
     assert file.read_text(encoding="utf-8").startswith(text)
     robot = load_robot(file)
     assert robot.actuators.names[-1] == "new_cable"
-    ends = robot.actuator_segments(robot.rest())[robot.segment_owners == robot.n_a - 1]
+    ends = robot.actuator_segments(robot.rest())[robot.actuator_set.segment_owners == robot.n_a - 1]
     found = [ends[0, 0], *ends[:, 1]]
     for point, expected in zip(found, ([0.02, 0.01], [0.05, 0.006], [0.09, 0.013]), strict=True):
         assert point[[0, 2]] == pytest.approx(expected, abs=2e-3)  # about two pixels

@@ -22,7 +22,7 @@ def test_comments_and_all_other_text_remain(tmp_path: Path) -> None:
     robot = load_robot(file)
     assert robot.actuators.names == ("lower", "upper", "side")
     assert robot.limits.effort_max[2] == 20.0
-    ends = robot.actuator_segments(robot.rest())[robot.segment_owners == 2]
+    ends = robot.actuator_segments(robot.rest())[robot.actuator_set.segment_owners == 2]
     assert ends[0, 0] == pytest.approx(POINTS[0])
     assert ends[:, 1] == pytest.approx(POINTS[1:], abs=1e-5)
     assert sorted(one.name for one in tmp_path.iterdir()) == ["beam.toml", "beam.vtu"]

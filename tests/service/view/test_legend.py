@@ -47,7 +47,7 @@ def test_objects_are_named_where_a_part_has_no_actuator(beam_file: Path) -> None
 
 def test_the_triangles_of_an_object_are_those_of_its_cube() -> None:
     robot = load_robot(EXAMPLES / "push.toml")
-    corners = robot.triangles[robot.of_objects]
+    corners = robot.triangles[robot.body.of_objects]
     points = robot.points(robot.rest())[corners].reshape(-1, 3)
     assert np.allclose(points.max(axis=0) - points.min(axis=0), 0.02)  # a cube of 20 mm
     assert np.allclose((points.max(axis=0) + points.min(axis=0)) / 2.0, [0.0145, 0.0, 0.01])
