@@ -38,12 +38,8 @@ from tauten.model.numerics import (
     subtract,
 )
 
-BACKWARDS = (
-    0.0,
-    0.0,
-    0.0,
-    1.0,
-)  # half a turn about axis 3: the axes of an element seen from its other end
+# Half a turn about axis 3: the axes of an element seen from its other end.
+BACKWARDS = (0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -145,9 +145,8 @@ class SparseBody(Body[P]):
         if not scheme.static:
             remembered, damping = self.damping_with(at.D, at.state, scheme)
             force = force if remembered is None else force + remembered
-        elif (
-            self.floating.any()
-        ):  # mass and velocity of all else are zero: its step stays quasi-static
+        elif self.floating.any():
+            # mass and velocity of all else are zero: its step stays quasi-static
             scheme, damping = dataclasses.replace(scheme, static=False), np.zeros_like(at.K)
         made = partial(self._system_with, at, scheme, force, damping)
         failed: FactorisationError | None = None

@@ -57,18 +57,15 @@ class ConstrainedBody(TetBody):
     @property
     def triangles(self) -> Ints:
         """Surface as triples of `points`: (t, 3)."""
-        return (
-            boundary_triangles(self.mesh.tets)
-            if self.joints is None
-            else self.joints.drawn(self.mesh)
-        )
+        if self.joints is None:
+            return boundary_triangles(self.mesh.tets)
+        return self.joints.drawn(self.mesh)
 
     def turns(self, state: State) -> Array:
         """Rotations of the nodes of beams: (b, 4), unit quaternions."""
         assert self.joints is not None
-        return self.frames.quaternions(state.q[3 * len(self.coordinates.free) :])[
-            self.joints.turning
-        ]
+        every = self.frames.quaternions(state.q[3 * len(self.coordinates.free) :])
+        return every[self.joints.turning]
 
     def rest(self) -> State:
         """The stress-free state at standstill."""
@@ -91,7 +88,7 @@ class ConstrainedBody(TetBody):
     def placed_motion(self, state: State) -> tuple[NodeMotion, NodeMap]:
         """`motion`, and its map to the nodes."""
         positions, through = self.placed(state)
-        held, angles = self.tetrahedra, self.drive_angles(state)
+        held, angles = self.tetrahedra, state.q[len(state.q) - self.frames.n_drives :]
         return NodeMotion(held.placed(positions), held.dof, held.m, through, angles), through
 
     def points(self, state: State) -> Array:
@@ -159,10 +156,8 @@ class ConstrainedBody(TetBody):
             rows, tensions = self.wound(motion)
             efforts = np.zeros(len(actuators.others)) if efforts is None else efforts
             efforts[self.drums.cables] = tensions
-            by_drums, winding = (
-                rows.H[self.drums.cables].T @ tensions,
-                -self.drums.efforts(tensions),
-            )
+            by_drums = rows.H[self.drums.cables].T @ tensions
+            winding = -self.drums.efforts(tensions)
             parts = [self.drums.tangent(rows.H, tensions)]
         loads = actuators.loads(efforts, exact) if pulled else None
         force, K = self.tetrahedra.forces(kind, motion.x, loads, D)
@@ -217,16 +212,13 @@ class ConstrainedBody(TetBody):
         K[self.product.rigid_places] += blocks
         K[self.product.drive_places] += drives
 
-    def mass_values(self, T: Array) -> Array:
-        """Values (nnz,) of the mass matrix Tᵀ M T [kg, kg m, kg m²] for values T of the map."""
+    def masses(self, state: State) -> Array:
+        """Values (nnz,) of the mass matrix Tᵀ M T at a state [kg, kg m, kg m²]."""
+        T = self.placed(state)[1].T
         turning = np.zeros(0) if self.joints is None else np.repeat(self.joints.inertia, 3)
         winding = np.zeros(0 if self.drums is None else len(self.drums.motors))
         mass = np.concatenate([self.tetrahedra.mass, turning, winding])
         return self.product.inertia.apply(mass, T, len(self.pattern.indices))
-
-    def masses(self, state: State) -> Array:
-        """Values (nnz,) of the mass matrix at a state."""
-        return self.mass_values(self.placed(state)[1].T)
 
     def inertia_at(self, state: State) -> Array | None:
         """Centrifugal and gyroscopic forces (n,) at a state, −Tᵀ M Ṫ v [N]; None where no frame turns."""
@@ -306,10 +298,6 @@ class ConstrainedBody(TetBody):
         first = 3 * len(self.coordinates.free)
         step = self.frames.between(start.q[first:], end.q[first:])
         return np.concatenate([force[:first], self.frames.at_end(step, force[first:])])
-
-    def drive_angles(self, state: State) -> Array:
-        """Angle or travel of every drive region: (n_drives,)."""
-        return state.q[len(state.q) - self.frames.n_drives :]
 
     def wound(self, motion: NodeMotion) -> tuple[Rows, Array]:
         """Rows of all cables over the nodes, and tensions [N] of those on drums."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.constraints.followers import GluedNodes, follow_matrix, joined_followers
+from tauten.model.constraints.followers import GluedNodes, follow_matrices, joined_followers
 from tauten.model.constraints.frames import Frames, PinnedRegion
 from tauten.model.constraints.kernels import transposed_product
 from tauten.model.numerics import Array, Bools, Ints, kernel
@@ -168,7 +168,7 @@ def make_coordinates(
     rows, columns, factors, sources = frame_entries(frames, free)
     followers = joined_followers(pinned, glued)
     masters = number[followers.masters]
-    follow = follow_matrix(
+    own, every = follow_matrices(
         number[followers.nodes], number[glued.nodes], masters, followers.weights, m
     )
     held = np.where(masters < 0, followers.weights, 0.0)
@@ -178,7 +178,7 @@ def make_coordinates(
     by_node = sp.csr_array(
         (np.arange(1, len(rows) + 1), (rows, np.arange(len(rows)))), shape=(3 * m, len(rows))
     )
-    spread = sp.csr_array(sp.kron(follow.own, np.eye(3), format="csr"))
+    spread = sp.csr_array(sp.kron(own, np.eye(3), format="csr"))
     product = sp.coo_array(spread @ (by_node > 0).astype(float))
     entry = product.col
     order = np.lexsort((columns[entry], product.row))
@@ -203,7 +203,7 @@ def make_coordinates(
         gather=gather,
         spread=gather.T,
         glue=spread if len(followers.nodes) else None,
-        offset=np.asarray(follow.all @ shift).ravel(),
+        offset=np.asarray(every @ shift).ravel(),
     )
 
 

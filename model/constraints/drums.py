@@ -73,10 +73,7 @@ class Drums:
 
     def efforts(self, tension: Array) -> Array:
         """Efforts of the motors (d,) that hold tensions (c,) [N]."""
-        efforts: Array = np.bincount(self.owner, self.gains * tension, len(self.motors)).astype(
-            float
-        )
-        return efforts
+        return np.bincount(self.owner, self.gains * tension, len(self.motors)).astype(float)
 
     def entries(self, first: int) -> tuple[Ints, Ints]:
         """Rows and columns of the entries that `tangent` gives.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -39,22 +38,10 @@ def joined_followers(pinned: list[PinnedRegion], glued: GluedNodes) -> GluedNode
     )
 
 
-class FollowMatrices(NamedTuple):
-    """x = all (own x + shift) for nodes some of which follow others; a named pair.
-
-    Attributes:
-        own: (m, m) positions of all nodes from those of nodes that are not glued.
-        all: (m, m) the same from shifts of any node.
-    """
-
-    own: sp.csr_array
-    all: sp.csr_array
-
-
-def follow_matrix(
+def follow_matrices(
     followers: Ints, glued: Ints, masters: Ints, weights: Array, m: int
-) -> FollowMatrices:
-    """Positions of all nodes that are not fixed from those that are not glued.
+) -> tuple[sp.csr_array, sp.csr_array]:
+    """Positions of all nodes that are not fixed from those that are not glued, and from shifts of any node.
 
     A follower may follow another one, as in a chain of links: (I − W)⁻¹ = I + W + W² + …, which ends.
 
@@ -64,6 +51,9 @@ def follow_matrix(
         masters: (g, 4) what they follow, −1 where that is fixed.
         weights: (g, 4) their weights.
         m: nodes that are not fixed.
+
+    Returns:
+        `own` and `all`, both (m, m), with x = all (own x + shift).
     """
     rows, columns, values = np.repeat(followers, 4), masters.ravel(), weights.ravel()
     known = (columns >= 0) & (values != 0.0)
@@ -78,4 +68,4 @@ def follow_matrix(
     moves[glued] = 0.0
     own = sp.csr_array(everything @ sp.diags_array(moves))
     own.eliminate_zeros()
-    return FollowMatrices(own, everything)
+    return own, everything

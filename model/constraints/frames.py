@@ -206,9 +206,9 @@ class Frames:
         own = self.offsets[self.owner == self.n_turning + drive]
         middle = own.mean(axis=0) if len(own) else np.zeros(3)  # a drum moves no nodes
         axis = self.axes[drive]
-        point: Array = self.through[drive] + (
-            (middle @ axis) * axis if self.turns[drive] else middle
-        )
+        if self.turns[drive]:
+            middle = (middle @ axis) * axis
+        point: Array = self.through[drive] + middle
         return point
 
     def centripetal(self, levers: Array, v: Array) -> Array:

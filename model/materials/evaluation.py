@@ -21,9 +21,8 @@ from tauten.model.materials.projection import principal_frames, project_exact, p
 from tauten.model.numerics import Array, kernel
 
 NO_TANGENT, EXACT, PROJECTED = 0, 1, 2
-MATERIAL = (
-    3  # of the unstrained solid, carried along with the element; damping is proportional to it
-)
+# Of the unstrained solid, carried along with the element; damping is proportional to it.
+MATERIAL = 3
 WORK = 32  # numbers of scratch that `response` needs
 SINGULAR = 1e-9  # det(tr(S) I − S) below which the rotation of F is not unique
 

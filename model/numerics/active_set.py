@@ -45,16 +45,13 @@ def active_set_forces(
     """
     n = delta_free.shape[0]
     s = row_scales(W)
-    threshold = (
-        1e-3 * rho * np.abs(delta_free).max() if n > 0 else 0.0
-    )  # below the effect of rho on gaps
+    # below the effect of rho on gaps
+    threshold = 1e-3 * rho * np.abs(delta_free).max() if n > 0 else 0.0
     lam = np.zeros(n)
     L, F = np.empty((min(n, 64), min(n, 64))), np.empty(n, np.int64)
     f = 0
     inside = np.zeros(n, np.bool_)
-    excluded = np.zeros(
-        n, np.bool_
-    )  # rows removed as soon as they were added: their gap is rounding
+    excluded = np.zeros(n, np.bool_)  # removed as soon as they were added: their gap is rounding
     for i in range(n):
         if start[i] > 0.0 and s[i] > 0.0:
             lam[i] = start[i]

@@ -10,9 +10,8 @@ from tauten.model.points.nodes import NodePoints, combinations
 from tauten.model.schema import Extrapolation
 
 OVERLAP = 1e-6  # weight; a point with smaller ones may lie in two elements by rounding
-OUTSIDE = (
-    2e-8  # weight; a point with none below −OUTSIDE is outside by the rounding of its file at most
-)
+# Weight; a point with none below −OUTSIDE is outside by the rounding of its file at most.
+OUTSIDE = 2e-8
 
 
 def attach(

@@ -14,9 +14,8 @@ from tauten.model.signals import Springs
 from tauten.model.system import System
 
 EVERY = slice(None)
-MANY = (
-    16  # rows from which on their second halves take longer than those of the forces that are tried
-)
+# Rows from which on their second halves take longer than those of the forces that are tried.
+MANY = 16
 
 
 @dataclass(frozen=True, slots=True)
