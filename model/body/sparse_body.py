@@ -115,20 +115,18 @@ class SparseBody(Body[P]):
             force, K = self.forces(state, effort, exact=True)
         if not scheme.static:
             mass, inertia = self.masses(state), self.inertia_at(state)
-        elif self.floating.any():
+        elif (floating := self.floating_mass(state)) is not None:
             state = dataclasses.replace(state, v=np.where(self.floating, state.v, 0.0))
-            mass, inertia = self.floating_part(self.masses(state)), self.inertia_at(state)
+            mass, inertia = floating, self.inertia_at(state)
         return SparseAssembled(state, effort, force, K, D, mass, inertia)
 
     def floating_mass(self, state: State) -> Array | None:
         """Mass, see `masses`, of what moves by its inertia in quasi-static steps too; None: nothing does."""
-        return self.floating_part(self.masses(state)) if self.floating.any() else None
-
-    def floating_part(self, mass: Array) -> Array:
-        """A mass matrix, see `masses`, of what floats alone."""
-        if len(mass) == self.n:
-            return np.where(self.floating, mass, 0.0)
-        return np.where(self.floating[self.pattern.indices], mass, 0.0)
+        if not self.floating.any():
+            return None
+        mass = self.masses(state)
+        own = self.floating if len(mass) == self.n else self.floating[self.pattern.indices]
+        return np.where(own, mass, 0.0)
 
     def system(
         self, assembled: Assembled, integration: Integration, added: Augmentation = None

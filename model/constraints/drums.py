@@ -47,19 +47,15 @@ class Drums:
     regions: Ints
     supports: tuple[Ints, ...]
 
-    def stretched(self, delta: Array, theta: Array) -> Array:
-        """Stretch e of the springs (c,) [m] for pulled lengths of all cables and coordinates (d,).
+    def tensions(self, delta: Array, theta: Array) -> Array:
+        """Tensions λ (c,) of the cables on drums [N].
 
         Args:
-            delta: (cables of the robot,) [m].
+            delta: (cables of the robot,) pulled lengths [m].
             theta: (d,) coordinates of the drums.
         """
-        wound: Array = self.pretension / self.stiffness + self.gains * theta[self.owner]
-        return wound - delta[self.cables]
-
-    def tensions(self, delta: Array, theta: Array) -> Array:
-        """Tensions λ (c,) [N]; arguments as of `stretched`."""
-        tension: Array = self.stiffness * np.maximum(self.stretched(delta, theta), 0.0)
+        wound = self.pretension / self.stiffness + self.gains * theta[self.owner]
+        tension: Array = self.stiffness * np.maximum(wound - delta[self.cables], 0.0)
         return tension
 
     def held_by(self, tension: Array) -> Array:
@@ -67,7 +63,7 @@ class Drums:
         return np.where(tension > 0.0, 1.0, SLACK_SHARE) * self.stiffness
 
     def energy(self, delta: Array, theta: Array) -> float:
-        """Energy in the springs since rest [J]; arguments as of `stretched`."""
+        """Energy in the springs since rest [J]; arguments as of `tensions`."""
         tension = self.tensions(delta, theta)
         return float(0.5 * ((tension**2 - self.pretension**2) / self.stiffness).sum())
 

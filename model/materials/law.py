@@ -31,12 +31,6 @@ class Law:
     lame: tuple[float, float]
 
     @property
-    def poisson_ratio(self) -> float:
-        """ν for small strain."""
-        lam, mu = self.lame
-        return lam / (2.0 * (lam + mu))
-
-    @property
     def young_modulus(self) -> float:
         """E for small strain [Pa]."""
         lam, mu = self.lame

@@ -36,7 +36,7 @@ class TetBody(SparseBody[Points]):
     @property
     def moving_mass(self) -> float:
         """Mass of all nodes that are not fixed [kg]."""
-        return self.tetrahedra.moving_mass
+        return float(self.tetrahedra.mass[::3].sum())
 
     @property
     def size(self) -> float:
@@ -74,8 +74,8 @@ class TetBody(SparseBody[Points]):
         held = self.tetrahedra
         mass = held.mass.reshape(-1, 3)
         pushed = effectors.pushed(effector_force).on(held.motion(held.mesh.nodes))
-        load = (mass * gravity).ravel() + pushed
-        return dataclasses.replace(self, gravity=gravity, tetrahedra=held.loaded(load))
+        made = dataclasses.replace(held, load=(mass * gravity).ravel() + pushed)
+        return dataclasses.replace(self, gravity=gravity, tetrahedra=made)
 
     def stored(self, state: State) -> float:
         """Energy stored in the memory of viscous materials [J]."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,11 +50,6 @@ class Tetrahedra:
         return self.pattern.n
 
     @property
-    def moving_mass(self) -> float:
-        """Mass of all nodes that are not fixed [kg]."""
-        return float(self.mass[::3].sum())
-
-    @property
     def relaxed(self) -> Array:
         """The memory of viscous materials without stress."""
         return np.zeros(0 if self.viscosity is None else self.viscosity.memory_size)
@@ -64,10 +58,6 @@ class Tetrahedra:
     def at_rest(self) -> Array:
         """Positions (m,) of the nodes that are not fixed, at rest [m]."""
         return self.mesh.nodes[self.dof >= 0].ravel()
-
-    def loaded(self, load: Array) -> Tetrahedra:
-        """The same under other loads (m,) [N]."""
-        return dataclasses.replace(self, load=load)
 
     def placed(self, positions: Array) -> Array:
         """All nodes (n_nodes, 3), of positions (m,) of those that are not fixed [m]."""

@@ -41,7 +41,8 @@ def stretched(robot: Robot[NodalBody], strain: float) -> State:
 
 def pulled(robot: Robot[NodalBody], stress: float) -> Robot[NodalBody]:
     """The block under forces that cause a uniform tension."""
-    held = robot.body.tetrahedra.loaded(-robot.forces(stretched(robot, stress / E))[0])
+    load = -robot.forces(stretched(robot, stress / E))[0]
+    held = replace(robot.body.tetrahedra, load=load)
     return replace(robot, body=replace(robot.body, tetrahedra=held))
 
 
