@@ -17,7 +17,7 @@ from tauten.model.beams.helix import (
     second_derivatives,
 )
 from tauten.model.beams.motion import follow, unit_vector
-from tauten.model.beams.profile import Profile, bar, natural_stiffness, section, tube
+from tauten.model.beams.profile import Material, Profile, bar, natural_stiffness, section, tube
 from tauten.model.beams.surfaces import BeamSurfaces, chain_surface, outline
 from tauten.model.beams.tree import BeamLoopError, BeamTree, make_tree
 
@@ -29,6 +29,7 @@ __all__ = [
     "BeamSurfaces",
     "BeamTree",
     "Beams",
+    "Material",
     "Profile",
     "along_helix",
     "assemble_beams",

@@ -10,8 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial.transform import Rotation
 
 from tauten.model.beams.elements import BeamArrays
-from tauten.model.beams.profile import Profile, natural_stiffness
-from tauten.model.body import Material
+from tauten.model.beams.profile import Material, Profile, natural_stiffness
 from tauten.model.numerics import Array, Ints
 
 

@@ -1,4 +1,4 @@
-"""Cross-sections of beams: areas, moments of inertia, and the stiffnesses of a beam's natural modes."""
+"""Materials and cross-sections of beams, and the stiffnesses of a beam's natural modes."""
 
 from __future__ import annotations
 
@@ -6,11 +6,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.body import Material
 from tauten.model.numerics import Array
 from tauten.model.schema import SectionSettings
 
 OUTLINE_CORNERS = 8  # of a round cross-section, as it is drawn
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """An isotropic elastic material.
+
+    Attributes:
+        young_modulus: E [Pa].
+        poisson_ratio: ν, below one half.
+        density: ρ [kg/m³].
+    """
+
+    young_modulus: float
+    poisson_ratio: float
+    density: float
+
+    @property
+    def shear_modulus(self) -> float:
+        """G [Pa]."""
+        return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +76,7 @@ def round_outline(diameter: float) -> Array:
 
 def section(settings: SectionSettings, material: Material) -> Profile:
     """The cross-section that has given stiffnesses with a material."""
-    E, G = material.young_modulus, material.lame[1]
+    E, G = material.young_modulus, material.shear_modulus
     shear = (np.inf, np.inf) if settings.shear is None else settings.shear
     return Profile(
         area=settings.axial / E,
@@ -95,7 +114,7 @@ def natural_stiffness(profile: Profile, material: Material, length: float) -> Ar
     Returns:
         (6,): for u along axes 1, 2, 3 [N/m], for φ about axes 1, 2, 3 [N m].
     """
-    E, G = material.young_modulus, material.lame[1]
+    E, G = material.young_modulus, material.shear_modulus
     (I2, I3), (A2, A3) = profile.bending, profile.shear_area
     return np.array(
         [

@@ -1,13 +1,11 @@
-"""The mechanics of a robot: the interface of a body, sparse linear systems, free vibration, material."""
+"""The mechanics of a robot: the interface of a body, sparse linear systems, free vibration."""
 
 from tauten.model.body.body import Body, Turning
-from tauten.model.body.material import Material
 from tauten.model.body.sparse_body import SparseAssembled, SparseBody
 from tauten.model.body.vibration import natural_frequencies
 
 __all__ = [
     "Body",
-    "Material",
     "SparseAssembled",
     "SparseBody",
     "Turning",

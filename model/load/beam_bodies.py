@@ -20,6 +20,7 @@ import numpy as np
 from tauten.model.beams import (
     BeamError,
     Beams,
+    Material,
     Profile,
     bar,
     chain_surface,
@@ -27,7 +28,6 @@ from tauten.model.beams import (
     section,
     tube,
 )
-from tauten.model.body import Material
 from tauten.model.mesh import CellGroup, TetMesh
 from tauten.model.numerics import Array, Ints
 from tauten.model.parts import Placement

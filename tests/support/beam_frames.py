@@ -9,8 +9,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from tauten.model import make_pattern
-from tauten.model.beams import Beams, Profile, assemble_beams, make_beams
-from tauten.model.body import Material
+from tauten.model.beams import Beams, Material, Profile, assemble_beams, make_beams
 from tauten.model.load import groups
 from tauten.model.numerics import Array, Ints, turned
 

@@ -19,8 +19,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
-from tauten.model.beams import Profile
-from tauten.model.body import Material
+from tauten.model.beams import Material, Profile
 from tauten.model.numerics import Array
 
 AXIS = np.array([1.0, 0.0, 0.0])
@@ -79,7 +78,7 @@ class Rod:
 
 def stiffness(profile: Profile, material: Material) -> tuple[Array, Array]:
     """C (3,) [N] and D (3,) [N m²] of a cross-section."""
-    E, G = material.young_modulus, material.lame[1]
+    E, G = material.young_modulus, material.shear_modulus
     C = np.array([E * profile.area, G * profile.shear_area[0], G * profile.shear_area[1]])
     return C, np.array([G * profile.torsion, E * profile.bending[0], E * profile.bending[1]])
 

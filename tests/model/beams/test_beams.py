@@ -10,6 +10,7 @@ from support.beam_frames import Frame, chain
 from tauten.model.beams import (
     BeamArrays,
     BeamError,
+    Material,
     bar,
     element,
     make_beams,
@@ -18,7 +19,6 @@ from tauten.model.beams import (
     tube,
     turn_functions,
 )
-from tauten.model.body import Material
 from tauten.model.numerics import Array, rotation_vector, turned
 from tauten.model.points import (
     Entries,
@@ -167,7 +167,7 @@ def test_cantilever_of_one_element_is_timoshenkos() -> None:
     """Tip force and moment on one element: the exact deflection, shear included."""
     L, profile = 0.3, bar(0.02, 0.05)
     frame = Frame(chain(np.array([[0.0, 0, 0], [L, 0, 0]]), [0, 0, 1], profile, STEEL))
-    E, G = STEEL.young_modulus, STEEL.lame[1]
+    E, G = STEEL.young_modulus, STEEL.shear_modulus
     I, A = profile.bending[0], profile.shear_area[1]  # noqa: E741  symbol of the field
     F = 1e-3
     frame.solve(np.array([0.0, 0.0, F, 0.0, 0.0, 0.0]))

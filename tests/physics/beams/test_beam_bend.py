@@ -17,8 +17,7 @@ from support.exact_rod import AXIS, Rod, stiffness
 from support.robots.beam_robots import build, path_of_beams, rectangle, under_force, with_profile
 
 from tauten.model import Robot
-from tauten.model.beams import BeamBody, Profile, bar
-from tauten.model.body import Material
+from tauten.model.beams import BeamBody, Material, Profile, bar
 from tauten.model.numerics import Array
 
 Z = np.array([0.0, 0.0, 1.0])

@@ -7,8 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.beam_frames import Frame, chain
 
-from tauten.model.beams import bar, tube
-from tauten.model.body import Material
+from tauten.model.beams import Material, bar, tube
 from tauten.model.numerics import Array
 
 Z = np.array([0.0, 0.0, 1.0])
@@ -105,7 +104,7 @@ def test_torsion_turns_the_end() -> None:
     torque = 30.0
     frame.solve(tip_load(frame, moment=np.array([torque, 0.0, 0.0])))
     angle = 2.0 * np.arctan2(frame.Q[-1, 1], frame.Q[-1, 0])
-    assert angle == pytest.approx(torque * L / (material.lame[1] * profile.torsion), rel=1e-9)
+    assert angle == pytest.approx(torque * L / (material.shear_modulus * profile.torsion), rel=1e-9)
 
 
 def test_work_of_loads_is_the_energy_stored() -> None:

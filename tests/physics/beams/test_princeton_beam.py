@@ -16,8 +16,7 @@ from support.exact_rod import Rod, stiffness
 from support.robots.beam_robots import build, path_of_beams, rectangle, under_force
 
 from tauten.model import Robot
-from tauten.model.beams import BeamBody, bar
-from tauten.model.body import Material
+from tauten.model.beams import BeamBody, Material, bar
 from tauten.model.numerics import Array
 
 LENGTH, WIDTH, HEIGHT = 0.508, 12.377e-3, 3.2024e-3

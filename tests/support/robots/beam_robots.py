@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from tauten.model import Robot, Simulator
-from tauten.model.beams import BeamBody, Profile, natural_stiffness
-from tauten.model.body import Material
+from tauten.model.beams import BeamBody, Material, Profile, natural_stiffness
 from tauten.model.load import make_robot
 from tauten.model.numerics import Array
 from tauten.model.schema import Changes
