@@ -36,7 +36,6 @@ from tauten.model.signals import (
     Quantity,
     Target,
     cable_actuators,
-    point_layout,
 )
 from tauten.model.simulation import Ending, Report, RobotModel, Simulator, Travel, travel
 from tauten.model.state import Assembled, Augmentation, RobotRows, State
@@ -145,7 +144,6 @@ __all__ = [
     "no_forces",
     "predict",
     "one_blas_thread",
-    "point_layout",
     "recondensed",
     "row_compliance",
     "row_layout",

@@ -78,7 +78,17 @@ class PlaneShape:
         return square(centre - away * self._normal, self._normal, extent)
 
 
-class SphereShape:
+class RodShape:
+    """A shape that is drawn as a rod or a ball."""
+
+    rod: RodOutline
+
+    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
+        """Vertices (v, 3) [m] and triangles (t, 3) of it."""
+        return self.rod.triangles()
+
+
+class SphereShape(RodShape):
     """A ball."""
 
     def __init__(self, centre: Array, radius: float) -> None:
@@ -98,12 +108,8 @@ class SphereShape:
         """Distances (m,) of points (m, 3) [m], and their gradients (m, 3)."""
         return around(points - self._centre, self._radius)
 
-    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
-        """Vertices (v, 3) [m] and triangles (t, 3) of the ball."""
-        return self.rod.triangles()
 
-
-class CapsuleShape:
+class CapsuleShape(RodShape):
     """All within a distance of the line between two points: a rod with round ends."""
 
     def __init__(self, start: Array, end: Array, radius: float) -> None:
@@ -129,12 +135,8 @@ class CapsuleShape:
         share = np.clip(away @ self._along / (self._along @ self._along), 0.0, 1.0)  # (m,)
         return around(away - share[:, None] * self._along, self._radius)
 
-    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
-        """Vertices (v, 3) [m] and triangles (t, 3) of the rod."""
-        return self.rod.triangles()
 
-
-class CylinderShape:
+class CylinderShape(RodShape):
     """A rod with flat ends."""
 
     def __init__(self, start: Array, end: Array, radius: float) -> None:
@@ -168,10 +170,6 @@ class CylinderShape:
         beyond = np.stack([np.abs(height) - self._half, width - self._radius], axis=1)
         gap, out, length = beyond_faces(beyond)
         return gap, (out[:, :1] * end + out[:, 1:] * side) / length[:, None]
-
-    def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
-        """Vertices (v, 3) [m] and triangles (t, 3) of the rod."""
-        return self.rod.triangles()
 
 
 class BoxShape:

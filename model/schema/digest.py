@@ -26,7 +26,7 @@ from tauten.model.schema.contact import ITSELF, ContactSettings, ObstacleSetting
 from tauten.model.schema.material import SolidMaterialSettings
 from tauten.model.schema.region import NearStl, Region
 from tauten.model.schema.robot_file import RobotConfig
-from tauten.model.schema.section import Section
+from tauten.model.schema.section import Parameters, Section
 
 # To be raised by every change of the code that gives the same file other contact candidates, elements or
 # actuators, or that changes a default: bases that were made before are then refused.
@@ -174,9 +174,8 @@ class _Writer:
             isinstance(section, ChamberSettings) and name == "stl"
         ):
             return hashlib.sha256((self.folder / value).read_bytes()).hexdigest()
-        if isinstance(section, ObstacleSettings) and name == "parameters" and "file" in value:
-            content = (self.folder / str(value["file"])).read_bytes()
-            return self.plain({**value, "file": hashlib.sha256(content).hexdigest()})
+        if isinstance(section, ObstacleSettings) and name == "parameters":
+            return self.plain(by_content(value, self.folder))
         if isinstance(section, ContactSettings) or name in ("region", "surface", "to"):
             return self._selection(value)
         return self.selections(value) if name == "of" else self.plain(value)
@@ -188,6 +187,14 @@ class _Writer:
     def _selection(self, value: Any) -> Any:
         """A region or an obstacle instead of its name; other values as they are."""
         return self.plain(self.named.get(value, value) if isinstance(value, str) else value)
+
+
+def by_content(parameters: Parameters, folder: Path) -> dict[str, Any]:
+    """Parameters of an obstacle, of which a file counts by its content."""
+    if "file" not in parameters:
+        return parameters
+    content = (folder / str(parameters["file"])).read_bytes()
+    return {**parameters, "file": hashlib.sha256(content).hexdigest()}
 
 
 def _counts(section: Section, name: str) -> bool:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -21,7 +20,7 @@ from tauten.model.schema.contact import (
     check_forces,
     one_way_to_place_points,
 )
-from tauten.model.schema.digest import joined_digest
+from tauten.model.schema.digest import by_content, joined_digest
 from tauten.model.schema.robot_file import ControlPeriod, NamedRobot
 from tauten.model.schema.section import Name, Point, Section, check_unique
 
@@ -163,7 +162,12 @@ def parts_digest(
     """
     places = [part.model_dump(exclude={"robot", "name"}) for part in config.parts]
     used = [item.against for item in config.contacts if isinstance(item.against, str)]
-    obstacles = {one.name: _by_content(one, folder) for one in config.obstacles if one.name in used}
+    obstacles = {
+        one.name: one.model_dump(exclude={"name"})
+        | {"stream": None, "parameters": by_content(one.parameters, folder)}
+        for one in config.obstacles
+        if one.name in used
+    }
     touching = [
         [
             item.spacing or item.points,
@@ -179,12 +183,3 @@ def parts_digest(
         config.contact.model_dump(exclude={"tolerance", "max_force"}),
     ]
     return joined_digest(parts, json.dumps(motors) if motors else "", json.dumps(apart))
-
-
-def _by_content(obstacle: ObstacleSettings, folder: Path) -> dict[str, Any]:
-    """What contact forces depend on of an obstacle, with the content of its file."""
-    found = obstacle.model_dump(exclude={"name"}) | {"stream": None}
-    if "file" in obstacle.parameters:
-        content = (folder / str(obstacle.parameters["file"])).read_bytes()
-        found["parameters"] = {**obstacle.parameters, "file": hashlib.sha256(content).hexdigest()}
-    return found

@@ -14,7 +14,6 @@ from tauten.model.signals.effector_layout import (
     EffectorLayout,
     effector_layout,
     joined_layout,
-    point_layout,
 )
 from tauten.model.signals.laws import Laws, Springs
 from tauten.model.signals.limits import Limits, coupled_range, joined_limits, limits_of
@@ -42,5 +41,4 @@ __all__ = [
     "joined_layout",
     "joined_limits",
     "limits_of",
-    "point_layout",
 ]

@@ -263,7 +263,7 @@ class EffectorLayout:
 
 
 def effector_layout(
-    effectors: Sequence[EffectorSettings], size: float, volumes: dict[str, float] | None = None
+    effectors: Sequence[EffectorSettings], size: float, volumes: dict[str, float]
 ) -> EffectorLayout:
     """The layout of the effectors of a robot file.
 
@@ -279,7 +279,7 @@ def effector_layout(
         if item.kind == "frame":
             unit[3:] = size
         if item.kind == "volume":
-            unit[:] = abs((volumes or {})[item.name]) ** (-2.0 / 3.0)
+            unit[:] = abs(volumes[item.name]) ** (-2.0 / 3.0)
         units.append(unit)
         weights.append(np.broadcast_to(np.asarray(item.weight, dtype=float), (rows,)))
         exact.append((weights[-1] > 0.0) & item.exact)
@@ -333,9 +333,3 @@ def joined_layout(parts: Sequence[EffectorLayout]) -> EffectorLayout:
         np.concatenate([part.units for part in parts]),
         np.concatenate([part.exact for part in parts]),
     )
-
-
-def point_layout(names: Sequence[str]) -> EffectorLayout:
-    """The layout of effectors that are points with weight one."""
-    origin = (0.0, 0.0, 0.0)
-    return effector_layout([EffectorSettings(name=name, point=origin) for name in names], 1.0)

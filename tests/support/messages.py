@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from tauten.model.schema import COMPONENTS, EffectorKind
+from tauten.model import EffectorLayout
+from tauten.model.schema import COMPONENTS, EffectorKind, EffectorSettings
+from tauten.model.signals import effector_layout
 from tauten.service.wire import (
     TEXT,
     DescribedEffector,
@@ -16,6 +19,12 @@ from tauten.service.wire import (
     encode_effector,
     typestore,
 )
+
+
+def point_layout(names: Sequence[str]) -> EffectorLayout:
+    """The layout of effectors that are points with weight one."""
+    points = [EffectorSettings(name=name, point=(0.0, 0.0, 0.0)) for name in names]
+    return effector_layout(points, 1.0, {})
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.effectors import END, solid
+from support.messages import point_layout
 
-from tauten.model import point_layout
 from tauten.service.node import Feedback
 from tauten.service.node.feedback import ModelHistory, stable_gain
 from tauten.service.node.plausibility import MeasurementCheck

@@ -6,9 +6,8 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-from support.messages import Point, encode_point, point_json
+from support.messages import Point, encode_point, point_json, point_layout
 
-from tauten.model import point_layout
 from tauten.service.codec.messages import MAX_PAYLOAD
 from tauten.service.wire import CDR, EFFECTOR_RING, JSON, EffectorSubscriber
 from tauten.service.wire.effector_subscriber import CLOCKS_AGREE

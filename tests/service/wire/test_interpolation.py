@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
+from support.messages import point_layout
 from support.processes import ROBOT, run_main, write_robot
 
-from tauten.model import EffectorLayout, RobotFileError, point_layout
+from tauten.model import EffectorLayout, RobotFileError
 from tauten.service.setup import load_setup
 from tauten.service.wire.interpolation import TargetCourse
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from support.messages import Point, encode_point
+from support.messages import Point, encode_point, point_layout
 
-from tauten.model import point_layout
 from tauten.model.schema import EffectorKind
 from tauten.service.codec.messages import POINT
 from tauten.service.wire import (
