@@ -55,7 +55,8 @@ class Paths:
 
     def rows(self, placed: Placed) -> Rows:
         """Pulled lengths and H_a = −∂L/∂q: Rows of (n_a, n) [m]."""
-        length, vectors = path_lengths(placed.y, self.starts, self.shortest)
+        length, vectors = np.zeros(len(self.rest_length)), np.zeros(placed.y.shape)
+        add_lengths(placed.y, self.starts, self.shortest, length, vectors)
         H = placed.rows(Entries(self.starts, self.stations, vectors))
         return Rows(H, self.rest_length - length)
 
@@ -99,7 +100,6 @@ def blunted(length: float, shortest: float) -> tuple[float, float, float]:
     return value, (1.5 - 0.5 * t * t) / shortest, 1.5 * (1.0 - t * t) / shortest
 
 
-@kernel
 def path_lengths(y: Array, starts: Ints, shortest: Array) -> tuple[Array, Array]:
     """Lengths (n_a,) of the cables [m] and −∂length by their stations (p, 3).
 
@@ -108,7 +108,23 @@ def path_lengths(y: Array, starts: Ints, shortest: Array) -> tuple[Array, Array]
         starts: (n_a + 1,) where each cable's stations start.
         shortest: (s,) of every segment, cable by cable, distance below which its length is rounded [m].
     """
-    length, vectors, d = np.zeros(len(starts) - 1), np.zeros(y.shape), np.empty(3)
+    length, vectors = np.zeros(len(starts) - 1), np.zeros(y.shape)
+    add_lengths(y, starts, shortest, length, vectors)
+    return length, vectors
+
+
+@kernel
+def add_lengths(y: Array, starts: Ints, shortest: Array, length: Array, vectors: Array) -> None:
+    """Add what `path_lengths` gives to arrays.
+
+    Args:
+        y: (p, 3) as there.
+        starts: (n_a + 1,) as there.
+        shortest: (s,) as there.
+        length: (n_a,) added to [m].
+        vectors: (p, 3) added to.
+    """
+    d = np.empty(3)
     for cable in range(starts.shape[0] - 1):
         for p in range(starts[cable], starts[cable + 1] - 1):
             for i in range(3):
@@ -119,4 +135,3 @@ def path_lengths(y: Array, starts: Ints, shortest: Array) -> tuple[Array, Array]
             for i in range(3):
                 vectors[p, i] += slope * d[i]
                 vectors[p + 1, i] -= slope * d[i]
-    return length, vectors
