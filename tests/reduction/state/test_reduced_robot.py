@@ -36,7 +36,7 @@ def reduced(thumb: Robot[NodalBody], thumb_ramp: Snapshots) -> Robot[ReducedBody
     deviations = thumb_ramp.q - thumb.rest().q[:, None]
     Phi = pod(deviations, reducible(thumb).weight, 12).Phi
     held = thumb.body.tetrahedra
-    alphas = Phi.T @ (held.mass[:, None] / held.moving_mass * deviations)
+    alphas = Phi.T @ (held.mass[:, None] / thumb.body.moving_mass * deviations)
     sample = sample_elements(held, Phi, alphas, tolerance=1e-3)
     return reduced_robot(thumb, basis_of(thumb, Phi, sample.elements, sample.weights))
 
