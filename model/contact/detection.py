@@ -89,6 +89,7 @@ class ContactSet:
         sums: largest sums of normal forces that decisions keep.
         n_slots: number of candidates n_c.
         frictional: whether any pair has friction.
+        obstructed: (n_pairs,) which pairs are with obstacles.
         sided: numbers of the pairs with obstacles that have more than one side, as all but planes have.
         loose: numbers of the pairs of bodies that may move far relative to each other.
         poses: where the obstacles are.
@@ -137,7 +138,8 @@ class ContactSet:
         self.frictional = bool(self._friction.any())
         self._first: Ints = np.cumsum([0, *(len(pair.nodes) for pair in pairs)]).astype(np.int64)
         blocks = blocks_of([pair.nodes for pair in pairs], n_vertices)
-        shaped = np.array([pair.obstacle is not None for pair in pairs], dtype=bool)
+        shaped: Bools = np.array([pair.obstacle is not None for pair in pairs], dtype=bool)
+        self.obstructed = shaped
         self._blocks: Ints = blocks[~shaped[blocks[:, 2]]]
         # contacts with surfaces are found before those with obstacles
         self._in_order = bool((np.diff(shaped.astype(np.int64)) >= 0).all())

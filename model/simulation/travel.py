@@ -18,8 +18,8 @@ Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems*, 2008, chapter 10
 The first stage does not show every impact. A body that rests on an obstacle which starts to move is pushed
 before and after, and would be thrown up with 1/γ − 1 = 2.4 times the velocity of the obstacle; one that meets
 an obstacle between y₁ and s would be pushed out of it. In both, other contacts push at the end of the second
-stage than at that of the first one. There robots among obstacles, and bodies that only contact joins, repeat
-the second stage from y₁: after an impact they have the velocity of the obstacle, and no more.
+stage than at that of the first one. There robots with an obstacle in range, and bodies that only contact
+joins, repeat the second stage from y₁: after an impact they have the velocity of the obstacle, and no more.
 
 Where a stage moves a node far from where the velocity alone leads, one linearisation is not enough: the
 period is travelled again in twice as many steps, up to four times as many. Where a stage moves a node several
@@ -28,7 +28,7 @@ times as far, as where a robot buckles and its tangent is nearly singular, the n
 The step in which something is struck is of first order. Where folds of a body meet or come apart, it leaves
 a velocity that rings on for several periods, and the efforts that hold the robot alternate. There the period
 is travelled again in four times as many steps, so that the one of first order is a quarter as long. Robots
-among obstacles, whose contacts begin and cease to push in most periods, are left out.
+with an obstacle in range, whose contacts begin and cease to push in most periods, are left out.
 
 The controller's model and the simulated robots both move so, each with its own number of steps in a period.
 """
@@ -112,7 +112,7 @@ def travel(
             the whole period.
         command: position or effort of each actuator at the end.
         steps: into how many the period is divided, at least 1; up to four times as many where its stages
-            lead farther than one linearisation reaches, or where a robot without obstacles strikes itself.
+            lead farther than one linearisation reaches, or where a robot strikes itself and none is near.
 
     Raises:
         FactorisationError: the state has diverged.
@@ -121,15 +121,12 @@ def travel(
     farthest = FARTHEST_CORRECTION * size
     most, last = (steps, steps) if static else (steps << DOUBLINGS, steps << RESCUES)
     count, commands = steps, (before, command)
-    resolves = not static and not robot.contacts.poses.poses
     while True:
         limit = farthest if count < most else VIOLENT * farthest
         limit = np.inf if count == last else limit
         stages = _Stages(robot, space, enrichment, _scheme(robot.integration, count), size)
         try:
-            found = _in_steps(
-                stages, state, forces, commands, count, limit, resolves and count == steps
-            )
+            found = _in_steps(stages, state, forces, commands, count, limit, count == steps)
         except FactorisationError:
             if count == last:
                 raise
@@ -160,7 +157,8 @@ def _in_steps(
         commands: at the start and at the end.
         steps: their number.
         farthest: correction of a stage at which the period ends [m].
-        resolves: whether the result is None where a contact has begun or ceased to push.
+        resolves: whether the result is None where a contact has begun or ceased to push, and no obstacle is
+            in range.
     """
     before, command = commands
     position = np.where(np.isnan(before.position), command.position, before.position)
@@ -178,7 +176,8 @@ def _in_steps(
             if end.correction > farthest:
                 break
             struck = _struck(forces, end, PUSHES * stages.size)
-            if struck and resolves and _struck(forces, end, PUSHES * stages.size, actuators=False):
+            alone = struck and resolves and not _among_obstacles(stages.robot, end)
+            if alone and _struck(forces, end, PUSHES * stages.size, actuators=False):
                 return None
             end = _second(stages, state, end, struck, now, share)
         correction, converged = max(correction, end.correction), converged and end.converged
@@ -200,10 +199,17 @@ def _second(
     if not struck:
         beyond = _beyond(robot, start, first.state, stages.scheme.h)
         end = stages.solve(beyond, first.forces, command, share, start)
-        among = bool(robot.contacts.poses.poses or robot.contacts.loose)
+        among = bool(robot.contacts.loose) or _among_obstacles(robot, end)
         if not among or not _struck(first.forces, end, PUSHES * stages.size):
             return end
     return stages.over_the_rest().solve(first.state, first.forces, command, share)
+
+
+def _among_obstacles(robot: Robot, stage: Travel) -> bool:
+    """Whether a contact with an obstacle is in range in a stage."""
+    if not robot.contacts.poses.poses:
+        return False
+    return bool(robot.contacts.obstructed[stage.last.step.rows.contacts.pair].any())
 
 
 def _struck(before: Forces, stage: Travel, least: float, actuators: bool = True) -> bool:
