@@ -41,6 +41,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from tauten.model.contact import ContactSet
 from tauten.model.numerics import Array, FactorisationError, Ints, kernel
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
@@ -176,7 +177,7 @@ def _in_steps(
             if end.correction > farthest:
                 break
             struck = _struck(forces, end, PUSHES * stages.size)
-            alone = struck and resolves and not _among_obstacles(stages.robot, end)
+            alone = struck and resolves and not _near_obstacles(stages.robot.contacts, end)
             if alone and _struck(forces, end, PUSHES * stages.size, actuators=False):
                 return None
             end = _second(stages, state, end, struck, now, share)
@@ -195,21 +196,19 @@ def _second(
     Whether an obstacle or another body is struck is seen at the end of the second stage only: where s lies
     beyond it, or moves away from it.
     """
-    robot = stages.robot
+    contacts = stages.robot.contacts
     if not struck:
-        beyond = _beyond(robot, start, first.state, stages.scheme.h)
+        beyond = _beyond(stages.robot, start, first.state, stages.scheme.h)
         end = stages.solve(beyond, first.forces, command, share, start)
-        among = bool(robot.contacts.loose) or _among_obstacles(robot, end)
+        among = bool(contacts.loose or (contacts.poses.poses and _near_obstacles(contacts, end)))
         if not among or not _struck(first.forces, end, PUSHES * stages.size):
             return end
     return stages.over_the_rest().solve(first.state, first.forces, command, share)
 
 
-def _among_obstacles(robot: Robot, stage: Travel) -> bool:
+def _near_obstacles(contacts: ContactSet, stage: Travel) -> bool:
     """Whether a contact with an obstacle is in range in a stage."""
-    if not robot.contacts.poses.poses:
-        return False
-    return bool(robot.contacts.obstructed[stage.last.step.rows.contacts.pair].any())
+    return bool(contacts.obstructed[stage.last.step.rows.contacts.pair].any())
 
 
 def _struck(before: Forces, stage: Travel, least: float, actuators: bool = True) -> bool:
