@@ -71,7 +71,7 @@ def test_one_call_makes_the_simulator_of_the_model_that_decides(heavy_file: Path
 
 
 def test_simulators_of_a_file_have_its_model_and_contact_unless_others_are_named(
-    shipped_finger: Robot,
+    shipped_finger: Robot, heavy_file: Path
 ) -> None:
     """The shipped finger: reduced, with a contact basis."""
     small, full = Simulator.of("finger"), Simulator.of("finger", model="full", contact="none")
@@ -82,7 +82,7 @@ def test_simulators_of_a_file_have_its_model_and_contact_unless_others_are_named
     assert small.lam_c.any()
     assert not full.lam_c.any()
     with pytest.raises(BasisError, match="no-such-basis"):
-        Simulator.of("finger", contact="no-such-basis")
+        Simulator.of(heavy_file, contact="no-such-basis")
 
 
 def test_contact_is_pointwise_where_none_is_named() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import count
 from pathlib import Path
 from typing import Literal
@@ -12,15 +13,21 @@ from support.robots.examples import changed, example
 
 from tauten.controller import Controller
 from tauten.controller.qpcc import Status, TimeLimit
-from tauten.model import load_robot
+from tauten.model import Robot, load_robot
 
 LIFT = example("12_lift")
+
+
+@cache
+def lift() -> Robot:
+    """The claw and the cube on the floor."""
+    return load_robot(LIFT["FILE"])
 
 
 @pytest.mark.parametrize("away", [5e-7, 3e-5])
 def test_a_cube_at_its_target_moves_no_actuator(away: float) -> None:
     """Efforts cannot move what nothing touches: the palm does not fall to spare its own."""
-    controller = Controller(load_robot(LIFT["FILE"]))
+    controller = Controller(lift())
     target = controller.effector_values + np.array([0.0, 0.0, away])
     for _ in range(2):
         found = controller.step(target)
@@ -31,7 +38,7 @@ def test_a_cube_at_its_target_moves_no_actuator(away: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("noise", "seed"), [(1e-7, 6), (1e-7, 13), (1e-5, 12), (1e-5, 17)])
 def test_noise_of_the_target_loses_no_cube(noise: float, seed: int) -> None:
-    controller, rng = Controller(load_robot(LIFT["FILE"])), np.random.default_rng(seed)
+    controller, rng = Controller(lift()), np.random.default_rng(seed)
     start = controller.effector_values
     for step in range(1, round(LIFT["END"] / controller.period) + 1):
         goal = LIFT["goal"](step * controller.period, start)
@@ -41,7 +48,7 @@ def test_noise_of_the_target_loses_no_cube(noise: float, seed: int) -> None:
 
 @pytest.mark.slow
 def test_a_target_of_the_cube_alone_makes_the_gripper_lift_it() -> None:
-    controller = Controller(load_robot(LIFT["FILE"]))
+    controller = Controller(lift())
     start, statuses = controller.effector_values, set()
     for step in range(1, round(LIFT["END"] / controller.period) + 1):
         goal = LIFT["goal"](step * controller.period, start)
@@ -54,7 +61,7 @@ def test_a_target_of_the_cube_alone_makes_the_gripper_lift_it() -> None:
 @pytest.mark.slow
 def test_a_gripper_whose_decisions_are_cut_lifts_too() -> None:
     """Also the search for contact goes on from tick to tick."""
-    controller = Controller(load_robot(LIFT["FILE"]))
+    controller = Controller(lift())
     start, cut = controller.effector_values, 0
     for step in range(1, 90):
         time = TimeLimit(checks=4)
@@ -78,13 +85,20 @@ def test_the_lift_begins_where_an_actuator_is_at_its_limit(tmp_path: Path) -> No
         assert step < 5
 
 
+@cache
+def quick_lift(model: Literal["full", "reduced"]) -> Controller:
+    """With a claw that yields at the points of its contact; to be reset by each test."""
+    return Controller.of(LIFT["FILE"].with_name("quick_lift.toml"), model)
+
+
 @pytest.mark.parametrize("model", ["full", "reduced"])
 @pytest.mark.parametrize("away", [1e-3, 3e-3])
 def test_contact_is_sought_at_once_and_where_the_cube_is(
     model: Literal["full", "reduced"], away: float
 ) -> None:
     """The first decision closes the fingers, and turns the palm by no more than lifts the cube."""
-    controller = Controller.of(LIFT["FILE"].with_name("quick_lift.toml"), model)
+    controller = quick_lift(model)
+    controller.reset()
     found = controller.step(controller.effector_values + np.array([0.0, 0.0, away]))
     assert found.status is Status.SEEKING_CONTACT
     close, turn = found.position

@@ -46,7 +46,7 @@ def make(new: NewRobot, folder: Path) -> object:
 def test_a_box_becomes_a_robot_that_bends(tmp_path: Path) -> None:
     part = write_stl(tmp_path / "bar.stl", *box())
     made = make_new_robot(
-        NewRobot("bar", read(part), size=6e-3),
+        NewRobot("bar", read(part), size=9e-3),
         tmp_path / "bar",
         StopFlag(),
         lambda done, what: None,

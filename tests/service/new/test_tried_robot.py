@@ -44,7 +44,7 @@ def made_of(solid: Any, folder: Path, **options: Any) -> Made:
 @pytest.fixture(scope="module")
 def sagging(tmp_path_factory: pytest.TempPathFactory) -> Made:
     """The notched finger, of one mesh."""
-    return made_of(notched(), tmp_path_factory.mktemp("sagging"), size=5.4e-3)
+    return made_of(notched(), tmp_path_factory.mktemp("sagging"), size=8e-3)
 
 
 def test_a_part_that_sags_towards_its_cable_decides_from_its_start(sagging: Made) -> None:
