@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -25,7 +22,7 @@ def first_hour(json_file: Json = None, markdown: Markdown = None) -> None:
     from benchmarks.kernels import first_demos
     from benchmarks.tables import first_hour_page
 
-    with progress_bar("demo") as report, _errors():
+    with progress_bar("demo") as report:
         found = first_demos(report)
     show_result(found, first_hour_page(found), json_file, markdown)
 
@@ -43,7 +40,7 @@ def pack_kernels(
     from benchmarks.kernels import LARGEST, pack_kernels
     from tauten.model.kernels import SHIPPED, seed_name
 
-    with progress_bar("packing kernels") as report, _errors():
+    with progress_bar("packing kernels") as report:
         packed = pack_kernels(out or SHIPPED / seed_name(), report, everything)
     print(f"{packed.file}: {packed.entries} entries, {1e-6 * packed.size:.2f} MB")
     if packed.size > LARGEST:
@@ -63,22 +60,10 @@ def check_kernels(
     if file is None or not file.is_file():
         print("no kernels are shipped for this Python, numba and system: nothing to check")
         return
-    with progress_bar("demo") as report, _errors():
+    with progress_bar("demo") as report:
         (found,) = first_demos(report, (SEEDED,))
     print(f"compiled: {found.compiled} kernels; demo: {found.seconds:.0f} s")
     write_json(found, json_file)
     if found.compiled > most:
         print(f"more than {most}: run python -m benchmarks pack-kernels, and commit {file.name}")
         raise typer.Exit(1)
-
-
-@contextmanager
-def _errors() -> Iterator[None]:
-    """A program that failed is one sentence and exit code 2."""
-    from benchmarks.kernels import PackError
-
-    try:
-        yield
-    except PackError as error:
-        print(error, file=sys.stderr)
-        raise typer.Exit(2) from error

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.kernels.packing import gather, used_archive
+from benchmarks.kernels.archive import gather, used_archive
 from tauten.model.kernels import (
     OFF,
     SEED,
@@ -62,7 +62,7 @@ friction = 0.3
 """
 
 
-class PackError(ValueError):
+class PackError(OSError):
     """Kernels cannot be packed; the message says what to change."""
 
 

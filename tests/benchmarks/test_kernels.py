@@ -18,7 +18,7 @@ from benchmarks.kernels import (
     pack,
     pack_kernels,
 )
-from benchmarks.kernels.packing import gather
+from benchmarks.kernels.archive import gather
 from benchmarks.tables import first_hour_page
 from tauten.model.kernels import OFF, SEED, SHIPPED, portable_machine, seed_name
 from tauten.model.kernels.seed import unpack, unpacked
