@@ -82,8 +82,7 @@ def nodal_curvature(
     """The curvature of cables, chambers and transmissions in a pattern."""
     paths, stations, chambers = actuators.paths, actuators.stations, actuators.chambers
     assert isinstance(stations, NodePoints)
-    cables, surfaces, *_ = coupled_nodes(actuators)
-    blocks = pattern.blocks(cables), pattern.blocks(surfaces)
+    blocks = pattern.blocks(segment_nodes(paths, stations)), pattern.blocks(chambers.nodes)
     weights = np.ascontiguousarray(segment_weights(paths, stations))
     moved = actuators.transmissions
     return NodalCurvature(paths, stations, weights, chambers, *blocks, moved, pattern)

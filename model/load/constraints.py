@@ -73,10 +73,15 @@ class Constraints:
         Args:
             fixed: (n_nodes,) nodes that do not move.
         """
-        carrier: Ints = np.where(fixed, 0, -1)
+        frame = self.frame_of(len(fixed))
+        return np.where(frame < 0, np.where(fixed, 0, -1), 1 + frame)
+
+    def frame_of(self, n_nodes: int) -> Ints:
+        """Which of the frames carries each node, −1 none: (n_nodes,)."""
+        found = np.full(n_nodes, -1)
         for number, frame in enumerate(self.frames):
-            carrier[frame.nodes] = 1 + number
-        return carrier
+            found[frame.nodes] = number
+        return found
 
 
 def build_constraints(config: RobotConfig, bodies: Bodies) -> Constraints:
@@ -173,10 +178,7 @@ def constrained(
     number = np.where(dof >= 0, dof // 3, -1)
     rigid, pinned, drives = constraints.rigid, constraints.pinned, constraints.drives
     frames = make_frames(rigid, pinned, drives, number, x0, bodies.parts.mass)
-    moving = np.full(len(x0), -1)
-    for number_, frame in enumerate(constraints.frames):
-        moving[frame.nodes] = number_
-    joints = beam_joints(bodies.beams, moving, constraints.springs)
+    joints = beam_joints(bodies.beams, constraints.frame_of(len(x0)), constraints.springs)
     paths, stations = actuators.paths, actuators.stations
     assert isinstance(stations, NodePoints)  # cables pass combinations of a few nodes each
     drums = build_drums(config, paths, stations, len(drives), number)

@@ -113,7 +113,7 @@ def travel(
             the whole period.
         command: position or effort of each actuator at the end.
         steps: into how many the period is divided, at least 1; up to four times as many where its stages
-            lead farther than one linearisation reaches, or where a robot strikes itself and none is near.
+            lead farther than one linearisation reaches, or where a robot strikes itself far from obstacles.
 
     Raises:
         FactorisationError: the state has diverged.

@@ -82,7 +82,7 @@ def node_port(network: Network, robot: str) -> int:
 
 def address(network: Network, robot: str) -> str:
     """Where a robot's node can be reached, for people and programs without tauten."""
-    return str(network.config or f"tcp/{HOST}:{node_port(network, robot)}")
+    return str(network.config or _endpoint(node_port(network, robot)))
 
 
 def open_session(network: Network, role: Role, robot: str, connected: bool = True) -> zenoh.Session:
@@ -160,12 +160,17 @@ def announced(session: zenoh.Session, key: str) -> Iterator[None]:
         token.undeclare()  # type: ignore[no-untyped-call]
 
 
+def _endpoint(port: int) -> str:
+    """A port of loopback as Zenoh writes it; 0: any free one."""
+    return f"tcp/{HOST}:{port}"
+
+
 def loopback_config(first_port: int, role: Role) -> zenoh.Config:
     """Configuration of a peer on loopback."""
-    fixed = {r: f"tcp/{HOST}:{first_port + r.value}" for r in (Role.NODE, Role.PLANT)}
+    fixed = {r: _endpoint(first_port + r.value) for r in (Role.NODE, Role.PLANT)}
     settings = {
         "mode": "peer",
-        "listen/endpoints": [fixed.get(role, f"tcp/{HOST}:0")],
+        "listen/endpoints": [fixed.get(role, _endpoint(0))],
         "connect/endpoints": [endpoint for r, endpoint in fixed.items() if r is not role],
         "connect/timeout_ms": -1,
         "connect/exit_on_failure": False,

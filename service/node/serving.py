@@ -68,7 +68,6 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         OSError: the log cannot be created.
     """
     keys, rate = Keys(setup.robot.name), setup.robot.integration.rate
-    where = address(network, setup.robot.name)
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
         session = stack.enter_context(session_of(network, Role.NODE, setup.robot.name))
@@ -96,7 +95,8 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         stack.enter_context(manual_garbage_collection())
         stack.enter_context(short_switch_interval())
         apply_realtime(settings.realtime)
-        log.info("serving %s at %g Hz, %s", setup.robot.name, rate, where)
+        reached = address(network, setup.robot.name)
+        log.info("serving %s at %g Hz, %s", setup.robot.name, rate, reached)
         node.run(stop, settings.event)
 
 

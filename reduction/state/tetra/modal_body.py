@@ -385,10 +385,3 @@ class ModalBody(ReducedBody[ModePoints]):
         if at.inertia is None:
             return system
         return self.turning_as_at_end(system, at.state, at.inertia, integration)
-
-
-def chart_weight(chart: NodeChart) -> Array:
-    """Diagonal (m,) of M / m for nodes that modes move, one for each of the robot's own coordinates."""
-    mass = chart.tetrahedra.mass.reshape(-1, 3)[chart.moved].ravel()
-    weight = 3.0 * mass / mass.sum()  # every node counts three times
-    return np.concatenate([weight, np.ones(chart.own)])

@@ -21,7 +21,7 @@ from tauten.reduction.state.tetra.beams import ReducedSprings, reduced_beams
 from tauten.reduction.state.tetra.body import contact_surface, mode_points, sampled_body
 from tauten.reduction.state.tetra.ecsw import sample_elements
 from tauten.reduction.state.tetra.lifting import Lifting, make_lifting
-from tauten.reduction.state.tetra.modal_body import ModalBody, chart_weight
+from tauten.reduction.state.tetra.modal_body import ModalBody
 from tauten.reduction.state.tetra.node_chart import NONE, NodeChart
 from tauten.reduction.state.tetra.points import integration_points
 
@@ -65,8 +65,10 @@ class ReducibleTetBody:
 
     @property
     def weight(self) -> Array:
-        """Diagonal (m,) of M / m for the nodes, one for each own coordinate."""
-        return chart_weight(self.chart)
+        """Diagonal (m,) of M / m for nodes that modes move, one for each own coordinate."""
+        mass = self.chart.tetrahedra.mass.reshape(-1, 3)[self.chart.moved].ravel()
+        weight = 3.0 * mass / mass.sum()  # every node counts three times
+        return np.concatenate([weight, np.ones(self.chart.own)])
 
     @property
     def norm(self) -> str:
