@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tauten.controller.qpcc.piece import recover, reduce_piece
-from tauten.controller.qpcc.qp import ENDLESS, Backend, Qp
+from tauten.controller.qpcc.piece import PieceReduction, recover, reduce_piece
+from tauten.controller.qpcc.qp import ENDLESS, FINEST, Backend, Qp, QpAnswer, solve_daqp
 from tauten.controller.qpcc.residuals import (
     ACTIVE,
     EITHER,
@@ -257,7 +257,26 @@ def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> DescentPoint
     possible, H, f, A, lower, upper, reduction = reduce_piece(problem, piece)
     if not possible:
         return None
-    answer = backend(Qp(H, f, A, lower, upper))
+    qp = Qp(H, f, A, lower, upper)
+    point = point_of(problem, piece, reduction, backend(qp))
+    if backend is solve_daqp and point is not None and point.residuals.stationarity > EXACT:
+        finer = point_of(problem, piece, reduction, solve_daqp(qp, FINEST))
+        if finer is not None and finer.residuals.stationarity <= EXACT:
+            return finer
+    return point
+
+
+def point_of(
+    problem: Scaled, piece: Bools, reduction: PieceReduction, answer: QpAnswer
+) -> DescentPoint | None:
+    """The point of a piece that answers its QP; None without a feasible one.
+
+    Args:
+        problem: scaled.
+        piece: (k,) the modes that push.
+        reduction: of the piece to the QP.
+        answer: to the QP.
+    """
     if answer.infeasible or not np.abs(answer.y).max(initial=0.0) < ENDLESS:
         return None
     point = DescentPoint(piece, *recover(problem, piece, reduction, answer.y, answer.multipliers))

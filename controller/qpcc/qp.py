@@ -30,6 +30,9 @@ ENDLESS = (
     1e12  # a QP whose variables are of order one has no minimum where its answer is this large
 )
 ACCURACY = 1e-10  # residual that daqp may leave, on QPs whose variables are of order one
+# The same where that was too coarse: variables of one part of a robot may be that small beside those of
+# another. Not at once, because a few QPs with nearly redundant rows would be called infeasible.
+FINEST = 1e-12
 # Of daqp: the curvature that a singular Hessian borrows, where its proximal iteration stops, and components
 # of a step that count as zero. Where larger ones do, it calls a QP with nearly redundant contacts infeasible.
 DAQP = {"primal_tol": ACCURACY, "eps_prox": -1e-4, "eta_prox": ACCURACY, "zero_tol": 1e-14}
@@ -112,11 +115,17 @@ def _named(name: str) -> Backend:
     return through_qpsolvers(name)
 
 
-def solve_daqp(qp: Qp) -> QpAnswer:
-    """Dual active set (Arnström, Bemporad, Axehill 2022): exact up to round-off."""
+def solve_daqp(qp: Qp, accuracy: float = ACCURACY) -> QpAnswer:
+    """Dual active set (Arnström, Bemporad, Axehill 2022): exact up to round-off.
+
+    Args:
+        qp: the problem.
+        accuracy: by how much limits may be violated.
+    """
     if len(qp.f) == 0:
         return QpAnswer(False, np.zeros(0), np.zeros(len(qp.lower)))
-    y, _, flag, info = daqp.solve(qp.H, qp.f, qp.A, qp.upper, qp.lower, **DAQP)
+    settings = {**DAQP, "primal_tol": accuracy}
+    y, _, flag, info = daqp.solve(qp.H, qp.f, qp.A, qp.upper, qp.lower, **settings)
     # where there is no minimum the multipliers are memory that was not written
     multipliers = info["lam"] if flag > 0 else np.zeros(len(qp.lower))
     return QpAnswer(flag == DAQP_INFEASIBLE, y, multipliers)

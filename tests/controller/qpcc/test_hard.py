@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reference.linear_programs import has_feasible_point, steepest_slope
+from scipy.linalg import block_diag
 from support.qpcc_checks import EXACT, recorded, worst
 
 from benchmarks.qpcc import branch_and_bound, known_global, nasty, robot_like
@@ -18,6 +19,7 @@ from tauten.controller.qpcc import (
     certify,
     solve_qpcc,
 )
+from tauten.model.numerics import Array
 
 DESCENT = 1e-6  # slope, relative to the gradient's terms, above which a direction leads down
 
@@ -41,6 +43,40 @@ def solve_nasty(seeds: range) -> int:
 
 def test_claims_hold_on_nasty_problems() -> None:
     assert solve_nasty(range(100)) > 38
+
+
+@pytest.mark.parametrize("share", [1e-8, 1e-10, 1e-12])
+def test_a_part_at_rest_beside_one_that_moves_is_decided_as_alone(share: float) -> None:
+    """Two problems in one, with no term in common; the efforts of one are a small share of the other's."""
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        moves, rests = random_box(rng, 1.0), random_box(rng, share)
+        solution = solve_qpcc(within_box(block_diag(moves.Q, rests.Q), np.append(moves.c, rests.c)))
+        assert solution.status is Status.OK, seed
+        alone = np.append(solve_qpcc(moves).lam_a, solve_qpcc(rests).lam_a)
+        assert solution.lam_a == pytest.approx(alone, abs=1e-10), seed
+
+
+def random_box(rng: np.random.Generator, size: float) -> Qpcc:
+    """Three efforts of a given size, some of them zero."""
+    F = rng.normal(size=(3, 3))
+    return within_box(F @ F.T + 0.1 * np.eye(3), size * rng.normal(size=3))
+
+
+def within_box(Q: Array, c: Array) -> Qpcc:
+    """Efforts between zero and a bound that none reaches, without contacts and limits."""
+    n, none = len(c), np.zeros(0)
+    return Qpcc(
+        Q=Q,
+        c=c,
+        lb=np.zeros(n),
+        ub=np.full(n, 1e4),
+        G=np.zeros((0, n)),
+        g_lo=none,
+        g_hi=none,
+        M=np.zeros((0, n)),
+        m=none,
+    )
 
 
 @pytest.mark.slow
