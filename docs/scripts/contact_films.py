@@ -15,16 +15,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from film import FIGURES, MM, THEMES, Theme, draw_course
+from film import FIGURES, MM, THEMES, Theme, draw_course, picture_of
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from PIL import Image
 
 from tauten.model import ContactForces, Simulator
 from tauten.model.load import load_robot
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.robot import obstacles_of
 from tauten.service.plots.body import Side, draw_body
 
@@ -76,7 +75,7 @@ class Film:
     """
 
     triangles: Ints
-    coloured: Array
+    coloured: Bools
     h: float
     points: list[Array] = field(default_factory=list)
     contacts: list[ContactForces] = field(default_factory=list)
@@ -321,7 +320,7 @@ def draw_arrows(axes: Axes, found: ContactForces, scene: Scene, R: Array) -> Non
     colours = np.where(found.sliding[pushing], SLIDES, STICKS)
     lines = MM * np.stack([start, end], axis=1)[:, :, [0, 2]]
     axes.add_collection(LineCollection(list(lines), colors=list(colours), lw=1.8, zorder=4))
-    axes.scatter(*MM * start[:, [0, 2]].T, c=list(colours), s=6.0, zorder=5)
+    axes.scatter(MM * start[:, 0], MM * start[:, 2], c=list(colours), s=6.0, zorder=5)
 
 
 def draw(film: Film, scene: Scene, theme: Theme) -> list[Image.Image]:
@@ -334,7 +333,6 @@ def draw(film: Film, scene: Scene, theme: Theme) -> list[Image.Image]:
     """
     R, count = turned(scene.turn), len(scene.plots)
     figure = Figure(figsize=(8.4, 3.2), dpi=100, facecolor=theme.paper)
-    canvas = FigureCanvasAgg(figure)
     grid = figure.add_gridspec(
         count, 2, width_ratios=(1.6, 1.0), left=0.01, right=0.975, top=0.92, bottom=0.14, hspace=0.6
     )
@@ -344,7 +342,7 @@ def draw(film: Film, scene: Scene, theme: Theme) -> list[Image.Image]:
     seen = [points @ R.T for points in film.points]
     every = np.concatenate([*seen, *([shape[0] @ R.T] if shape else [])])
     low, high = MM * every.min(axis=0) - 4.0, MM * every.max(axis=0) + 4.0
-    time, values = film.h * np.arange(len(seen)), np.array(film.values)
+    time, values = film.h * np.arange(len(seen), dtype=float), np.array(film.values)
     colour = np.where(film.coloured[:, None], OBJECT, np.array(theme.body))
     if shape:
         colour = np.concatenate([colour, np.full((len(shape[1]), 3), 0.6)])
@@ -372,8 +370,7 @@ def draw(film: Film, scene: Scene, theme: Theme) -> list[Image.Image]:
             axes.set_ylim(row.min() - space, row.max() + space)
             axes.tick_params(labelbottom=axes is plots[-1])
         plots[-1].set_xlabel("time [s]", fontsize=9, color=theme.ink)
-        canvas.draw()
-        pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
+        pictures.append(picture_of(figure))
     return pictures
 
 

@@ -8,19 +8,19 @@ The controller is that of `tauten serve`; it moves a simulated robot of the full
 from __future__ import annotations
 
 import argparse
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 from PIL import Image
 
 from tauten.controller import Controller
 from tauten.model import Simulator
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Ints
 from tauten.service.plant import PathSettings, make_path
 from tauten.service.plots.body import Side, draw_body, draw_forces
 
@@ -66,15 +66,15 @@ class Frame:
         tension: (n_a,) [N].
     """
 
-    points: np.ndarray
-    candidates: np.ndarray
-    forces: np.ndarray
-    target: np.ndarray
+    points: Array
+    candidates: Array
+    forces: Array
+    target: Array
     error: float
-    tension: np.ndarray
+    tension: Array
 
 
-def run(name: str) -> tuple[list[Frame], np.ndarray, float]:
+def run(name: str) -> tuple[list[Frame], Ints, float]:
     """The frames, the triangles of the surface (t, 3), and the time between two frames [s]."""
     controller = Controller.of(name)
     plant = Simulator.of(name, model="full", contact="full")
@@ -92,9 +92,7 @@ def run(name: str) -> tuple[list[Frame], np.ndarray, float]:
     return frames, robot.triangles, STEPS * controller.period
 
 
-def draw(
-    frames: list[Frame], triangles: np.ndarray, spacing: float, theme: Theme
-) -> list[Image.Image]:
+def draw(frames: list[Frame], triangles: Ints, spacing: float, theme: Theme) -> list[Image.Image]:
     """The pictures of a film.
 
     Args:
@@ -104,7 +102,6 @@ def draw(
         theme: their colours.
     """
     figure = Figure(figsize=(8.4, 4.2), dpi=100, facecolor=theme.paper)
-    canvas = FigureCanvasAgg(figure)
     grid = figure.add_gridspec(
         3, 2, width_ratios=(1.15, 1.0), left=0.01, right=0.975, top=0.95, bottom=0.12, hspace=0.45
     )
@@ -112,7 +109,7 @@ def draw(
     plots = [figure.add_subplot(grid[row, 1]) for row in range(3)]
     every = MM * np.concatenate([frame.points for frame in frames])
     low, high = every.min(axis=0) - 4.0, every.max(axis=0) + 4.0
-    time = spacing * np.arange(len(frames))
+    time = spacing * np.arange(len(frames), dtype=float)
     largest = max(frame.forces.max(initial=0.0) for frame in frames)
     rows = (
         ("tip to target [mm]", [MM * frame.error for frame in frames]),
@@ -134,9 +131,15 @@ def draw(
             axes.set_ylim(0.0, 1.1 * max(max(values), 1e-9))
             axes.tick_params(labelbottom=axes is plots[-1])
         plots[-1].set_xlabel("time [s]", fontsize=9, color=theme.ink)
-        canvas.draw()
-        pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
+        pictures.append(picture_of(figure))
     return pictures
+
+
+def picture_of(figure: Figure) -> Image.Image:
+    """The figure as it is now."""
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png")
+    return Image.open(stream).convert("RGB")
 
 
 def draw_course(

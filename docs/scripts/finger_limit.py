@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
 from itertools import pairwise
@@ -59,8 +60,8 @@ def states(shape: FingerShape) -> tuple[int, tuple[Load, ...], list[LoadedState]
     path = robot_path("finger")
     config = validated(RobotConfig, model_tables(read_toml(path)), path)
     robot = build_robot(config, TetMesh(*make_finger(shape)), str(path))
-    loads = make_loads(robot, SHARES)
-    return robot.n_nodes, loads, list(equilibria(robot, loads))
+    loads = make_loads(robot, SHARES, antagonists=False)
+    return robot.n_nodes, loads, list(equilibria(robot, loads, antagonists=False))
 
 
 def quantities(found: list[LoadedState]) -> Array:
@@ -74,7 +75,8 @@ def quantities(found: list[LoadedState]) -> Array:
 def limit_and_error(values: dict[str, Array]) -> tuple[Array, Array]:
     """The extrapolated quantities (loads, 5), and those of the shipped mesh less them."""
     own = values["shipped"]
-    error = -4.0 / 3.0 * sum(value - own for name, value in values.items() if name != "shipped")
+    changes = [value - own for name, value in values.items() if name != "shipped"]
+    error: Array = -4.0 / 3.0 * np.sum(changes, axis=0)
     return own - error, error
 
 
@@ -100,13 +102,14 @@ def tables(
     rows = [(name, f"{nodes[name]:,}", change) for name, change in changes.items()]
     rows.append(("**error of the shipped mesh**", f"{nodes['shipped']:,}", error))
     head = ("cells halved", "nodes", *loads)
+    cells: dict[str, Callable[[Array], list[str]]] = {
+        "tension": lambda change: percent(relative(change, limit, 0)),
+        "contact force": lambda change: percent(relative(change, limit, 1), limit[:, 1]),
+        "tip [mm]": lambda change: millimetres(change[:, 2:]),
+    }
     return tuple(
-        Numbers(title, head, tuple((name, count, *cells(change)) for name, count, change in rows))
-        for title, cells in (
-            ("tension", lambda change: percent(relative(change, limit, 0))),
-            ("contact force", lambda change: percent(relative(change, limit, 1), limit[:, 1])),
-            ("tip [mm]", lambda change: millimetres(change[:, 2:])),
-        )
+        Numbers(title, head, tuple((name, count, *of(change)) for name, count, change in rows))
+        for title, of in cells.items()
     )
 
 

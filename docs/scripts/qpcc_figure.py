@@ -27,7 +27,7 @@ from tauten.controller.qpcc import (
     solve_daqp,
     solve_qpcc,
 )
-from tauten.model.numerics import Array, solve_lcp
+from tauten.model.numerics import Array, Bools, solve_lcp
 
 FILE = Path(__file__).resolve().parents[1] / "figures" / "qpcc.svg"
 COLOURS = ListedColormap(["#ffffff", "#dbe9f6", "#fde6cf", "#e3dcee"])
@@ -76,7 +76,7 @@ class Watched(Descent):
 
     points: list[DescentPoint] = field(default_factory=list)
 
-    def solve_new_piece(self, piece: Array) -> DescentPoint | None:
+    def solve_new_piece(self, piece: Bools) -> DescentPoint | None:
         """As the descent does."""
         point = Descent.solve_new_piece(self, piece)
         if point is not None:

@@ -63,6 +63,7 @@ def root_page(name: str) -> str:
 def commands_page() -> str:
     """Every command of `tauten` with its arguments and options."""
     root = typer.main.get_command(app)
+    assert isinstance(root, TyperGroup)
     lines = [
         "# Command line",
         "",
@@ -92,6 +93,7 @@ def options_of(
         lines += parameters(command, context)
         for key in sorted(command.commands):
             child = command.commands[key]
+            assert isinstance(child, TyperCommand | TyperGroup)
             lines += options_of(child, f"{name} {key}", context, min(level + 1, 4))
         return lines
     usage = " ".join([name, *command.collect_usage_pieces(context)])

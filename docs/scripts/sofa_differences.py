@@ -113,7 +113,7 @@ def difference(data: Path, change: Change) -> Difference:
             position[place], effort[place] = value, np.nan
         for name, value in change.effort.items():
             effort[robot.actuators.names.index(name)] = value
-        found.append(settled(robot, [(position, effort)], "full"))  # type: ignore[arg-type]
+        found.append(settled(robot, [(position, effort)], "full"))
     (tip, *efforts), (other, *others) = found
     given = (
         1 if change.position else 0

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from sofa_differences import CHANGES, difference, difference_table
-from sofa_robots import MM, Robot, port, settled
+from sofa_robots import MM, port, settled
 
-from tauten.model import one_blas_thread
+from tauten.model import Robot, one_blas_thread
 from tauten.model.numerics import Array
 from tauten.service.tables import Page
 

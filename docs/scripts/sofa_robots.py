@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import meshio
 import numpy as np
@@ -76,7 +76,7 @@ def write_meshes(model: Any, folder: Path, source: Source) -> None:
 
 
 def settled(
-    robot: Robot, commands: list[tuple[Array, Array]], contact: str = "none"
+    robot: Robot, commands: list[tuple[Array, Array]], contact: Literal["none", "full"] = "none"
 ) -> tuple[Array, Array, Array]:
     """Tips (s, 3) [mm], efforts (s, n_a) and positions (s, n_a) under pairs of positions and efforts."""
     simulator, found = Simulator(robot, contact=contact), []

@@ -59,14 +59,13 @@ def certified(estimate: MeshErrorEstimate, robot_digest: str) -> MeshCertificate
     own = estimate.variants[0] if estimate.variants else None
     if not estimate.complete or own is None or own.effort is None or own.unsettled:
         raise ValueError(f"there is nothing to save: {estimate.verdict}")
-    sources = dict.fromkeys(item.source for item in estimate.references if item is not None)
     return MeshCertificate(
         robot_digest,
         datetime.now(UTC).isoformat(timespec="seconds"),
         own.effort,
         own.tip,
         own.contact,
-        " and ".join(sources),
+        estimate.against,
         max(load.share for load in estimate.loads),
         estimate.effort_name,
     )

@@ -8,7 +8,12 @@ import numpy as np
 
 from tauten.service.check.findings import Finding, Level, graded, worst
 from tauten.service.check.mesh_variants import Load, LoadedState, Variant, VariantStates
-from tauten.service.check.references import Reference, reference_state, refined_references
+from tauten.service.check.references import (
+    Reference,
+    reference_state,
+    refined_references,
+    sources_of,
+)
 
 MESH_ERROR = "error of the mesh"  # subject of a finding
 FORCE = (0.03, 0.1)  # relative; from here on doubtful and wrong
@@ -78,6 +83,11 @@ class MeshErrorEstimate:
     verdict: str
     advice: str
     effort_name: str
+
+    @property
+    def against(self) -> str:
+        """How the references were found."""
+        return sources_of(self.references)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -216,7 +226,7 @@ def judged(
     effort_name: str,
 ) -> tuple[str, str]:
     """The verdict on the first mesh, and what to change."""
-    sources = list(dict.fromkeys(item.source for item in references if item is not None))
+    sources = sources_of(references)
     if not variants or variants[0].effort is None or not sources:
         if not complete:
             return "stopped before a better mesh was compared", ""
@@ -228,8 +238,7 @@ def judged(
     stiff = {"fine": "fine", "doubtful": "not accurate", "wrong": "wrong"}[own.level]
     if own.level != "fine" and own.effort is not None and own.effort > FORCE[0]:
         stiff = "too stiff"
-    against = " and ".join(sources)
-    sentence = f"{own.variant.phrase} are {stiff}: {listed(own, effort_name)}, against {against}"
+    sentence = f"{own.variant.phrase} are {stiff}: {listed(own, effort_name)}, against {sources}"
     if own.level == "fine":
         return sentence, ""
     others = [item for item in variants[1:] if item.effort is not None and item.level == "fine"]
@@ -243,7 +252,8 @@ def judged(
         advice = "refine the mesh"
     elif best.variant.refinements:
         advice += " and refine the mesh"
-    if any(source.startswith(best.variant.phrase) for source in sources) and best.effort == 0.0:
+    phrase = best.variant.phrase
+    if best.effort == 0.0 and any(item and item.source.startswith(phrase) for item in references):
         return sentence, f"{advice} (the reference itself; --refinements 2 measures its error)"
     return sentence, f"{advice} ({listed(best, effort_name)})"
 

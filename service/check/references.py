@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,6 +56,13 @@ def reference_state(
     if len(levels) == 3:
         source += f" ({own} meshes show no order of convergence)"
     return Reference(finest.states[index], source, None)
+
+
+def sources_of(references: tuple[Reference | None, ...]) -> str:
+    """How the references were found; "" without one. Of several ways that of most loads comes first."""
+    counts = Counter(item.source for item in references if item is not None)
+    first, *others = [source for source, _ in counts.most_common()] or [""]
+    return f"{first}; under other loads {' or '.join(others)}" if others else first
 
 
 def refined_references(

@@ -50,9 +50,8 @@ def error_table(estimate: MeshErrorEstimate) -> Numbers:
     shown = loads[:4]  # a terminal's width; the JSON file has all
     columns = ("elements", "nodes", estimate.effort_name, "tip [mm]", "contact force", *shown)
     title = f"errors, largest and {estimate.effort_name} by load"
-    sources = dict.fromkeys(item.source for item in estimate.references if item is not None)
-    if sources:
-        title += f", against {' and '.join(sources)}"
+    if estimate.against:
+        title += f", against {estimate.against}"
     if not estimate.complete:
         title += " (stopped early)"
     rows = tuple(error_row(item, len(shown)) for item in estimate.variants)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.service.check.references import richardson
+from tauten.service.check import LoadedState
+from tauten.service.check.references import Reference, richardson, sources_of
 
 
 @pytest.mark.parametrize("order", [1.1, 1.2, 2.0, 3.0])
@@ -27,3 +28,10 @@ def test_values_that_do_not_change_are_their_own_limit() -> None:
     still = [np.array([value]) for value in (0.5, 0.4, 0.4)]
     assert richardson(*still) == (pytest.approx(0.4), None)
     assert richardson(*(np.zeros(1) for _ in range(3))) == (pytest.approx(0.0), None)
+
+
+def test_ways_to_a_reference_are_named_once_that_of_most_loads_first() -> None:
+    a, b, c = (Reference(LoadedState(True, (0.0,), (0.0,), 0.0), way, None) for way in "abc")
+    assert sources_of((None, None)) == ""
+    assert sources_of((b, None, b)) == "b"
+    assert sources_of((a, b, b, c)) == "b; under other loads a or c"
