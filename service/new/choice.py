@@ -83,6 +83,16 @@ def accurate_trial(trials: tuple[Trial, ...], accuracy: float) -> int:
     return next(good, len(trials) - 1)
 
 
+def finer_than(trials: tuple[Trial, ...], taken: Trial) -> float:
+    """Size of the elements of a mesh with at least twice the nodes [m].
+
+    Details of a part may need so many that meshes of other sizes have as many: none of those that were tried
+    is finer then.
+    """
+    larger = (one.size for one in trials if one.nodes >= 2 * taken.nodes)
+    return next(larger, FINER * trials[-1].size)
+
+
 def verdict(
     trials: tuple[Trial, ...],
     chosen: int,
@@ -104,7 +114,7 @@ def verdict(
     taken, good = trials[chosen], accurate_trial(trials, accuracy)
     reduce = f"tauten reduce {file} --states --write"
     exact = all(item.level == "fine" for item in check.findings if item.subject == MESH_ERROR)
-    finer = trials[good].size if good > chosen else FINER * taken.size
+    finer = trials[good].size if good > chosen else finer_than(trials, taken)
     other = f"tauten new with --size {1e3 * finer:.3g}" if sized else "a finer mesh of the part"
     if not taken.in_time:
         nearer = "" if exact else f" Where the error of the mesh is too large: first {other}."

@@ -14,7 +14,7 @@ from tauten.service.check import CheckSettings, Finding, RobotCheck, check_robot
 from tauten.service.check.control_findings import step_time
 from tauten.service.check.findings import Level
 from tauten.service.new import Made, NewRobot, Trial, make_new_robot, read_part
-from tauten.service.new.choice import chosen_trial, compared, verdict
+from tauten.service.new.choice import chosen_trial, compared, finer_than, verdict
 from tauten.service.new.guesses import guess_fields
 from tauten.service.new.meshing import mesh_part
 from tauten.service.new.trial import HALF, PRESSURE
@@ -120,6 +120,17 @@ def test_there_is_one_verdict(
     assert found.startswith("Verdict: ") and said in found
     assert "rate =" not in found
     assert not [word for word in unsaid if word in found]
+
+
+def test_the_mesh_that_is_advised_is_finer_than_all_of_as_many_nodes() -> None:
+    """Of a part with small details sizes of 4.3 to 2 mm all gave 6,000 nodes, and 3 mm was advised."""
+
+    def advised(*meshes: tuple[float, int]) -> float:
+        trials = [Trial(size, n, 1.0, np.zeros(3), 0.1, 1.0, 0.1) for size, n in meshes]
+        return finer_than(tuple(trials), trials[0])
+
+    assert advised((4e-3, 5900), (3e-3, 5920), (2e-3, 6160)) < 2e-3
+    assert advised((4e-3, 300), (3e-3, 610), (2e-3, 2000)) == 3e-3
 
 
 def test_no_lower_rate_is_advised_beside_a_finer_mesh() -> None:
