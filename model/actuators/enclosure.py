@@ -70,8 +70,8 @@ def chamber_surface(x: Array, triangles: Ints) -> Ints:
     return np.ascontiguousarray(triangles[:, [0, 2, 1]])
 
 
-def closed_parts(triangles: Ints) -> list[Ints]:
-    """Parts (t, 3) of a boundary that are connected by common nodes."""
+def connected_parts(triangles: Ints) -> list[Ints]:
+    """Parts (t, 3) of a surface that are connected by common nodes."""
     corners = triangles[:, [0, 1, 1, 2]].reshape(-1, 2)
     n = int(triangles.max(initial=0)) + 1
     graph = sp.coo_array((np.ones(len(corners)), (corners[:, 0], corners[:, 1])), shape=(n, n))
@@ -87,7 +87,7 @@ def cavities(x: Array, boundary: Ints) -> list[Ints]:
         x: (n_nodes, 3) node positions [m].
         boundary: (t, 3) boundary triangles, normals out of the material.
     """
-    return [part for part in closed_parts(boundary) if enclosed_volume(x, part) < 0.0]
+    return [part for part in connected_parts(boundary) if enclosed_volume(x, part) < 0.0]
 
 
 def cavity_around(x: Array, boundary: Ints, point: Array) -> Ints:

@@ -5,20 +5,22 @@ They make a robot file that loads and moves; its comments ask the user to correc
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.actuators import cavities, enclosed_volume, winding
-from tauten.model.mesh import TetMesh, boundary_triangles, triangle_areas
+from tauten.model.actuators import cavities, connected_parts, enclosed_volume, winding
+from tauten.model.mesh import TetMesh, boundary_triangles, distances_to_triangles, triangle_areas
 from tauten.model.numerics import Array, Ints
-from tauten.service.new.side_cable import Axes, side_cable
+from tauten.service.new.side_cable import Axes, in_mesh, side_cable
 
 END = 0.02  # of the length; triangles so near an end belong to it
-# of the smallest node spacing at the held end; half the thickness of the box that holds it
-SLAB = 0.5
+SLAB = 0.01  # of the length; half the thickness of the box that holds an end, at least
+THICKER = 1.5  # factor to the next one, where that box holds no three nodes off a line
 HANGS = 0.9  # the upper end is held unless the lower one is larger by more than this
 PULL = 0.1  # of the length
+OUTSIDE = 0.01  # of the length; how far outside of a mesh of the part guessed points may lie
 LEAST_CAVITY = 0.01  # of the body's volume; a smaller one is a bubble, not a chamber
 
 
@@ -62,8 +64,14 @@ class Guess:
     cavities: tuple[Cavity, ...] = ()
 
 
-def guess_fields(mesh: TetMesh, chambers: bool = True) -> Guess:
-    """Hold the larger end of the longest axis, pull along a side or inflate cavities, move the other end."""
+def guess_fields(meshes: Sequence[TetMesh], chambers: bool = True) -> Guess:
+    """Hold the larger end of the longest axis, pull along a side or inflate cavities, move the other end.
+
+    Args:
+        meshes: of the part; the last is looked at, and all are held.
+        chambers: whether closed cavities become chambers.
+    """
+    mesh = meshes[-1]
     low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
     axis = int(np.argmax(high - low))
     length = float(high[axis] - low[axis])
@@ -73,23 +81,78 @@ def guess_fields(mesh: TetMesh, chambers: bool = True) -> Guess:
     at_low, at_high = centres < low[axis] + END * length, centres > high[axis] - END * length
     hold_high = float(areas[at_high].sum()) >= HANGS * float(areas[at_low].sum())
     held_at, free = (high[axis], at_low) if hold_high else (low[axis], at_high)
-    corners = np.stack([low, high]) + 1e-3 * length * np.array([[-1.0], [1.0]])
-    thickness = END * length * SLAB
-    corners[:, axis] = (held_at - thickness, held_at + thickness)
-    weights = areas[free] / areas[free].sum()
-    effector = weights @ mesh.nodes[triangles[free]].mean(axis=1)
+    if not free.any():  # a pointed end
+        along = mesh.nodes[triangles][..., axis].sum(axis=1)
+        free = along == (along.min() if hold_high else along.max())
     cable = side_cable(mesh, Axes(axis, low, high, hold_high))
     leaves = cable[0].copy()
     leaves[axis] = held_at + (END if hold_high else -END) * length
     return Guess(
-        corners, cable, leaves,
+        held_box(meshes, axis, float(held_at)), cable, leaves,
         span=abs(float(cable[-1, axis] - held_at)) / length,
-        effector=effector,
-        outside=0.01 * length,
+        effector=point_of_end(mesh, triangles[free], OUTSIDE * length),
+        outside=OUTSIDE * length,
         max_pull=PULL * length,
         length=length,
         cavities=found_cavities(mesh, triangles) if chambers else (),
     )  # fmt: skip
+
+
+def held_box(meshes: Sequence[TetMesh], axis: int, end: float) -> Array:
+    """Corners (2, 3) of a box around one end, which holds three nodes off a line of every mesh [m].
+
+    Args:
+        meshes: of the part.
+        axis: coordinate along which its ends are.
+        end: that coordinate at the end that is held [m].
+    """
+    nodes = np.concatenate([mesh.nodes for mesh in meshes])
+    low, high = nodes.min(axis=0), nodes.max(axis=0)
+    length = float(high[axis] - low[axis])
+    corners: Array = np.stack([low, high]) + 1e-3 * length * np.array([[-1.0], [1.0]])
+    half = SLAB * length
+    while True:
+        corners[:, axis] = (end - half, end + half)
+        if half > length or all(holds(mesh, half, axis, end) for mesh in meshes):
+            return corners
+        half *= THICKER
+
+
+def holds(mesh: TetMesh, half: float, axis: int, end: float) -> bool:
+    """Whether three nodes off a line are within half the thickness of a box around an end.
+
+    Args:
+        mesh: the body.
+        half: of the thickness [m].
+        axis: coordinate along which its ends are.
+        end: that coordinate at the end that is held [m].
+    """
+    held = mesh.nodes[np.abs(mesh.nodes[:, axis] - end) <= half]
+    short = 1e-3 * mesh.size
+    return len(held) > 2 and bool(np.linalg.matrix_rank(held - held[0], tol=short) >= 2)
+
+
+def point_of_end(mesh: TetMesh, triangles: Ints, outside: float) -> Array:
+    """A point (3,) of an end of a body: its middle, else that of its largest part, else near that [m].
+
+    The end of a tube is a ring, and a body with legs has several ends: their middle is not in the body.
+
+    Args:
+        mesh: the body.
+        triangles: (t, 3) of the boundary at this end.
+        outside: how far outside of the mesh the point may lie [m].
+    """
+    parts = connected_parts(triangles)
+    largest = max(parts, key=lambda part: float(triangle_areas(mesh.nodes, part).sum()))
+    for part in (triangles, largest):
+        areas, corners = triangle_areas(mesh.nodes, part), mesh.nodes[part]  # (t,), (t, 3, 3)
+        middle: Array = areas @ corners.mean(axis=1) / areas.sum()
+        near = distances_to_triangles(middle[None], corners)[0] <= 0.5 * outside
+        if near or in_mesh(mesh, middle[None])[0]:
+            return middle
+    centres = mesh.nodes[largest].mean(axis=1)
+    nearest: Array = centres[np.linalg.norm(centres - middle, axis=1).argmin()]
+    return nearest
 
 
 def found_cavities(mesh: TetMesh, triangles: Ints) -> tuple[Cavity, ...]:

@@ -126,7 +126,7 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
     if part.kind == "tetrahedra":
         sizes = [part.size_for(len(mesh_part(part, 1.0).nodes))]
     meshes = _meshes(part, sizes, stop, progress)
-    guess = guess_fields(meshes[-1][1], new.chambers)
+    guess = guess_fields([mesh for _, mesh in meshes], new.chambers)
     drafts: list[_Draft] = []
     for number, (size, mesh) in enumerate(meshes, 1):
         progress(0.0, f"equilibria with elements of {1e3 * size:.3g} mm")

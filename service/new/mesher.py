@@ -46,11 +46,17 @@ def netgen_mesh(kind: str, file: str, size: float) -> dict[str, Any]:
 
 
 def arrays_of(mesh: Any) -> dict[str, Any]:
-    """Nodes (n, 3) and tets (e, 4) of a mesh of netgen."""
+    """Nodes (n, 3) and tets (e, 4) of a mesh of netgen.
+
+    Raises:
+        ValueError: netgen has filled the surface with none, without an error.
+    """
     nodes = np.array([point.p for point in mesh.Points()])
     tets = np.array(
         [[vertex.nr - 1 for vertex in element.vertices] for element in mesh.Elements3D()]
     )
+    if not len(tets):
+        raise ValueError("netgen fills the surface with no tetrahedra")
     return {"nodes": nodes, "tets": tets}
 
 

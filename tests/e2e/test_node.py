@@ -168,7 +168,9 @@ def test_rubbish_is_counted_and_moves_nothing(shared: Served, beam: Robot) -> No
         (b"{" * 100, JSON),
         (b"", CDR),
     ]
-    kept = zenoh.CongestionControl.BLOCK  # by default Zenoh drops messages of a process that gets no time
+    kept = (
+        zenoh.CongestionControl.BLOCK
+    )  # by default Zenoh drops messages of a process that gets no time
     for payload, encoding in rubbish:
         shared.session.put(key, payload, encoding=encoding, congestion_control=kept)
         time.sleep(0.01)

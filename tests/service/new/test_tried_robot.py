@@ -10,6 +10,8 @@ import pytest
 
 from tauten.controller import Controller
 from tauten.model import ActuatorKind, Simulator, load_robot
+from tauten.model.mesh import TetMesh
+from tauten.model.points import attach
 from tauten.service.check import CheckSettings, Finding, RobotCheck, check_robot
 from tauten.service.check.control_findings import step_time
 from tauten.service.check.findings import Level
@@ -161,11 +163,45 @@ def test_the_cable_follows_the_side_of_a_tapered_part_to_its_tip(tmp_path: Path)
     occ.ThruSections(wires).WriteStep(str(tmp_path / "tapered.step"))
     part = read_part(tmp_path / "tapered.step", "mm", False)
     mesh = mesh_part(part, part.size_for(700))
-    guess = guess_fields(mesh)
+    guess = guess_fields([mesh])
     assert guess.span > 0.85
     assert float(np.ptp(guess.cable[:, 0])) > 0.8 * 0.09
     steps = np.linalg.norm(np.diff(guess.cable, axis=0), axis=1)
     assert steps.max() < 2.5 * np.median(steps)
+
+
+def test_a_body_with_pointed_ends_is_held_and_has_an_effector() -> None:
+    """Of SOFA's branch no three nodes were near its round end, and the file it made was refused."""
+    turns = np.linspace(0.0, 2.0 * np.pi, 7)[:-1]
+    ring = 0.01 * np.stack([np.cos(turns), np.sin(turns), np.zeros(6)], axis=1)
+    ends = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.1]])
+    nodes = np.concatenate([ends, ring + np.array([0.0, 0.0, 0.03])])
+    tets = np.array([[0, 1, 2 + i, 2 + (i + 1) % 6] for i in range(6)])
+    mesh = TetMesh(nodes, tets)
+    guess = guess_fields([mesh])
+    held = ((nodes > guess.held[0]) & (nodes < guess.held[1])).all(axis=1)
+    assert np.linalg.matrix_rank(nodes[held] - nodes[held][0]) >= 2 and not held.all()
+    attach(mesh, guess.effector[None], "effector", guess.outside)
+
+
+@pytest.mark.parametrize("shape", ["tube", "legs"])
+def test_the_effector_is_in_a_body_whose_end_has_its_middle_outside(
+    shape: str, tmp_path: Path
+) -> None:
+    """A gripper's part with legs, of which SOFA has one, was refused: the point lay between them."""
+    solid = occ.Cylinder((0, 0, 0), occ.Z, 12, 60) - occ.Cylinder((0, 0, -1), occ.Z, 9, 62)
+    if shape == "legs":
+        solid = occ.Box((0, 0, 60), (60, 16, 90)) + occ.Box((0, 0, 0), (12, 16, 90))
+        solid += occ.Box((46, 0, 0), (60, 16, 90))
+    solid.WriteStep(str(tmp_path / "part.step"))
+    part = read_part(tmp_path / "part.step", "mm", False)
+    mesh = mesh_part(part, 6e-3)
+    guess = guess_fields([mesh])
+    attach(mesh, guess.effector[None], "effector", guess.outside)
+    x, y, z = 1e3 * guess.effector
+    assert z == pytest.approx(0.0, abs=1.0)
+    if shape == "legs":
+        assert (x, y) == (pytest.approx(53.0, abs=0.5), pytest.approx(8.0, abs=0.5))
 
 
 def test_a_closed_cavity_becomes_a_chamber(tmp_path: Path) -> None:
@@ -182,7 +218,7 @@ def test_a_closed_cavity_becomes_a_chamber(tmp_path: Path) -> None:
     assert simulator.settle([np.nan], [float(robot.limits.effort_max[0])]).converged
     moved = np.linalg.norm(simulator.effector[0] - start)
     assert 0.05 * 0.08 < moved < 0.3 * 0.08, "as far as a guess goes"
-    assert guess_fields(robot.body.mesh, chambers=False).cavities == ()
+    assert guess_fields([robot.body.mesh], chambers=False).cavities == ()
 
 
 @pytest.mark.slow
