@@ -18,8 +18,9 @@ Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems*, 2008, chapter 10
 The first stage does not show every impact. A body that rests on an obstacle which starts to move is pushed
 before and after, and would be thrown up with 1/γ − 1 = 2.4 times the velocity of the obstacle; one that meets
 an obstacle between y₁ and s would be pushed out of it. In both, other contacts push at the end of the second
-stage than at that of the first one. There robots with an obstacle in range, and bodies that only contact
-joins, repeat the second stage from y₁: after an impact they have the velocity of the obstacle, and no more.
+stage than at that of the first one. There the second stage is repeated from y₁: after an impact bodies have
+the velocity of the obstacle, and no more. Only what obstacles, or bodies that only contact joins, push in the
+stage counts for that: a cable that becomes slack far from them does not.
 
 Where a stage moves a node far from where the velocity alone leads, one linearisation is not enough: the
 period is travelled again in twice as many steps, up to four times as many. Where a stage moves a node several
@@ -27,8 +28,8 @@ times as far, as where a robot buckles and its tangent is nearly singular, the n
 
 The step in which something is struck is of first order. Where folds of a body meet or come apart, it leaves
 a velocity that rings on for several periods, and the efforts that hold the robot alternate. There the period
-is travelled again in four times as many steps, so that the one of first order is a quarter as long. Robots
-with an obstacle in range, whose contacts begin and cease to push in most periods, are left out.
+is travelled again in four times as many steps, so that the one of first order is a quarter as long. What an
+obstacle pushes, whose contacts begin and cease to push in most periods, is left out.
 
 The controller's model and the simulated robots both move so, each with its own number of steps in a period.
 """
@@ -41,16 +42,17 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tauten.model.contact import ContactSet
-from tauten.model.numerics import Array, FactorisationError, Ints, kernel
+from tauten.model.numerics import Array, Bools, FactorisationError, Ints, kernel
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.state import State
 from tauten.model.step import (
+    CondensedStep,
     ContactSpace,
     Enrichment,
     Forces,
     PredictedStep,
+    TangentialForces,
     condense_step,
     forward_step,
 )
@@ -177,8 +179,7 @@ def _in_steps(
             if end.correction > farthest:
                 break
             struck = _struck(forces, end, PUSHES * stages.size)
-            alone = struck and resolves and not _near_obstacles(stages.robot.contacts, end)
-            if alone and _struck(forces, end, PUSHES * stages.size, actuators=False):
+            if struck and resolves and _strikes_itself(stages, forces, end):
                 return None
             end = _second(stages, state, end, struck, now, share)
         correction, converged = max(correction, end.correction), converged and end.converged
@@ -200,18 +201,43 @@ def _second(
     if not struck:
         beyond = _beyond(stages.robot, start, first.state, stages.scheme.h)
         end = stages.solve(beyond, first.forces, command, share, start)
-        among = bool(contacts.loose or (contacts.poses.poses and _near_obstacles(contacts, end)))
-        if not among or not _struck(first.forces, end, PUSHES * stages.size):
+        if not contacts.loose and not contacts.poses.poses:
+            return end
+        outer = contacts.obstructed.copy()
+        outer[list(contacts.loose)] = True
+        if not _struck(first.forces, end, PUSHES * stages.size, _moved_by(outer, end)):
             return end
     return stages.over_the_rest().solve(first.state, first.forces, command, share)
 
 
-def _near_obstacles(contacts: ContactSet, stage: Travel) -> bool:
-    """Whether a contact with an obstacle is in range in a stage."""
-    return bool(contacts.obstructed[stage.last.step.rows.contacts.pair].any())
+def _strikes_itself(stages: _Stages, before: Forces, stage: Travel) -> bool:
+    """Whether contacts of what no obstacle pushes in a stage have begun or ceased to push."""
+    contacts = stages.robot.contacts
+    counted: Bools | None = None
+    if contacts.poses.poses:
+        moved = _moved_by(contacts.obstructed, stage)
+        counted = ~moved if moved.any() else None
+    return _struck(before, stage, PUSHES * stages.size, counted, actuators=False)
 
 
-def _struck(before: Forces, stage: Travel, least: float, actuators: bool = True) -> bool:
+def _moved_by(pairs: Bools, stage: Travel) -> Bools:
+    """Which rows of a stage (m,) the forces of some of the contact pairs (n_pairs,) move."""
+    step, found = stage.last.step, stage.last.step.rows.contacts
+    units = step.layout.contacts.start + len(step.reduced)
+    pushing: Bools = np.zeros(len(step.compliance), np.bool_)
+    pushing[step.layout.contacts.start : units] = pairs[found.pair].any()
+    pushing[units:] = np.repeat(pairs[found.pair[step.extra]], 3 if step.frictional else 1)
+    moved: Bools = np.logical_or.reduce(step.compliance.W[:, pushing] != 0.0, axis=1)
+    return moved
+
+
+def _struck(
+    before: Forces,
+    stage: Travel,
+    least: float,
+    counted: Bools | None = None,
+    actuators: bool = True,
+) -> bool:
     """Whether an actuator or a contact has begun or ceased to push, or a contact to slide or to stick.
 
     The forces of a robot at rest may be rounding, whose sign must not choose the scheme: the same targets
@@ -221,10 +247,13 @@ def _struck(before: Forces, stage: Travel, least: float, actuators: bool = True)
         before: forces before the stage.
         stage: the stage.
         least: displacement in the row of an actuator or contact from which on a force pushes [m].
+        counted: (m,) rows of the stage that count; None: all.
         actuators: whether actuators count, and how contacts slide; else only whether contacts push.
     """
     step, after, kept = stage.last.step, stage.forces, slice(None if actuators else 0)
     places = step.layout.actuators.start, step.layout.contacts.start
+    if counted is not None:
+        before, after = _counted(before, step, counted), _counted(after, step, counted)
     forces = (
         (before.effort[kept], before.beta, before.extra, before.extra_beta),
         (after.effort[kept], after.beta, after.extra, after.extra_beta),
@@ -232,6 +261,21 @@ def _struck(before: Forces, stage: Travel, least: float, actuators: bool = True)
     changed = _pushes_otherwise(forces, step.compliance.W, places, least)
     rubs = actuators and before.friction is not None
     return changed or (rubs and before.slides_otherwise(after))
+
+
+def _counted(forces: Forces, step: CondensedStep, counted: Bools) -> Forces:
+    """The forces of some rows (m,) of a step; those of others are zero, or left out."""
+    layout, modes, beta = step.layout, step.reduced.modes, forces.beta.copy()
+    first = layout.contacts.start
+    beta[modes] *= counted[first : first + len(modes)]
+    units = counted[first + len(modes) :: 3 if step.frictional else 1]
+    kept = np.isin(forces.extra, step.rows.contacts.slots[step.extra[units]])
+    friction = forces.friction
+    if friction is not None:
+        of_units = friction.force[kept], friction.sliding[kept], friction.margin[kept]
+        friction = TangentialForces(*of_units)
+    effort = np.where(counted[layout.actuators], forces.effort, 0.0)
+    return Forces(effort, beta, forces.extra[kept], forces.extra_beta[kept], friction)
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""An obstacle that is too far away to be touched changes nothing."""
+"""An obstacle or an object that is too far away to be touched changes nothing."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.robots.examples import EXAMPLES
 
 from tauten.controller import controller_setup, warm_controller
+from tauten.model import Simulator
 from tauten.model.load import shipped_folder
 from tauten.model.numerics import Array
 
@@ -43,3 +45,35 @@ def test_an_obstacle_far_away_changes_no_bit(name: str, friction: float) -> None
     again, efforts = decided(among)
     np.testing.assert_array_equal(again, position)
     np.testing.assert_array_equal(efforts, effort)
+
+
+def test_an_object_far_away_changes_no_motion() -> None:
+    """It rests on the floor; the trunk's cables become slack and taut in the steps."""
+    trunk = {"name": "arm", "robot": "trunk"}
+    cube = {"name": "cube", "robot": str(EXAMPLES / "cube.toml"), "position": [10.0, 0.0, 0.012]}
+    floor = {
+        "name": "floor",
+        "shape": "box",
+        "parameters": {"lower": [9.0, -1.0, -1.0], "upper": [11.0, 1.0, 0.0]},
+    }
+    rests = {
+        "candidates": {"part": "cube"},
+        "against": "floor",
+        "points": "vertices",
+        "friction": 0.5,
+    }
+    touches = {**rests, "against": {"part": "arm"}}
+    alone = {"name": "world", "parts": [trunk]}
+    beside = {**alone, "parts": [trunk, cube], "obstacles": [floor], "contacts": [rests, touches]}
+    ends = []
+    for contents in (alone, beside):
+        setup = controller_setup(contents, EXAMPLES / "world.toml", model="reduced", basis="full")
+        simulator, rng = Simulator(setup.robot, "full"), np.random.default_rng(1)
+        assert simulator.settle_start().converged
+        slack = 0
+        for _ in range(8):
+            simulator.move(position=rng.uniform(-0.004, 0.004, setup.robot.n_a))
+            slack += int((simulator.effort == 0.0).sum())
+            ends.append(simulator.effector_values)
+        assert 0 < slack < 8 * setup.robot.n_a
+    np.testing.assert_allclose(ends[8:], ends[:8], rtol=0.0, atol=1e-10)
