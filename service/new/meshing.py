@@ -227,4 +227,6 @@ def _run(arguments: list[str], path: Path) -> None:
         advice = "choose another --size, or mend the part in CAD"
         if arguments[0] == "surface":
             advice += ", or use --repair"
+        if arguments[0] == "solid":
+            advice += ", or export it as STL and use --repair"
         raise PartError(f"{path}: the mesher fails ({reason}); {advice}")
