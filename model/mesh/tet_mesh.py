@@ -270,9 +270,10 @@ def require_size(points: Array, scale: float, source: str, fields: str) -> None:
         points = scale * points
         extent = float(np.ptp(points, axis=0).max())
     if not 1e-3 <= extent <= 10.0:
-        raise MeshError(
-            f"{source}: the body is {extent:g} m long, expected 1 mm to 10 m; check {fields}"
-        )
+        likely = [factor for factor in (1e-3, 1e-2, 1e2, 1e3) if 1e-2 <= factor * extent <= 1.0]
+        other = [f"; in a unit {f:g} times as large it is {f * extent:g} m" for f in likely]
+        what = f"{source}: the body is {extent:g} m long, expected 1 mm to 10 m; check {fields}"
+        raise MeshError(what + "".join(other))
     far = float(np.abs(points).max())
     if far > LARGEST_COORDINATE:
         raise MeshError(

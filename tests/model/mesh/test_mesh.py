@@ -130,8 +130,10 @@ def test_bad_meshes_are_refused_with_the_reason(tmp_path: Path, message: str) ->
 
 SIZES = {
     "a node lies 5000.05 m from the origin, allowed is 1000 m": NODES + np.array([5e3, 0.0, 0.0]),
-    "the body is 50 m long, expected 1 mm to 10 m; check the unit": 1e3 * NODES,
-    "the body is 5e-05 m long, expected 1 mm to 10 m; check the unit": 1e-3 * NODES,
+    "the body is 50 m long, expected 1 mm to 10 m; check the unit; "
+    "in a unit 0.001 times as large it is 0.05 m; in a unit 0.01 times as large": 1e3 * NODES,
+    "the body is 5e-05 m long, expected 1 mm to 10 m; check the unit; "
+    "in a unit 1000 times as large it is 0.05 m$": 1e-3 * NODES,
     "the body is inf m long": np.where(NODES == 0, -1.5e308, 1.5e308),
 }
 

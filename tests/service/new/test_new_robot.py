@@ -177,7 +177,9 @@ def test_a_part_in_another_unit_is_refused_with_the_option_that_says_it(
     else:
         mesh, file = box_mesh((12.0, 12.0, 60.0), (1, 1, 6)), tmp_path / name
         meshio.Mesh(mesh.nodes, {"tetra": np.asarray(mesh.tets)}).write(file)
-    with pytest.raises(MeshError, match=r"60 m long, expected 1 mm to 10 m; check --unit$"):
+    with pytest.raises(
+        MeshError, match=r"60 m long, expected 1 mm to 10 m; check --unit; in a unit"
+    ):
         read(file, unit="m")
 
 
