@@ -34,13 +34,12 @@ from tauten.service.new.choice import LEAST_RATE, Trial, chosen_trial, compared,
 from tauten.service.new.guesses import Guess, guess_fields
 from tauten.service.new.meshing import LARGE, CadPart, mesh_part
 from tauten.service.new.part import PartError
-from tauten.service.new.template import Values, cable_table, chamber_tables, robot_text
+from tauten.service.new.template import RATE, Values, cable_table, chamber_tables, robot_text
 from tauten.service.new.trial import PRESSURE, Reached, inflated, pulled, step_time
 from tauten.service.process import Interrupted, Progress, StopFlag
 
 NODES = (300, 700, 1500, 3000)  # of the meshes that are compared
 SPARE = 1.2  # how much longer a control step may take than in the trial
-RATE = 50.0  # Hz
 MESHING, MOVING, CHECKING = 0.2, 0.5, 0.3  # shares of the progress
 
 

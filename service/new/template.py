@@ -40,7 +40,7 @@ max_outside = {outside:.2g}
 rayleigh_stiffness = 0.02         # GUESS: damping of the material [s]
 
 [controller]
-rate = {rate:g}                       # decisions per second [Hz]
+rate = {rate:g}                       # decisions per second [Hz]{slow}
 
 {contact}"""
 
@@ -105,6 +105,8 @@ class Values:
 
 POISSON, DENSITY = 0.45, 1070.0  # of a usual silicone; density [kg/m³]
 MOVE_TIME = 2.0  # s, from rest to the largest pull or pressure
+RATE = 50.0  # Hz
+SLOW = "; the most that the full model has time for, a reduced one permits more"
 SPARE = 1.2  # how much more than what was needed a chamber's volume may change
 
 
@@ -126,6 +128,7 @@ def robot_text(values: Values, guess: Guess, actuators: str) -> str:
         outside=guess.outside,
         effector=numbers(guess.effector),
         rate=values.rate,
+        slow="" if values.rate == RATE else SLOW,
         contact=CONTACT.format(lower=numbers(middle - guess.outside), upper=numbers(middle)),
     )
 

@@ -19,6 +19,7 @@ from tauten.service.new import Made, NewRobot, Trial, make_new_robot, read_part
 from tauten.service.new.choice import chosen_trial, compared, finer_than, verdict
 from tauten.service.new.guesses import guess_fields
 from tauten.service.new.meshing import mesh_part
+from tauten.service.new.template import Values, robot_text
 from tauten.service.new.trial import HALF, PRESSURE
 from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
@@ -182,6 +183,9 @@ def test_a_body_with_pointed_ends_is_held_and_has_an_effector() -> None:
     held = ((nodes > guess.held[0]) & (nodes < guess.held[1])).all(axis=1)
     assert np.linalg.matrix_rank(nodes[held] - nodes[held][0]) >= 2 and not held.all()
     attach(mesh, guess.effector[None], "effector", guess.outside)
+    for rate in (34.0, 50.0):
+        text = robot_text(Values("cone", "cone.stl", 8, 0.01, 3e5, rate), guess, "")
+        assert ("a reduced one permits more" in text) == (rate < 50.0)
 
 
 @pytest.mark.parametrize("shape", ["tube", "legs"])
