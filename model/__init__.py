@@ -5,7 +5,7 @@ from tauten.model.contact import ObstaclePoses
 from tauten.model.contacts import ContactForces, Contacts
 from tauten.model.layout import Layout, row_layout
 from tauten.model.load.robot import load_robot
-from tauten.model.mesh.tet_mesh import MeshError
+from tauten.model.mesh.mesh_files import MeshError
 from tauten.model.robot import (
     NO_CONTACTS,
     Floats,

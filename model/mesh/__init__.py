@@ -1,6 +1,7 @@
 """Tetrahedral meshes: reading, checks, refinement, surfaces, regions."""
 
 from tauten.model.mesh.groups import CellGroup
+from tauten.model.mesh.mesh_files import MeshError, read_triangles
 from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
 from tauten.model.mesh.quality import (
     mean_ratios,
@@ -23,14 +24,12 @@ from tauten.model.mesh.surface import (
 from tauten.model.mesh.tet_mesh import (
     EDGES,
     UNITS,
-    MeshError,
     TetMesh,
     checked,
     join_meshes,
     oriented,
     part_numbers,
     read_mesh,
-    read_triangles,
     require_size,
 )
 from tauten.model.mesh.triangle_distance import distances_to_triangles

@@ -8,16 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model.mesh.groups import CellGroup
+from tauten.model.mesh.mesh_files import MeshError, kinds_of, read_with_meshio
 from tauten.model.mesh.node_numbers import NodeNumbers
 from tauten.model.mesh.tet_mesh import (
     EDGES,
-    MeshError,
     TetMesh,
     checked,
     eight_parts,
-    kinds_of,
     read_mesh,
-    read_with_meshio,
     used_nodes,
     with_midpoints,
 )

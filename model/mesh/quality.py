@@ -6,14 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.model.mesh.tet_mesh import (
-    EDGES,
-    MeshError,
-    TetMesh,
-    kinds_of,
-    read_with_meshio,
-    used_nodes,
-)
+from tauten.model.mesh.mesh_files import MeshError, kinds_of, read_with_meshio
+from tauten.model.mesh.tet_mesh import EDGES, TetMesh, used_nodes
 from tauten.model.numerics import Array, Ints
 
 PARALLEL = 1e-9  # of a triangle's edges: rays whose determinant is smaller do not cross it

@@ -7,26 +7,21 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import meshio
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from tauten.model.mesh.groups import CellGroup, divided, read_groups
+from tauten.model.mesh.mesh_files import MeshError, kinds_of, read_with_meshio
 from tauten.model.mesh.node_numbers import NodeNumbers
 from tauten.model.mesh.surface import FACES
 from tauten.model.numerics import Array, Ints, row_keys
-from tauten.model.printing import kept_from_terminal
 from tauten.model.schema import LARGEST_COORDINATE
 
 EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])  # of corners, in VTK's order
 SHOWN_BODIES = 5  # beside the largest, in an error
 log = logging.getLogger(__name__)
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
-
-
-class MeshError(ValueError):
-    """A mesh that cannot be used for a robot; the text names the file and what to change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,11 +165,6 @@ def read_mesh(path: Path, length_unit: str = "m", overlaps: bool = False) -> Tet
     return replace(checked(nodes, tets, str(path), overlaps), groups=groups, numbers=numbers)
 
 
-def kinds_of(raw: Any) -> set[str]:
-    """The kinds of cells in a `meshio.Mesh`."""
-    return {block.type for block in raw.cells if len(block.data)}
-
-
 def used_nodes(
     raw: Any, kind: str, length_unit: str, path: Path
 ) -> tuple[Array, Ints, tuple[CellGroup, ...], NodeNumbers]:
@@ -202,59 +192,6 @@ def used_nodes(
         nodes = points[used].astype(np.float64) * UNITS[length_unit]
     groups = read_groups(raw, kind, used)
     return nodes, numbers.reshape(tets.shape), groups, NodeNumbers(used)
-
-
-def read_with_meshio(path: Path) -> Any:
-    """The `meshio.Mesh` of a file.
-
-    Raises:
-        MeshError: no such file, or meshio cannot read it; the text contains the reason of meshio on one line.
-    """
-    if not path.is_file():
-        raise MeshError(f"{' '.join(str(path).splitlines())}: no such mesh file")
-    if path.suffix.lower() == ".ply" and b"end_header" not in path.read_bytes():
-        # meshio reads on for ever
-        raise MeshError(f"{path}: not readable as a mesh (its header has no end)")
-    with (
-        kept_from_terminal() as printed,
-        np.errstate(over="ignore"),  # a text STL whose first bytes meshio multiplies as a size
-    ):
-        try:
-            return meshio.read(path)
-        except SystemExit as error:  # meshio has printed why it cannot read the file
-            reason = " ".join(printed.getvalue().split()) or "its contents are not of this format"
-            raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
-        except Exception as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
-
-
-def read_triangles(path: Path) -> tuple[Array, Ints]:
-    """Vertices (v, 3), in the unit of the file, and triangles (t, 3) of a surface such as an STL file.
-
-    Raises:
-        MeshError: unreadable file, no triangles, coordinates that are not finite, or corners that are no
-            vertices.
-    """
-    raw = read_with_meshio(path)
-    parts = [np.asarray(block.data) for block in raw.cells if block.type == "triangle"]
-    if not sum(len(part) for part in parts):
-        raise MeshError(f"{path}: no triangles found")
-    points, triangles = np.asarray(raw.points, dtype=float), np.concatenate(parts).astype(np.int64)
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise MeshError(
-            f"{path}: vertices are an array {points.shape}, expected three coordinates each"
-        )
-    if not np.isfinite(points).all():
-        raise MeshError(f"{path}: a vertex is not finite")
-    wrong = np.flatnonzero(((triangles < 0) | (triangles >= len(points))).any(axis=1))
-    if len(wrong):
-        raise MeshError(
-            f"{path}: {len(wrong)} of {len(triangles)} triangles have corners that are none of the "
-            f"{len(points)} vertices, the first is triangle {wrong[0]}; export the surface again, as STL or "
-            "without relative numbers"
-        )
-    return points, triangles
 
 
 def require_size(points: Array, scale: float, source: str, fields: str) -> None:

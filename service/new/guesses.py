@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.actuators import cavities, connected_parts, enclosed_volume, winding
+from tauten.model.actuators import cavities, connected_parts, enclosed_volume, open_edges, winding
 from tauten.model.mesh import TetMesh, boundary_triangles, distances_to_triangles, triangle_areas
 from tauten.model.numerics import Array, Ints
 from tauten.service.new.side_cable import Axes, in_mesh, side_cable
@@ -165,7 +165,9 @@ def found_cavities(mesh: TetMesh, triangles: Ints) -> tuple[Cavity, ...]:
     least, found = LEAST_CAVITY * float(mesh.volumes.sum()), []
     for part in cavities(mesh.nodes, triangles):
         volume = -enclosed_volume(mesh.nodes, part)
-        if volume > least:
+        if volume > least and not len(
+            open_edges(part)
+        ):  # walls that touch along an edge are no surface
             found.append(Cavity(point_inside(mesh.nodes, part), volume))
     return tuple(sorted(found, key=lambda one: -one.volume))
 

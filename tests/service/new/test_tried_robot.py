@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.robots.bodies import box_mesh
 
 from tauten.controller import Controller
 from tauten.model import ActuatorKind, Simulator, load_robot
@@ -223,6 +224,18 @@ def test_a_closed_cavity_becomes_a_chamber(tmp_path: Path) -> None:
     moved = np.linalg.norm(simulator.effector[0] - start)
     assert 0.05 * 0.08 < moved < 0.3 * 0.08, "as far as a guess goes"
     assert guess_fields([robot.body.mesh], chambers=False).cavities == ()
+
+
+@pytest.mark.parametrize(("cells", "count"), [([(1, 1, 1)], 1), ([(1, 1, 1), (2, 2, 1)], 0)])
+def test_cavities_that_touch_along_an_edge_are_no_chamber(
+    cells: list[tuple[int, int, int]], count: int
+) -> None:
+    """Of one of SOFA's meshes a file was made that its chamber did not load."""
+    box = box_mesh((0.04, 0.04, 0.06), (4, 4, 3))
+    place = np.floor(box.nodes[box.tets].mean(axis=1) / (0.01, 0.01, 0.02)).astype(int)  # (e, 3)
+    hollow = np.array([tuple(one) in cells for one in place.tolist()])
+    guess = guess_fields([TetMesh(box.nodes, box.tets[~hollow])])
+    assert len(guess.cavities) == count
 
 
 @pytest.mark.slow

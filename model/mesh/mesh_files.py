@@ -1,0 +1,108 @@
+"""Mesh files as meshio reads them, and surfaces as triangles."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+
+from tauten.model.numerics import Array, Ints
+from tauten.model.printing import kept_from_terminal
+
+POLYGONS = ("triangle", "quad", "polygon")  # what meshio calls the faces of surfaces
+
+
+class MeshError(ValueError):
+    """A mesh that cannot be used for a robot; the text names the file and what to change."""
+
+
+def read_with_meshio(path: Path) -> Any:
+    """The `meshio.Mesh` of a file.
+
+    Raises:
+        MeshError: no such file, or meshio cannot read it; the text contains the reason of meshio on one line.
+    """
+    if not path.is_file():
+        raise MeshError(f"{' '.join(str(path).splitlines())}: no such mesh file")
+    if path.suffix.lower() == ".ply" and b"end_header" not in path.read_bytes():
+        # meshio reads on for ever
+        raise MeshError(f"{path}: not readable as a mesh (its header has no end)")
+    with (
+        kept_from_terminal() as printed,
+        np.errstate(over="ignore"),  # a text STL whose first bytes meshio multiplies as a size
+    ):
+        try:
+            if path.suffix.lower() == ".obj":
+                return _surface_of_obj(path)
+            xml = path.suffix.lower() == ".vtk" and path.read_bytes().lstrip().startswith(b"<")
+            return meshio.read(path, "vtu" if xml else None)
+        except SystemExit as error:  # meshio has printed why it cannot read the file
+            reason = " ".join(printed.getvalue().split()) or "its contents are not of this format"
+            raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
+        except Exception as error:
+            reason = " ".join(str(error).split()) or type(error).__name__
+            raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
+
+
+def _surface_of_obj(path: Path) -> Any:
+    """The `meshio.Mesh` of the vertices and faces in an OBJ file.
+
+    meshio refuses files whose texture has another number of points than the surface, does not know numbers
+    that count from the last vertex, and takes colours of vertices for coordinates.
+    """
+    lines, vertices = list[str](), 0
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        kind, *items = line.split() or [""]
+        if kind == "v":
+            vertices += 1
+            lines.append(" ".join(["v", *items[:3]]))
+        elif kind == "f":
+            numbers = [int(item.split("/")[0]) for item in items]
+            lines.append(" ".join(["f", *(str(n if n > 0 else vertices + 1 + n) for n in numbers)]))
+    with tempfile.TemporaryDirectory(prefix="tauten-") as folder:
+        plain = Path(folder) / "surface.obj"
+        plain.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        return meshio.read(plain)
+
+
+def kinds_of(raw: Any) -> set[str]:
+    """The kinds of cells in a `meshio.Mesh`."""
+    return {block.type for block in raw.cells if len(block.data)}
+
+
+def read_triangles(path: Path) -> tuple[Array, Ints]:
+    """Vertices (v, 3), in the unit of the file, and triangles (t, 3) of a surface such as an STL file.
+
+    Faces with more corners are divided.
+
+    Raises:
+        MeshError: unreadable file, no faces, coordinates that are not finite, or corners that are no
+            vertices.
+    """
+    raw = read_with_meshio(path)
+    parts = [
+        np.asarray(block.data)[:, [0, i, i + 1]]
+        for block in raw.cells
+        if block.type in POLYGONS
+        for i in range(1, np.asarray(block.data).shape[1] - 1)
+    ]
+    if not sum(len(part) for part in parts):
+        raise MeshError(f"{path}: no triangles found")
+    points, triangles = np.asarray(raw.points, dtype=float), np.concatenate(parts).astype(np.int64)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise MeshError(
+            f"{path}: vertices are an array {points.shape}, expected three coordinates each"
+        )
+    if not np.isfinite(points).all():
+        raise MeshError(f"{path}: a vertex is not finite")
+    wrong = np.flatnonzero(((triangles < 0) | (triangles >= len(points))).any(axis=1))
+    if len(wrong):
+        raise MeshError(
+            f"{path}: {len(wrong)} of {len(triangles)} triangles have corners that are none of the "
+            f"{len(points)} vertices, the first is triangle {wrong[0]}; export the surface again, as STL or "
+            "without relative numbers"
+        )
+    return points, triangles
