@@ -136,7 +136,7 @@ CHANGES = {
         "normal = [0.0, 0.0, 1.0]",
         "normal = [0.0, 0.0, 0.0]",
     ),
-    r"beam.vtu: the body is 100 m long, .* check mesh.length_unit$": ('length_unit = "mm"', ""),
+    r"beam.vtu: the body is 100 m long, .* check mesh.length_unit; in a unit": ('length_unit = "mm"', ""),
     r"missing.vtu: no such mesh file": ("beam.vtu", "missing.vtu"),
 }  # fmt: skip
 

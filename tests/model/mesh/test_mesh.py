@@ -177,7 +177,7 @@ def test_what_is_printed_while_meshes_are_read_in_threads_is_not_lost(
 ) -> None:
     inside, before = threading.Barrier(2), sys.stdout
 
-    def read(path: Path) -> None:
+    def read(path: Path, _format: str | None) -> None:
         with suppress(threading.BrokenBarrierError):  # both at once, where they are let
             inside.wait(0.5)
         print(f"meshio about {path.name}")

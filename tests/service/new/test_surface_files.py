@@ -42,7 +42,7 @@ def test_triangles_whose_corners_coincide_are_refused(tmp_path: Path, place: flo
         read_part(path, "mm", False)
 
 
-@pytest.mark.parametrize("wrong", ["f 1 2 9", "f 0 1 2", "f -1 -2 -3"])
+@pytest.mark.parametrize("wrong", ["f 1 2 9", "f 0 1 2", "f -1 -2 -4"])
 def test_corners_that_are_no_vertices_are_refused(tmp_path: Path, wrong: str) -> None:
     path = tmp_path / "beyond.obj"
     path.write_text(obj_text(np.eye(3), np.array([[0, 1, 2]])) + f"\n{wrong}\n")
