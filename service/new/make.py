@@ -252,9 +252,17 @@ def _actuators(guess: Guess, found: Reached) -> str:
 
 
 def _robot(text: str, mesh: TetMesh, name: str) -> Robot:
-    """The robot of a text that has not been written yet."""
+    """The robot of a text that has not been written yet.
+
+    Raises:
+        RobotFileError: what was guessed makes no robot.
+    """
     with tempfile.TemporaryDirectory(prefix="tauten-") as folder:
-        return load_robot(write_files(Path(folder), name, text, mesh))
+        try:
+            return load_robot(write_files(Path(folder), name, text, mesh))
+        except RobotFileError as error:
+            guessed = str(error).replace(f"{folder}/", "what was guessed for ")
+            raise RobotFileError(f"{guessed}; turn or mend the part in CAD") from error
 
 
 def write(

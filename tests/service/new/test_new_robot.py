@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -10,10 +11,12 @@ import pytest
 from support.processes import run_main
 from support.robots.bodies import box_mesh
 
-from tauten.model import Simulator, load_robot
-from tauten.model.mesh import MeshError
+from tauten.model import RobotFileError, Simulator, load_robot
+from tauten.model.mesh import MeshError, TetMesh
 from tauten.service.new import CadPart, NewRobot, PartError, make_new_robot, read_part
+from tauten.service.new import make as making
 from tauten.service.new import part as surfaces
+from tauten.service.new.guesses import Guess, guess_fields
 from tauten.service.process import StopFlag
 
 BOX = np.array([[x, y, z] for x in (0, 12) for y in (0, 12) for z in (0, 60)], dtype=float)  # mm
@@ -166,6 +169,22 @@ def test_tetrahedra_of_a_file_are_taken_as_they_are(tmp_path: Path) -> None:
         lambda done, what: None,
     )
     assert load_robot(made.file).n_nodes == len(mesh.nodes)
+
+
+def test_a_guess_that_makes_no_robot_is_told_without_a_temporary_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def far(meshes: list[TetMesh], chambers: bool) -> Guess:
+        return replace(guess_fields(meshes, chambers), effector=np.ones(3))
+
+    monkeypatch.setattr(making, "guess_fields", far)
+    mesh, file = box_mesh((0.012, 0.012, 0.06), (1, 1, 6)), tmp_path / "bar.vtu"
+    meshio.Mesh(mesh.nodes, {"tetra": np.asarray(mesh.tets)}).write(file)
+    new = NewRobot("bar", read(file, unit="m"))
+    told = r"^what was guessed for bar.toml: effectors.0.point: .*; turn or mend the part in CAD$"
+    with pytest.raises(RobotFileError, match=told):
+        make(new, tmp_path / "bar")
+    assert not (tmp_path / "bar").exists()
 
 
 @pytest.mark.parametrize("name", ["bar.stl", "bar.vtu"])
