@@ -14,6 +14,7 @@ from tauten.service.link import (
     Network,
     OperatorCommand,
     send_command,
+    served_name,
 )
 
 _OPTIONS = ("--port", "--zenoh-config")
@@ -35,7 +36,11 @@ class Order:
 
 
 def order_in(words: Sequence[str]) -> Order | None:
-    """The order that a command line gives; None for what the whole program is to explain."""
+    """The order that a command line gives; None for what the whole program is to explain.
+
+    Raises:
+        NetworkError: as of `served_name`.
+    """
     options: dict[str, str] = {}
     plain: list[str] = []
     rest = iter(words)
@@ -56,7 +61,7 @@ def order_in(words: Sequence[str]) -> Order | None:
         return None
     config = config or os.environ.get(ZENOH_CONFIG_VARIABLE) or None
     network = Network(None if port is None else int(port), None if config is None else Path(config))
-    return Order(plain[0], OperatorCommand(plain[1]), network)
+    return Order(served_name(plain[0]), OperatorCommand(plain[1]), network)
 
 
 def carry_out(order: Order) -> str:

@@ -30,6 +30,7 @@ from tauten.service.link.network import (
     is_alive,
     open_session,
     read_config,
+    served_name,
     session_of,
 )
 
@@ -61,6 +62,7 @@ __all__ = [
     "put_command",
     "read_config",
     "send_command",
+    "served_name",
     "session_of",
     "step_at_start",
 ]

@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import logging
 import time
+import tomllib
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -73,6 +74,25 @@ class Network:
 def default_port(robot: str) -> int:
     """The node's port of a robot of this name."""
     return _FIRST_PORT + 2 * (zlib.crc32(robot.encode()) % (_PORTS // 2))
+
+
+def served_name(robot: str) -> str:
+    """The name by which a robot is served: of a robot file the one in it, any other word as it is.
+
+    Raises:
+        NetworkError: the file has no name that can be read.
+    """
+    if not robot.endswith(".toml"):
+        return robot
+    try:
+        name = tomllib.loads(Path(robot).read_text("utf-8")).get("name")
+    except (OSError, ValueError) as error:
+        raise NetworkError(
+            f"{robot}: cannot be read ({error}); give the name by which the robot is served"
+        ) from error
+    if not isinstance(name, str):
+        raise NetworkError(f"{robot}: name: found {name!r}, expected that of a robot")
+    return name
 
 
 def node_port(network: Network, robot: str) -> int:

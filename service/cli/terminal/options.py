@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from tauten.service.cli.terminal.output import writable
-from tauten.service.link import HIGHEST_PORT, LOWEST_PORT, ZENOH_CONFIG_VARIABLE
+from tauten.service.link import HIGHEST_PORT, LOWEST_PORT, ZENOH_CONFIG_VARIABLE, served_name
 
 if TYPE_CHECKING:
     from tauten.reduction import ContactBasis
     from tauten.service.setup import Setup
 
-ServedName = Annotated[str, typer.Argument(help="Name of the robot that is served.")]
+ServedName = Annotated[
+    str,
+    typer.Argument(callback=served_name, help="Name of the robot that is served, or its file."),
+]
 RobotName = Annotated[str, typer.Argument(help="A shipped robot's name, or a robot file.")]
 Robots = Annotated[list[str] | None, typer.Option(help="A robot's name or file; may be repeated.")]
 Rate = Annotated[

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -113,6 +114,24 @@ def check_order(line: str, variable: str | None, monkeypatch: pytest.MonkeyPatch
         assert order in (None, *sent)
     if " ".join(words[:2]) in ("beam stop", "beam hold") and len(words) == 2:
         assert order is not None  # what is typed in a hurry
+
+
+def test_a_robot_file_is_as_good_as_the_name_in_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Who serves a file types the file again to stop it."""
+    file = tmp_path / "my_arm.toml"
+    file.write_text('name = "beam"\n')
+    check_order(f"{file} stop", None, monkeypatch)
+    order = order_in([str(file), "stop"])
+    assert order is not None
+    assert order.robot == "beam"
+    for text in ("name = 3\n", "name =\n", ""):
+        file.write_text(text)
+        with pytest.raises(NetworkError, match=re.escape(str(file))):
+            order_in([str(file), "stop"])
+        with pytest.raises(NetworkError, match=re.escape(str(file))):
+            CliRunner().invoke(app, ["alive", str(file)], catch_exceptions=False)
 
 
 def test_a_stop_gets_past_silent_connections(served: Served) -> None:
