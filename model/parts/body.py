@@ -9,8 +9,9 @@ turned instead of the part. Parts act on each other through rows only: contact.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -319,16 +320,13 @@ class PartsBody(Body[PartsPoints]):
     def turning_steps(self) -> Turning | None:
         """What replaces long straight steps by such that turn elements; None: nothing does. Expensive."""
         every = [body.turning_steps() for body in self.bodies]
-        if all(one is None for one in every):
-            return None
+        return None if all(one is None for one in every) else partial(self._turned, every)
 
-        def turned(state: State, u: Array) -> Array:
-            steps = zip(every, self.states(state), self.spans.columns, strict=True)
-            return np.concatenate(
-                [u[span] if one is None else one(own, u[span]) for one, own, span in steps]
-            )
-
-        return turned
+    def _turned(self, every: Sequence[Turning | None], state: State, u: Array) -> Array:
+        steps = zip(every, self.states(state), self.spans.columns, strict=True)
+        return np.concatenate(
+            [u[span] if one is None else one(own, u[span]) for one, own, span in steps]
+        )
 
     def inverted(self, state: State) -> int:
         """Number of elements that are turned inside out."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -96,8 +97,10 @@ class NodalBody(TetBody):
 
     def turning_steps(self) -> Turning:
         """What makes long steps towards equilibrium turn elements instead of stretching them."""
-        steps = TurningSteps(self.mesh, self.pattern.dof)
-        return lambda state, u: steps.turned(self.nodes(state), u)
+        return partial(self._turned, TurningSteps(self.mesh, self.pattern.dof))
+
+    def _turned(self, steps: TurningSteps, state: State, u: Array) -> Array:
+        return steps.turned(self.nodes(state), u)
 
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
         """The state one step later, v and q + h v, see `Body`."""

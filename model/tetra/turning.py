@@ -35,6 +35,7 @@ class TurningSteps:
             mesh: linear tetrahedra at rest.
             dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
         """
+        self._made_of = mesh, dof
         self._tets = np.asarray(mesh.tets, dtype=np.int64)
         self._gradients, self._volumes = rest_gradients(mesh), mesh.volumes
         self._free = dof >= 0
@@ -52,6 +53,10 @@ class TurningSteps:
             laplacian.indptr.astype(np.int64), laplacian.indices.astype(np.int64)
         )
         self._factors.refactor(laplacian.data)
+
+    def __reduce__(self) -> tuple[type[TurningSteps], tuple[TetMesh, Ints]]:
+        """A copy factorises again: factors are copied without their numbers."""
+        return TurningSteps, self._made_of
 
     def turned(self, x: Array, u: Array) -> Array:
         """The displacement (n,) of the free nodes instead of a straight one.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 from dataclasses import replace
 from pathlib import Path
@@ -83,6 +84,16 @@ def test_robots_of_other_elements_step_fork_and_pickle() -> None:
             simulator.step(position=[0.001])
         assert np.isfinite(simulator.state.q).all()
     assert again.digest == robot.digest != beam("smoothed").digest != beam().digest
+
+
+def test_a_settled_simulator_goes_into_another_process() -> None:
+    """`multiprocessing` with spawned processes pickles what it hands over."""
+    simulator = Simulator(beam())
+    simulator.settle(position=[0.001])
+    copies = pickle.loads(pickle.dumps(simulator)), copy.deepcopy(simulator)
+    for one in (simulator, *copies):
+        assert one.settle(position=[0.002]).converged
+        assert one.tip == pytest.approx(simulator.tip, abs=1e-9)
 
 
 def test_silicone_gives_what_is_not_said() -> None:
