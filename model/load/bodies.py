@@ -293,12 +293,16 @@ def build_body(
 ) -> BodyParts:
     """The domains of one body, each with the law of its region, and its masses.
 
+    Smoothed elements average within a law, so that regions with equal laws are one.
+
     Raises:
         RobotFileError: a region of `materials` without elements, or elements that do not fit the mesh.
     """
     assert body.material is not None and body.mesh is not None
-    laws = [item.elastic_law() for item in (body.material, *body.materials)]
-    viscosities = [item.viscous() for item in (body.material, *body.materials)]
+    items = (body.material, *body.materials)
+    materials = [(item.elastic_law(), item.viscous()) for item in items]
+    different = list(dict.fromkeys(materials))
+    laws, viscosities = map(list, zip(*different, strict=True))
     law = np.zeros(len(mesh.tets), dtype=np.int64)
     density = np.full(len(mesh.tets), body.material.density)
     if body.materials:
@@ -306,7 +310,7 @@ def build_body(
         selector = make_selector(corners, named, source, body=body.name)
         for index, item in enumerate(body.materials):
             chosen = selector.select_tets(item.region, f"{prefix}materials.{index}.region")
-            law[chosen], density[chosen] = index + 1, item.density
+            law[chosen], density[chosen] = different.index(materials[index + 1]), item.density
     try:
         parts = body_parts(mesh, body.mesh.element, laws, law, density, viscosities)
     except ValueError as error:

@@ -300,3 +300,16 @@ def test_smoothed_elements_where_every_domain_of_a_size_is_held() -> None:
         slot.shape[1] for slot in beside.body.tetrahedra.elements.slots
     )
     assert bending_tension(robot) == pytest.approx(bending_tension(beside), rel=1e-9)
+
+
+@pytest.mark.parametrize("element", ["linear", "quadratic", "smoothed"])
+def test_a_region_of_the_same_material_changes_no_force(element: str) -> None:
+    """Also where its density is another one, as of a silicone with a filler."""
+    half = {"lower": [0.0, 0.0, 0.0], "upper": [0.05, 0.02, 0.02]}
+    one = beam(element)
+    other = beam(element, materials=[{**RUBBER, "region": half, "density": 1500.0}])
+    rest = one.rest()
+    moved = State(rest.q + 5e-4 * np.random.default_rng(0).standard_normal(one.n), np.zeros(one.n))
+    for found, expected in zip(other.forces(moved), one.forces(moved), strict=True):
+        np.testing.assert_array_equal(found, expected)
+    assert other.body.moving_mass > 1.2 * one.body.moving_mass
