@@ -16,7 +16,9 @@ of the targets along that of the effectors, relative to the latter. Where target
 fast as the effectors, s = 1; where they stay, s = 0: the robot comes to rest as if nothing had ever moved.
 Nor does the motion go on of a robot that cannot follow: s decreases to zero where the effectors are between
 three and four ticks of their motion from their target. Where contacts are in range s = 0: motion that meets
-contact does not go on, and plans that count on it exceed limits or throw what is held.
+contact does not go on, and plans that count on it exceed limits or throw what is held. Where all contacts in
+range are of parts that have neither actuators nor effectors, as of an object on a floor that nothing is near,
+a plan is that without contacts.
 
 A plan with s > 0 over a short horizon, of at most 0.05 s, is linearised at q + h v, where the robot is at
 the end of the tick if nothing changes, as the stages of the model are. Linearised at q, it would count on
@@ -65,6 +67,8 @@ ADDED = 0.3  # of the stiffness along an actuator in a tick, that is added to th
 ENOUGH = 0.5  # of the effectors' motion, that the targets make where all of it goes on
 SHORT = 0.05  # s, the longest horizon whose plans are linearised where the velocity leads
 DECAY = 0.7  # from tick to tick, at most, of what alternates in such plans
+ROUNDING = 1e-9  # of the size of the largest part
+TINY = float(np.finfo(float).tiny)  # the least positive number
 LATE = 4.0  # ticks of that motion from the targets, where nothing goes on; a tick less: all of it
 
 
@@ -76,12 +80,16 @@ class Horizon:
         robot: steps of one tick.
         ahead: the same robot with a workspace for the step over the horizon; None: the horizon is one tick.
         integration: of that step.
+        idle: names of the parts that have neither actuators nor effectors.
+        least: what an effort moves its own actuator by in a tick; less is rounding [m].
         ticks: its length; 0: one tick, for which there is no step of its own.
     """
 
     robot: Robot
     ahead: Robot | None
     integration: Integration
+    idle: frozenset[str]
+    least: float
     ticks: int = 0
 
     def of(self, robot: Robot, sight: float) -> Horizon:
@@ -105,23 +113,36 @@ def horizon_of(robot: Robot, seconds: float) -> Horizon:
         robot: its workspace is used.
         seconds: of the horizon; at most a time step: decisions look one tick ahead.
     """
-    scheme = robot.integration
+    scheme, known = (
+        robot.integration,
+        (frozenset(robot.body.idle_parts), ROUNDING * robot.part_size),
+    )
     if scheme.static or seconds <= robot.h:
-        return Horizon(robot, None, scheme)
+        return Horizon(robot, None, scheme, *known)
     ahead = replace(scheme, rate=1.0 / seconds)
-    return Horizon(robot, robot.fork(), ahead, round(seconds / robot.h))
+    return Horizon(robot, robot.fork(), ahead, *known, round(seconds / robot.h))
 
 
-def held_taut(robot: Robot, effort: Array) -> Bools:
-    """Actuators (n_a,) along which a plan may add stiffness: those that hold a position now.
+def held_taut(horizon: Horizon, step: CondensedStep, effort: Array) -> tuple[Bools, Array]:
+    """Actuators along which a plan may add stiffness: those that hold a position now.
+
+    A plan leaves many cables at no tension: rounding, whose sign must not choose the next plan.
 
     Args:
-        robot: laws of its actuators.
+        horizon: laws of its actuators.
+        step: of the tick.
         effort: (n_a,) of the last step [N, Pa].
+
+    Returns:
+        Which they are (n_a,), and efforts (n_a,) from which on those that only pull do so [N].
     """
-    laws = robot.actuators.laws
-    taut: Bools = ~laws.held_by_force & (laws.bilateral | (effort > 0.0))
-    return taut if laws.springs is None else taut & (laws.springs.flexibility == 0.0)
+    laws = horizon.robot.actuators.laws
+    flexibility = step.compliance.W.diagonal()[step.layout.actuators]  # m/N
+    least = horizon.least / np.maximum(flexibility, TINY)
+    taut: Bools = ~laws.held_by_force & (laws.bilateral | (effort > least))
+    if laws.springs is not None:
+        taut &= laws.springs.flexibility == 0.0
+    return taut, least
 
 
 def step_ahead(
@@ -152,6 +173,8 @@ def step_ahead(
     robot, ahead, scheme = horizon.robot, horizon.ahead, horizon.integration
     if ahead is None:
         return step
+    if horizon.idle and _touch_nothing_else(horizon, step):
+        step = step.without_contacts()
     share, short = 0.0, scheme.h <= SHORT
     meets = len(step.rows.contacts.rows.delta) > 0 and (
         not short or meets_contact(step, forces, scheme.h, robot.tolerance)
@@ -176,6 +199,12 @@ def step_ahead(
         added, stiffness = assembled.augmentation(step.compliance.H[actuators], stiffness)
         rho = stiffness if any(stiffness.tolist()) else None
     return recondensed(space, step, ahead.body.system(assembled, scheme, added), goes_on, rho)
+
+
+def _touch_nothing_else(horizon: Horizon, step: CondensedStep) -> bool:
+    """Whether the contacts in range are of idle parts alone, with each other and with obstacles."""
+    pairs = [horizon.robot.contacts.pairs[i] for i in set(step.rows.contacts.pair.tolist())]
+    return all(p.owner in horizon.idle and (not p.other or p.other in horizon.idle) for p in pairs)
 
 
 def with_goal(course: Array, goal: Array | None, ticks: int) -> Array:

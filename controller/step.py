@@ -149,13 +149,13 @@ def prepare(
     system = robot.system(assembled, robot.integration)
     step = condensed(robot, space, state, forces, system, contacts, effectors=True)
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
-    keep, taut = Command.of(here, None), held_taut(robot, forces.effort)
+    keep, (taut, least) = Command.of(here, None), held_taut(horizon, step, forces.effort)
     if forced is not None:
         taut &= ~forced
     while True:
         farther = step_ahead(horizon, space, assembled, step, forces, course, taut)
         prepared = prepared_plans(robot, step, farther, forces, keep, enrichment)
-        slack = taut & ~robot.actuators.laws.bilateral & (prepared.held.effort < 0.0)
+        slack = taut & ~robot.actuators.laws.bilateral & (prepared.held.effort < -least)
         if farther.rho is None or not any(slack.tolist()):
             return prepared
         taut &= ~slack  # cables that hang slack at the end have no stiffness

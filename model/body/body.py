@@ -256,6 +256,11 @@ class Body(ABC, Generic[P]):
         """Numbers (m,) of the `triangles` of parts without an actuator, beside others that have some."""
         return np.zeros(0, np.intp)
 
+    @property
+    def idle_parts(self) -> tuple[str, ...]:
+        """Names of the parts that have neither actuators nor effectors."""
+        return ()
+
     def turning_steps(self) -> Turning | None:
         """What replaces long straight steps by such that turn elements; None: nothing does. Expensive."""
         return None

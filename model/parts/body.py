@@ -151,6 +151,11 @@ class PartsBody(Body[PartsPoints]):
         counts = [len(body.triangles) for body in self.bodies]
         return np.flatnonzero(np.repeat(~moved & moved.any(), counts))
 
+    @property
+    def idle_parts(self) -> tuple[str, ...]:
+        """Names of the parts that have neither actuators nor effectors."""
+        return tuple(p.name for p in self.parts if p.robot.layout.contacts.start == 0)
+
     def surface_points(self, vertices: Ints) -> PartsPoints:
         """No points: surfaces belong to the parts."""
         raise NotImplementedError("surfaces belong to the parts of a robot")

@@ -19,7 +19,7 @@ from tauten.model.rows import ContactRows
 from tauten.model.signals import Laws
 from tauten.model.state import RobotRows, State
 from tauten.model.step.compliance import Compliance, extended, row_compliance
-from tauten.model.step.contact_space import ContactSpace, ReducedContacts
+from tauten.model.step.contact_space import ContactSpace, EmptySpace, ReducedContacts
 from tauten.model.step.forces import Forces, TangentialForces
 from tauten.model.system import Integration, System
 
@@ -101,6 +101,21 @@ class CondensedStep:
             extra=np.concatenate([self.extra, chosen]),
             axes=np.concatenate([self.axes, axes]),
             compliance=extended(self.system, self.compliance, H, delta),
+        )
+
+    def without_contacts(self) -> CondensedStep:
+        """The step as if no contact were in range."""
+        known, first, found = self.compliance, self.layout.contacts.start, self.rows.contacts.found
+        none = ContactRows.out_of_range(known.H[:0], found.n_slots, self.rows.contacts.frictional)
+        rest = known.H[:first], known.Y[:first], known.W[:first, :first], known.delta_free[:first]
+        return replace(
+            self,
+            rows=replace(self.rows, contacts=none),
+            reduced=EmptySpace(found.n_slots).reduce(none),
+            extra=none.slots,
+            axes=NO_AXES,
+            compliance=Compliance(*rest, known.halves),
+            frictional=False,
         )
 
     def pushing(self, forces: Forces) -> Bools:

@@ -179,3 +179,19 @@ def test_contacts_that_do_not_close_leave_motion_as_it_is() -> None:
     closing = replace(step, state=replace(state, v=-(nearest / 0.03) * H / (H @ H)))
     assert meets_contact(closing, forces, 0.04, robot.tolerance)
     assert not meets_contact(closing, forces, 0.01, robot.tolerance)
+
+
+def test_the_sign_of_no_tension_does_not_choose_the_next_plan() -> None:
+    """A plan that leaves a cable at no tension leaves rounding there, as large as that of the others."""
+    controller = Controller.of("trunk")
+    target = controller.shifted(0.002)
+    controller.step(target)
+    state, forces, left = controller.state, controller.forces, controller.position
+    slack = forces.effort <= 1e-12
+    assert slack.any()
+    found = []
+    for rounding in (0.0, 1e-16):
+        there = replace(forces, effort=np.where(slack, rounding, forces.effort))
+        controller.start_from(state, there, left)
+        found.append(controller.step(target).position)
+    np.testing.assert_allclose(found[1], found[0], rtol=0.0, atol=1e-9)

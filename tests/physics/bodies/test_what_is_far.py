@@ -47,9 +47,9 @@ def test_an_obstacle_far_away_changes_no_bit(name: str, friction: float) -> None
     np.testing.assert_array_equal(efforts, effort)
 
 
-def test_an_object_far_away_changes_no_motion() -> None:
-    """It rests on the floor; the trunk's cables become slack and taut in the steps."""
-    trunk = {"name": "arm", "robot": "trunk"}
+def beside_a_cube(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Files of a shipped robot alone, and beside a cube that rests on a floor 10 m away."""
+    arm = {"name": "arm", "robot": name}
     cube = {"name": "cube", "robot": str(EXAMPLES / "cube.toml"), "position": [10.0, 0.0, 0.012]}
     floor = {
         "name": "floor",
@@ -63,10 +63,15 @@ def test_an_object_far_away_changes_no_motion() -> None:
         "friction": 0.5,
     }
     touches = {**rests, "against": {"part": "arm"}}
-    alone = {"name": "world", "parts": [trunk]}
-    beside = {**alone, "parts": [trunk, cube], "obstacles": [floor], "contacts": [rests, touches]}
+    alone = {"name": "world", "parts": [arm]}
+    beside = {**alone, "parts": [arm, cube], "obstacles": [floor], "contacts": [rests, touches]}
+    return alone, beside
+
+
+def test_an_object_far_away_changes_no_motion() -> None:
+    """The trunk's cables become slack and taut in the steps."""
     ends = []
-    for contents in (alone, beside):
+    for contents in beside_a_cube("trunk"):
         setup = controller_setup(contents, EXAMPLES / "world.toml", model="reduced", basis="full")
         simulator, rng = Simulator(setup.robot, "full"), np.random.default_rng(1)
         assert simulator.settle_start().converged
@@ -77,3 +82,16 @@ def test_an_object_far_away_changes_no_motion() -> None:
             ends.append(simulator.effector_values)
         assert 0 < slack < 8 * setup.robot.n_a
     np.testing.assert_allclose(ends[8:], ends[:8], rtol=0.0, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ["trunk", "tripod"])
+def test_an_object_far_away_changes_no_decision(name: str) -> None:
+    """While the goal jumps or stays far: where plans fade depends on the size of all parts together."""
+    found = []
+    for contents in beside_a_cube(name):
+        setup = controller_setup(contents, EXAMPLES / "world.toml", model="reduced", basis="full")
+        one, rng = warm_controller(setup), np.random.default_rng(1)
+        layout, start = one.robot.effector_layout, one.effector_values
+        goal = layout.moved(start, 0.004 * rng.standard_normal(len(layout.units)) / layout.units)
+        found.append([one.step(goal).position for _ in range(4)])
+    np.testing.assert_allclose(found[1], found[0], rtol=0.0, atol=1e-6 * np.abs(found[0]).max())
