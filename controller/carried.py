@@ -59,6 +59,7 @@ GOOD = 0.5  # and where more is reached, it grows
 SHRINKAGE, GROWTH = 0.7, 1.1  # of the share of the way in a tick
 SETTLED = 3e-6  # of the robot's size, a change that makes no difference:
 FADING = 0.9  # of the way that is gone, in a tick
+TICK = 0.02  # s, for which these are; a shorter tick takes as much less of the way to them, a longer one all
 LOWERED = 0.5  # of a share with which decreases become poor, that it may grow to again;
 ALLOWED = 0.1  # it may always grow to this one
 SMALL = 1e-3  # share of the way below which it becomes the largest one again
@@ -167,15 +168,16 @@ class Damping:
             return self.starting(goal)
         return replace(self, goal=goal)
 
-    def fading(self, change: Array, size: float) -> Damping:
+    def fading(self, change: Array, size: float, h: float) -> Damping:
         """The damping of a decision whose plan changes effector rows and efforts so (n_e + n_a,) [m].
 
         Args:
             change: of its plan, see `change_of`.
             size: of the robot [m].
+            h: length of a tick [s].
         """
         settled = float(change @ change) <= (SETTLED * size) ** 2
-        faded = FADING * self.faded if settled else 1.0
+        faded = FADING ** part_of_tick(h) * self.faded if settled else 1.0
         return self if faded == self.faded else replace(self, faded=faded)
 
     def starting(self, goal: Array) -> Damping:
@@ -189,13 +191,25 @@ def undamped() -> Damping:
     return Damping(0.0, none, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, 0.0, none)
 
 
-def adapted(damping: Damping, change: Array, size: float, objective: Objective) -> Damping:
+def part_of_tick(h: float) -> float:
+    """The power of the factors of a tick that one of length h [s] takes.
+
+    A robot that swings is worse off for half of its period, however many ticks that has: at 1 kHz a share
+    that shrinks in each of them is gone after one swing.
+    """
+    return min(h / TICK, 1.0)
+
+
+def adapted(
+    damping: Damping, change: Array, size: float, h: float, objective: Objective
+) -> Damping:
     """The damping of the next decision.
 
     Args:
         damping: of this one, see `Damping.towards` and `Damping.fading`.
         change: (n_e + n_a,) that this one predicts [m].
         size: of the robot [m].
+        h: length of a tick [s].
         objective: that this one predicts.
     """
     gamma, last = _gamma_after(damping, change, size), damping.objective
@@ -207,18 +221,20 @@ def adapted(damping: Damping, change: Array, size: float, objective: Objective) 
         twice = min(gain, last.gain)
         if share < SMALL and not settled and twice > MORE * damping.gain + still:
             return replace(damping.starting(damping.goal), share=most, most=most)
-        actual += RECENT * (last.holding - objective.before - actual)
-        apart += RECENT * (last.relaxed - objective.before - apart)
-        predicted += RECENT * (last.predicted - predicted)
-        mean = damping.gain + RECENT * (gain - damping.gain)
+        power = part_of_tick(h)
+        recent = power * RECENT
+        actual += recent * (last.holding - objective.before - actual)
+        apart += recent * (last.relaxed - objective.before - apart)
+        predicted += recent * (last.predicted - predicted)
+        mean = damping.gain + recent * (gain - damping.gain)
         if predicted > still and not settled:
             decrease = max(actual, apart)
             if decrease < POOR * predicted:
                 if grown:
                     most = min(most, max(LOWERED * share, ALLOWED))
-                share, grown = min(SHRINKAGE * share, most), False
+                share, grown = min(SHRINKAGE**power * share, most), False
             elif decrease > GOOD * predicted:
-                share, grown = min(GROWTH * share, most), True
+                share, grown = min(GROWTH**power * share, most), True
     return Damping(
         gamma, change, share, damping.faded, most, grown, objective, actual, apart, predicted, mean,
         damping.goal,

@@ -206,7 +206,7 @@ def decide(
     planned = Command(plan.predicted.delta[robot.layout.actuators], plan.predicted.effort)
     weight, last = settings.epsilon * prepared.scale, damping.objective
     change = change_of(prepared, plan, aim, weight)
-    damping = damping.fading(change, robot.size)
+    damping = damping.fading(change, robot.size, robot.h)
     share, sight = damping.share * damping.faded, 0.0
     if robot.contacts.loose and robot.contacts.frictional:
         sight = sight_after(robot, prepared, plan, aim, carried.sight)
@@ -231,13 +231,14 @@ def decide(
         none = np.zeros(robot.n_a, np.bool_)
         left = after, tick.position, Status.INFEASIBLE, certificate, conflict
         return Decision(*left, none, plan, carried.without_plan(damping, plan.cut))
+    damping = adapted(damping, change, robot.size, robot.h, objective)
     pushed = pushed_slots(plan.predicted)
     stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.laws.held_by_force
     if locks is not None:
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.position, status, certificate, conflict, stalled, plan,
-        Carried(adapted(damping, change, robot.size, objective), carried.grasp, plan.cut, pushed, sight),
+        Carried(damping, carried.grasp, plan.cut, pushed, sight),
         goal, given_in(tick, supplied, robot.limits),
     )  # fmt: skip
 
