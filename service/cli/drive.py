@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import Annotated
 
 import typer
@@ -17,6 +18,8 @@ from tauten.service.cli.terminal import (
     YoungScale,
     ZenohConfig,
 )
+
+log = logging.getLogger(__name__)
 
 
 def plant(
@@ -41,6 +44,7 @@ def plant(
     from tauten.service.plant import PlantSettings, plant_robot, simulate
     from tauten.service.process import stop_on_signals
 
+    log.info("the simulated robot gets ready")  # its kernels may have to be compiled
     setup, order = plant_robot(robot, rate, model, young_scale)
     settings = PlantSettings(measure, drive, steps)
     with stop_on_signals() as stop:
