@@ -113,10 +113,8 @@ def horizon_of(robot: Robot, seconds: float) -> Horizon:
         robot: its workspace is used.
         seconds: of the horizon; at most a time step: decisions look one tick ahead.
     """
-    scheme, known = (
-        robot.integration,
-        (frozenset(robot.body.idle_parts), ROUNDING * robot.part_size),
-    )
+    scheme = robot.integration
+    known = frozenset(robot.body.idle_parts), ROUNDING * robot.part_size
     if scheme.static or seconds <= robot.h:
         return Horizon(robot, None, scheme, *known)
     ahead = replace(scheme, rate=1.0 / seconds)

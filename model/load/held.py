@@ -10,6 +10,7 @@ from tauten.model.constraints import PinnedRegion
 from tauten.model.load.beam_bodies import CORNERS, BeamPart
 from tauten.model.load.bodies import Bodies
 from tauten.model.load.constraints import Constraints
+from tauten.model.mesh import off_a_line
 from tauten.model.numerics import Bools, Ints
 from tauten.model.schema import RobotConfig, RobotFileError
 
@@ -41,7 +42,7 @@ def loose_nodes(
     short = 1e-6 * bodies.parts.mesh.size
     for number, body in enumerate(every):
         held = nodes[supported & (group[of_body] == group[number])]
-        if len(held) > 0 and np.linalg.matrix_rank(held - held[0], tol=short) >= 2:
+        if off_a_line(held, short):
             continue
         if int(group[number]) not in freed:
             whole = f"body {body.name!r}" if len(every) > 1 else "robot"
@@ -91,7 +92,7 @@ def require_no_spin(beams: list[BeamPart], bodies: Bodies, constraints: Constrai
         if any(firm[part.nodes + corner].any() for corner in range(CORNERS)):
             continue
         pins = [one.pin for one in constraints.pinned if np.isin(one.nodes, part.nodes).any()]
-        if pins and np.linalg.matrix_rank(np.array(pins) - pins[0], tol=1e-6 * part.body.size) < 2:
+        if pins and not off_a_line(np.array(pins), 1e-6 * part.body.size):
             raise RobotFileError(
                 f"{bodies.selector.source}: bodies.{part.name}: its pins lie on a line, about which it turns "
                 "freely; fix or glue one of its nodes, or glue something to it"

@@ -5,6 +5,7 @@ from tauten.model.mesh.mesh_files import MeshError, read_triangles
 from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
 from tauten.model.mesh.quality import (
     mean_ratios,
+    off_a_line,
     ray_crossings,
     read_unchecked_mesh,
     wall_thickness,
@@ -53,6 +54,7 @@ __all__ = [
     "join_meshes",
     "make_selector",
     "mean_ratios",
+    "off_a_line",
     "oriented",
     "part_numbers",
     "quadratic_mesh",

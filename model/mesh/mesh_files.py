@@ -102,7 +102,6 @@ def read_triangles(path: Path) -> tuple[Array, Ints]:
     if len(wrong):
         raise MeshError(
             f"{path}: {len(wrong)} of {len(triangles)} triangles have corners that are none of the "
-            f"{len(points)} vertices, the first is triangle {wrong[0]}; export the surface again, as STL or "
-            "without relative numbers"
+            f"{len(points)} vertices, the first is triangle {wrong[0]}; export the surface again, as STL"
         )
     return points, triangles

@@ -33,6 +33,11 @@ def read_unchecked_mesh(path: Path, length_unit: str = "m") -> TetMesh:
     return TetMesh(nodes[used], numbers.reshape(-1, 4))
 
 
+def off_a_line(points: Array, short: float) -> bool:
+    """Whether three of the points (p, 3) are not on a line, but for a distance `short` [m]."""
+    return len(points) > 2 and bool(np.linalg.matrix_rank(points - points[0], tol=short) >= 2)
+
+
 def mean_ratios(mesh: TetMesh) -> Array:
     """Mean ratio of each tetrahedron, 12 (3 V)^(2/3) / Σ l²: (e,).
 

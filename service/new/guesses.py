@@ -11,7 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.actuators import cavities, connected_parts, enclosed_volume, open_edges, winding
-from tauten.model.mesh import TetMesh, boundary_triangles, distances_to_triangles, triangle_areas
+from tauten.model.mesh import (
+    TetMesh,
+    boundary_triangles,
+    distances_to_triangles,
+    off_a_line,
+    triangle_areas,
+)
 from tauten.model.numerics import Array, Ints
 from tauten.service.new.side_cable import Axes, in_mesh, side_cable
 
@@ -113,23 +119,15 @@ def held_box(meshes: Sequence[TetMesh], axis: int, end: float) -> Array:
     half = SLAB * length
     while True:
         corners[:, axis] = (end - half, end + half)
-        if half > length or all(holds(mesh, half, axis, end) for mesh in meshes):
+        if half > length or all(holds(corners, mesh) for mesh in meshes):
             return corners
         half *= THICKER
 
 
-def holds(mesh: TetMesh, half: float, axis: int, end: float) -> bool:
-    """Whether three nodes off a line are within half the thickness of a box around an end.
-
-    Args:
-        mesh: the body.
-        half: of the thickness [m].
-        axis: coordinate along which its ends are.
-        end: that coordinate at the end that is held [m].
-    """
-    held = mesh.nodes[np.abs(mesh.nodes[:, axis] - end) <= half]
-    short = 1e-3 * mesh.size
-    return len(held) > 2 and bool(np.linalg.matrix_rank(held - held[0], tol=short) >= 2)
+def holds(corners: Array, mesh: TetMesh) -> bool:
+    """Whether three nodes of a mesh that are not on a line lie in a box with these corners (2, 3) [m]."""
+    inside = ((mesh.nodes >= corners[0]) & (mesh.nodes <= corners[1])).all(axis=1)
+    return off_a_line(mesh.nodes[inside], 1e-3 * mesh.size)
 
 
 def point_of_end(mesh: TetMesh, triangles: Ints, outside: float) -> Array:
@@ -165,9 +163,8 @@ def found_cavities(mesh: TetMesh, triangles: Ints) -> tuple[Cavity, ...]:
     least, found = LEAST_CAVITY * float(mesh.volumes.sum()), []
     for part in cavities(mesh.nodes, triangles):
         volume = -enclosed_volume(mesh.nodes, part)
-        if volume > least and not len(
-            open_edges(part)
-        ):  # walls that touch along an edge are no surface
+        # walls that touch along an edge are no surface
+        if volume > least and not len(open_edges(part)):
             found.append(Cavity(point_inside(mesh.nodes, part), volume))
     return tuple(sorted(found, key=lambda one: -one.volume))
 
