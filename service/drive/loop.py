@@ -10,15 +10,16 @@ from __future__ import annotations
 import gc
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 import numpy as np
 import zenoh
 
-from tauten.service.drive.driver import Driver, Measured
+from tauten.service.drive.driver import Driver, DriverError, Measured
 from tauten.service.link import announced
 from tauten.service.node import Clock
-from tauten.service.process import StopFlag, manual_garbage_collection
+from tauten.service.process import Interrupted, StopFlag, manual_garbage_collection
 from tauten.service.wire import (
     FLOAT,
     HEALTH,
@@ -54,6 +55,8 @@ log = logging.getLogger(__name__)
 SILENCE = 10  # periods without an actuation, after which a driver is deactivated
 _LEAST_SILENCE = 0.2  # s
 _HEALTH_PERIOD = 1.0  # s
+# s for which a call of a driver may last after a request to stop, and `deactivate`, which may move the robot
+_PATIENCE, _LONGEST_DEACTIVATION = 1.0, 10.0
 
 
 class DriveLoop:
@@ -104,11 +107,32 @@ class DriveLoop:
         """
         clock = Clock(1.0 / self._robot.rate)
         try:
-            while not stop.requested:
-                clock.wait()
-                self.tick(clock)
+            with self._calls(stop, _PATIENCE):
+                while not stop.requested:
+                    clock.wait()
+                    self.tick(clock)
         finally:
-            self._pause("the loop has ended")
+            with self._calls(stop, _LONGEST_DEACTIVATION):
+                self._pause("the loop has ended")
+
+    @contextmanager
+    def _calls(self, stop: StopFlag, patience: float) -> Iterator[None]:
+        """Calls of the driver: one that does not end after a request to stop is interrupted.
+
+        Raises:
+            DriverError: the hardware fails.
+            Interrupted: a call has not ended.
+        """
+        try:
+            with stop.interruptible(patience):
+                yield
+        except Interrupted:
+            log.warning(
+                "a call of the driver of %s has not ended: it is interrupted", self._robot.name
+            )
+            raise
+        except OSError as error:
+            raise DriverError(f"the driver of {self._robot.name} fails: {error}") from error
 
     def tick(self, clock: Clock) -> None:
         """One period.
@@ -120,8 +144,8 @@ class DriveLoop:
         begin = time.perf_counter()
         if actuation is not None:
             if not self.active:
+                self.active = True  # from when on the driver has to be deactivated
                 self._driver.activate()
-                self.active = True
             self._driver.write(
                 np.clip(np.array(actuation.position), *self._position_limits),
                 np.clip(np.array(actuation.effort), *self._effort_limits),
@@ -225,6 +249,7 @@ def drive(
         if not wait_for(session, keys.token, stop):
             return
         description = ask_description(session, keys)
-        driver.configure(description, options)
+        with stop.interruptible():
+            driver.configure(description, options)
         typestore()
         run_driver(session, description, driver, True, stop)

@@ -28,8 +28,8 @@ HOST = "127.0.0.1"
 LOWEST_PORT, HIGHEST_PORT = 1024, 65534
 ZENOH_CONFIG_VARIABLE = "TAUTEN_ZENOH_CONFIG"  # names a configuration file
 _FIRST_PORT = 17_447
-# Errors of Zenoh, but not "Received Data for unknown expr_id": a message of a process that has just ended.
-_LOG = "error,zenoh::net::routing::dispatcher::pubsub=off"
+# Errors of Zenoh, but not "Received Data for unknown expr_id" or "key_expr": messages of processes that end.
+_LOG = "error,zenoh::net::routing::dispatcher::pubsub=off,zenoh::api::session=off"
 _RETRY = 0.05  # s between two looks for a token
 _QUIET = 1.0  # s of waiting that nobody is told: a connection takes some tenths
 _MAX_MESSAGE = 2**20  # bytes; the description of a robot is the largest

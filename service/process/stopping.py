@@ -38,7 +38,7 @@ class StopFlag:
         self.requested = False
         self.urgent = False
         self._now = now
-        self._first = 0.0
+        self._first = self._begin = self._patience = 0.0
         self._interruptible = False
 
     def request(self) -> None:
@@ -55,12 +55,12 @@ class StopFlag:
         self.interrupt()
 
     def interrupt(self) -> None:
-        """End a part of the program that is `interruptible`, where it is in one.
+        """End a part of the program that is `interruptible`, where it is in one and its patience is over.
 
         Raises:
             Interrupted: it is.
         """
-        if self._interruptible:
+        if self._interruptible and self._now() >= max(self._first, self._begin) + self._patience:
             raise Interrupted
 
     def heed(self) -> None:
@@ -73,15 +73,18 @@ class StopFlag:
             raise Interrupted
 
     @contextmanager
-    def interruptible(self) -> Iterator[None]:
+    def interruptible(self, patience: float = 0.0) -> Iterator[None]:
         """A part of the program that a request ends at once; `stop_on_signals` ends with it.
+
+        Args:
+            patience: time [s] that the part has to end by itself, after the request and its own begin.
 
         Raises:
             Interrupted: a request, also one from before.
         """
-        if self.requested:
+        if self.requested and patience == 0.0:
             raise Interrupted
-        self._interruptible = True
+        self._begin, self._patience, self._interruptible = self._now(), patience, True
         try:
             yield
         finally:
@@ -94,7 +97,7 @@ def stop_on_signals() -> Iterator[StopFlag]:
 
     An exception that a handler raises is lost where it interrupts a callback of the compiler, so that
     `Interrupted` is raised again and again until the part that is interruptible has ended, and what was lost
-    is not printed.
+    is not printed. The same repetition ends a part whose patience is over.
     """
     flag, report = StopFlag(), sys.unraisablehook
 
@@ -108,7 +111,6 @@ def stop_on_signals() -> Iterator[StopFlag]:
 
     def again(_signal: int, _frame: FrameType | None) -> None:
         flag.interrupt()
-        _set_alarm(0.0)
 
     ignored = signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     numbers = [number for number in _SIGNALS if not (ignored and number is signal.SIGHUP)]

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import os
 import pty
+import signal
 import threading
 import time
 import tty
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 import zenoh
 from support.processes import run_main
 
+from tauten.model.numerics import Array
 from tauten.service.describing import describe
-from tauten.service.drive import Driver, DriverError, drive, make_driver
+from tauten.service.drive import Driver, DriverError, Measured, drive, make_driver
 from tauten.service.link import close_session
 from tauten.service.plant import free_ports
-from tauten.service.process import StopFlag
+from tauten.service.process import StopFlag, stop_on_signals
 from tauten.service.setup import load_setup
 from tauten.service.wire import (
     CDR,
@@ -50,6 +53,7 @@ class Board:
     on: bool = False
     orders: list[str] = field(default_factory=list)
     position: str = "0 0"
+    mute: bool = False
     lines: list[str] = field(default_factory=list)
 
     def run(self) -> None:
@@ -67,6 +71,8 @@ class Board:
     def obey(self, line: str) -> None:
         """One line."""
         if line == "?":
+            if self.mute:
+                return
             os.write(self.line, f"{self.position}\n".encode())
         elif line in ("on", "off"):
             self.on = line == "on"
@@ -171,6 +177,87 @@ def _refused(health: zenoh.Subscriber) -> int:  # type: ignore[type-arg]
     if not isinstance(found, dict) or "actuation" not in found:
         return 0
     return int(found["actuation"].values["refused"])
+
+
+def test_a_board_that_falls_silent_ends_the_driver(
+    package: ModuleType, beam_file: Path, board: Board
+) -> None:
+    """With one sentence, and switched off: the page's driver waits for a tenth of a second."""
+    driver, robot = make_driver("winches"), describe(load_setup(beam_file))
+    driver.configure(robot, {"device": board.device})
+    driver.activate()
+    board.mute = True
+    with pytest.raises(DriverError, match="0 of 2 answer"):
+        driver.read()
+    driver._line.close()  # type: ignore[attr-defined]
+
+
+class Stuck(Driver):
+    """Hardware whose measurement never comes, or fails."""
+
+    def __init__(self, error: OSError | None = None) -> None:
+        self.calls: list[str] = []
+        self.error = error
+
+    def configure(self, robot: RobotDescription, options: Mapping[str, str]) -> None:
+        self.calls.append("configure")
+
+    def activate(self) -> None:
+        self.calls.append("activate")
+        if self.error is not None:
+            raise self.error
+
+    def read(self) -> Measured:
+        if "activate" in self.calls:
+            self.calls.append("read")
+            signal.raise_signal(signal.SIGINT)
+            time.sleep(PATIENCE)
+        return Measured(*np.full((2, 2), np.nan))
+
+    def write(self, position: Array, effort: Array) -> None:
+        pass
+
+    def deactivate(self) -> None:
+        self.calls.append("deactivate")
+
+
+def driven(driver: Driver, beam_file: Path) -> StopFlag:
+    """A driver beside a node that publishes, until it ends."""
+    robot, port, ended = describe(load_setup(beam_file)), free_ports(), threading.Event()
+    with node(robot, port) as session:
+
+        def publish() -> None:
+            while not ended.wait(0.01):
+                joints = Joints(0, robot.frame, ("lower", "upper"), (0.001, 0.0), (1.0, 0.0))
+                session.put(KEYS.actuation, encode_joints(joints), encoding=CDR)
+
+        thread = threading.Thread(target=publish)
+        thread.start()
+        try:
+            with stop_on_signals() as stop:
+                drive("beam", driver, {}, Network(port), stop)
+        finally:
+            ended.set()
+            thread.join()
+    return stop
+
+
+def test_a_driver_that_waits_for_ever_ends_with_ctrl_c(
+    beam_file: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    driver, begin = Stuck(), time.monotonic()
+    assert driven(driver, beam_file).requested
+    assert driver.calls == ["configure", "activate", "read", "deactivate"]
+    assert time.monotonic() - begin < PATIENCE
+    assert "a call of the driver of beam has not ended" in caplog.text
+
+
+def test_hardware_that_fails_is_named_and_deactivated(beam_file: Path) -> None:
+    """Also where only a part of it has been activated."""
+    driver = Stuck(OSError(5, "Input/output error"))
+    with pytest.raises(DriverError, match=r"the driver of beam fails: .*Input/output error"):
+        driven(driver, beam_file)
+    assert driver.calls == ["configure", "activate", "deactivate"]
 
 
 def test_a_driver_says_what_it_needs(package: ModuleType, beam_file: Path) -> None:

@@ -35,6 +35,32 @@ def test_a_request_that_is_lost_in_a_callback_comes_again(monkeypatch: pytest.Mo
     assert time.monotonic() - begin < LONG
 
 
+def test_a_part_may_end_by_itself_for_a_while() -> None:
+    """A request does not end it at once, but it ends."""
+    begin, woken = time.monotonic(), 0.0
+    with stop_on_signals() as stop, stop.interruptible(0.6):
+        signal.raise_signal(signal.SIGTERM)
+        woken = time.monotonic() - begin
+        time.sleep(LONG)
+    assert stop.requested
+    assert woken < 0.6 <= time.monotonic() - begin < LONG
+
+
+def test_a_part_that_begins_after_the_request_has_its_own_time() -> None:
+    """As the end of a robot's motion has."""
+    reached = []
+    with stop_on_signals() as stop:
+        signal.raise_signal(signal.SIGTERM)
+        with stop.interruptible(0.1):
+            time.sleep(0.05)
+            reached.append("own end")
+        time.sleep(0.5)  # no part: nothing is interrupted
+        with stop.interruptible(0.1):
+            time.sleep(LONG)
+        reached.append("not here")
+    assert reached == ["own end"]
+
+
 def test_other_exceptions_in_a_callback_are_printed(monkeypatch: pytest.MonkeyPatch) -> None:
     printed = list[object]()
     monkeypatch.setattr(sys, "unraisablehook", lambda one: printed.append(one.exc_type))
