@@ -47,6 +47,7 @@ from tauten.controller.plan import Aim, Plan, Prepared, brings_nearer, distance_
 from tauten.controller.qpcc import Status
 from tauten.model import ContactForces, ContactSpace, ForceLimits, Grasp, PredictedStep, Robot
 from tauten.model.numerics import Array, Ints
+from tauten.model.signals import EffectorLayout
 
 REVERSED = 0.1  # d_k·d_(k-1) / |d_(k-1)|² below which a change counts as an overshoot,
 REPEATED = 0.6  # and above which as one of a series
@@ -156,17 +157,19 @@ class Damping:
     gain: float
     goal: Array
 
-    def towards(self, goal: Array, size: float) -> Damping:
+    def towards(self, goal: Array, size: float, layout: EffectorLayout) -> Damping:
         """The damping of a decision for a goal (n_v,): all of the way where it has jumped.
 
         Args:
             goal: of the decision.
             size: of the robot [m].
+            layout: of the effectors; components without weight may be anywhere.
         """
-        before = self.goal
-        if len(before) != len(goal) or max(np.abs(goal - before).tolist()) > JUMP * size:
-            return self.starting(goal)
-        return replace(self, goal=goal)
+        if len(self.goal) == len(goal):
+            change = layout.units * layout.difference(goal, self.goal)
+            if max(np.abs(change[layout.weights > 0.0]).tolist()) <= JUMP * size:
+                return replace(self, goal=goal)
+        return self.starting(goal)
 
     def fading(self, change: Array, size: float, h: float) -> Damping:
         """The damping of a decision whose plan changes effector rows and efforts so (n_e + n_a,) [m].

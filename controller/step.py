@@ -188,10 +188,8 @@ def decide(
         carried: from the decisions before; None: nothing.
     """
     layout, carried = robot.effector_layout, carried or nothing_carried(settings.forces)
-    damping, values = (
-        carried.damping.towards(goal, robot.size),
-        prepared.farther.rows.effectors.values,
-    )
+    damping = carried.damping.towards(goal, robot.size, layout)
+    values = prepared.farther.rows.effectors.values
     target = layout.row_targets(values, goal)  # (n_e,)
     given = damping.gamma, carried.grasp, carried.cut, carried.pushed, carried.sight > 0.0
     aim = Aim(target, layout.scale, layout.exact, *given)

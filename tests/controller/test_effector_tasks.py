@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,12 @@ from support.robots.small_bodies import END as DRIVEN_END
 from support.robots.small_bodies import TURN, constrained
 
 from tauten.controller import Controller, ControllerSettings, Status
+from tauten.controller.carried import undamped
 from tauten.model import Pose, Robot, Simulator
 from tauten.model.load import make_robot, robot_path
 from tauten.model.numerics import Array
 from tauten.model.schema import Changes, read_toml
+from tauten.model.signals.effector_layout import layout_of
 
 SIZE = (0.2, 0.02, 0.02)
 END = {"lower": [0.195, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
@@ -319,3 +322,27 @@ def test_an_exact_target_is_reached_against_what_the_others_want(scheme: dict[st
         assert actuation.status.usable
     assert actuation.status is Status.OK
     assert np.linalg.norm(controller.effector_values[:3] - goal[:3]) < 1e-6
+
+
+def test_a_target_in_a_component_that_is_left_free_changes_no_decision() -> None:
+    """Where it changed it was taken for another target, to which actuators go all of the way at first."""
+    path = robot_path("gripper")
+    contents = read_toml(path)
+    for effector in contents["effectors"]:
+        effector["weight"] = [0.0, 1.0, 1.0]
+    robot = make_robot(contents, path, Changes())
+    quiet, other = Controller(robot), Controller(robot)
+    goal = quiet.effector_values + np.tile([0.0, 0.003, -0.002], 3)
+    for tick in range(30):
+        position = quiet.step(goal).position
+        elsewhere = goal + np.tile([0.01 * (tick % 3), 0.0, 0.0], 3)
+        np.testing.assert_array_equal(other.step(elsewhere).position, position)
+
+
+def test_a_volume_that_changes_by_much_is_another_target() -> None:
+    """1e-6 m³ of a cavity of 8e-6 m³ were less than 1e-4 of the size in metres."""
+    none = np.zeros(1, np.bool_)
+    cavity = layout_of(("air",), ("volume",), np.ones(1), np.array([8e-6 ** (-2.0 / 3.0)]), none)
+    held = replace(undamped().towards(np.array([8e-6]), 0.1, cavity), share=0.1)
+    assert held.towards(np.array([8e-6 + 1e-10]), 0.1, cavity).share == 0.1
+    assert held.towards(np.array([9e-6]), 0.1, cavity).share == 1.0
