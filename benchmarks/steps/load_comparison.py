@@ -240,9 +240,9 @@ class _Pair:
             simulator.load(load.gravity, load.force)
 
     def _apart(self) -> float:
-        """Largest distance of an effector [m]."""
-        off = self.full.effector - self.reduced.effector  # (p, 3)
-        return float(np.linalg.norm(off, axis=1).max())
+        """Largest error of an effector [m]."""
+        layout = self.full.robot.effector_layout
+        return layout.error(self.reduced.effector_values, self.full.effector_values)
 
     @staticmethod
     def _settled(simulator: Simulator, command: Command) -> bool:

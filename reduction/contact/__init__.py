@@ -17,7 +17,7 @@ from tauten.reduction.contact.reduce import (
     reduce_robot,
     reduce_snapshots,
 )
-from tauten.reduction.contact.tip_error import TipErrors, tip_errors
+from tauten.reduction.contact.tip_error import TipErrors, snapshot_values, tip_errors
 from tauten.reduction.contact.weighting import Weighting, snapshot_weights
 
 __all__ = [
@@ -53,6 +53,7 @@ __all__ = [
     "reduce_robot",
     "reduce_snapshots",
     "refine",
+    "snapshot_values",
     "snapshot_weights",
     "tip_errors",
 ]

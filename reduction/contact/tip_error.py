@@ -8,9 +8,10 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model import ContactSpace, Enrichment, Robot, Simulator
+from tauten.model import ContactSpace, Enrichment, Robot, Simulator, State
 from tauten.model.numerics import Array, Bools
 from tauten.reduction.campaign import MAX_ITERATIONS, TOLERANCE, Snapshots, pressed_by
+from tauten.reduction.reduced_body import ReducedBody
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,7 +19,8 @@ class TipErrors:
     """Effector errors of reduced contact relative to pointwise contact.
 
     Attributes:
-        error: (s,) largest distance of an effector [m]; NaN where either did not converge.
+        error: (s,) largest error of an effector, see `EffectorLayout.error` [m]; NaN where either did not
+            converge.
         converged: (s,) whether the reduced equilibrium did.
         extra_columns: (s,) number of unit columns added by enrichment.
     """
@@ -52,6 +54,7 @@ def tip_errors(
         each: called after each equilibrium.
     """
     simulator = Simulator(robot, contact=basis, enrichment=enrichment)
+    layout, wanted = robot.effector_layout, snapshot_values(robot, snapshots)
     error = np.full(len(snapshots), np.nan)
     converged = np.zeros(len(snapshots), dtype=bool)
     extra = np.zeros(len(snapshots))
@@ -72,7 +75,13 @@ def tip_errors(
         )
         converged[i], extra[i] = report.converged, report.extra_columns
         if converged[i] and snapshots.converged[i]:
-            apart = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)
-            error[i] = np.linalg.norm(apart, axis=1).max()
+            error[i] = layout.error(simulator.effector_values, wanted[i])
         each()
     return TipErrors(error, converged, extra)
+
+
+def snapshot_values(robot: Robot, snapshots: Snapshots) -> Array:
+    """Goal values (s, n_v) of the effectors at the equilibria of snapshots of a robot, or of its full one."""
+    full = robot.body.full if isinstance(robot.body, ReducedBody) else robot
+    still = np.zeros(full.n)
+    return np.array([full.effector_values(State(q, still)) for q in snapshots.q.T])

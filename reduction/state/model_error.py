@@ -44,7 +44,9 @@ class TipCheck:
         position: Array,
         obstacles: tuple[ObstaclePose, ...] | None = None,
     ) -> float:
-        """Largest distance of an effector between the two models [m]; +inf where one of them diverges.
+        """Largest error of an effector between the two models [m]; +inf where one of them diverges.
+
+        Rotations and volumes count by their units, see `EffectorLayout.error`.
 
         Args:
             state: of the reduced model.
@@ -57,16 +59,15 @@ class TipCheck:
             if obstacles is not None:
                 poses = replace(simulator.obstacles, poses=obstacles)
                 simulator.set_obstacles(poses.still())
-        apart = self._settled(self._reduced, state, effort, position) - self._settled(
-            self._full, self._robot.body.lifted(state), effort, position
-        )
-        distance = float(np.linalg.norm(apart, axis=1).max())
-        return distance if np.isfinite(distance) else np.inf
+        found = self._settled(self._reduced, state, effort, position)
+        wanted = self._settled(self._full, self._robot.body.lifted(state), effort, position)
+        error = self._robot.effector_layout.error(found, wanted)
+        return error if np.isfinite(error) else np.inf
 
     def _settled(self, simulator: Simulator, state: State, effort: Array, position: Array) -> Array:
-        """Effectors (p, 3) after a few steps towards equilibrium [m]."""
+        """Goal values (n_v,) of the effectors after a few steps towards equilibrium; NaN: it diverged."""
         simulator.start_from(state, replace(simulator.forces, effort=effort))
         report = simulator.settle(position=position, max_iterations=STEPS, load_steps=False)
         if report.ending is Ending.NOT_FINITE:
-            return np.full_like(simulator.effector, np.nan)
-        return simulator.effector
+            return np.full_like(simulator.effector_values, np.nan)
+        return simulator.effector_values

@@ -18,6 +18,7 @@ from tauten.model import (
 from tauten.model.numerics import Array
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Ranges, Snapshots, latin_hypercube, ramp, run_campaign
+from tauten.reduction.contact import snapshot_values
 from tauten.reduction.state import StateSettings, held_out_snapshots, reduce_states, reduced_robot
 from tauten.service.bench.following import reach_targets
 from tauten.service.bench.steps import time_control
@@ -173,6 +174,7 @@ def path_accuracy(robot: Robot, basis: ContactSpace, snapshots: Snapshots) -> Pa
     """Settle along stored equilibria of the full model and compare effectors."""
     enrichment = default_enrichment(robot.tolerance)
     simulator = Simulator(robot, basis, enrichment)
+    layout, wanted = robot.effector_layout, snapshot_values(robot, snapshots)
     apart, deepest, lost = [], np.inf, 0
     for i in range(len(snapshots)):
         if i == 0 or snapshots.run[i] != snapshots.run[i - 1]:
@@ -184,8 +186,7 @@ def path_accuracy(robot: Robot, basis: ContactSpace, snapshots: Snapshots) -> Pa
         if not report.converged:
             lost += 1
             continue
-        off = simulator.effector - snapshots.effector[:, i].reshape(-1, 3)  # (p, 3)
-        apart.append(1e3 * float(np.linalg.norm(off, axis=1).max()))
+        apart.append(1e3 * layout.error(simulator.effector_values, wanted[i]))
         deepest = min(deepest, 1e3 * report.deepest_gap)
     return PathAccuracy(
         equilibria=len(apart),

@@ -95,7 +95,7 @@ def test_contact_of_all_parts_may_be_chosen(tmp_path: Path, basis: str, modes: i
 
 
 @pytest.mark.parametrize(
-    ("table", "unknowns"), [("check_period = 0.5", 62), ('order = "full"', 1482)]
+    ("table", "unknowns"), [("check_period = 0.5", 106), ('order = "full"', 1482)]
 )
 def test_the_model_of_all_parts_is_chosen_only_where_it_is_said(
     tmp_path: Path, table: str, unknowns: int

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from support.robots.bodies import beam_robot, box_mesh
 
-from tauten.model import Robot, Simulator
+from tauten.model import EmptySpace, Robot, Simulator
 from tauten.model.tetra import NodalBody
-from tauten.reduction.campaign import Snapshots
+from tauten.reduction.campaign import Design, Run, Snapshots, run_campaign
 from tauten.reduction.contact import ContactBasis
 from tauten.reduction.state import (
     ReducedBody,
@@ -61,3 +65,24 @@ def test_state_that_is_not_finite_is_infinitely_far(
     state = reduced.rest()
     state.q[0] = np.nan
     assert TipCheck(reduced, thumb_basis)(state, np.zeros(1), np.zeros(1)) == np.inf
+
+
+def test_a_rotation_that_is_a_goal_counts(tmp_path: Path) -> None:
+    """By the size of the robot; of a beam that was bent to one side, under a force to another one."""
+    region = {"kind": "half_space", "point": [0.0999, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}
+    turn = {"name": "tip", "kind": "frame", "region": region, "weight": [0, 0, 0, 1, 1, 1]}
+    size = (0.1, 0.02, 0.02)
+    beam = beam_robot(box_mesh(size, (6, 2, 2)), size, effectors=[turn])
+    levels, nothing = np.linspace(0.02, 0.2, 10), np.zeros(10)
+    aside = Run(np.zeros((1, 10)), np.zeros((3, 10)), np.stack([nothing, levels, nothing]))
+    found = run_campaign(beam, Design("aside", (aside,)), tmp_path, None, False)
+    space = EmptySpace(0)
+    states = reduce_states(beam, found, space, StateSettings(r=2, responses=0))
+    up = np.zeros(3), np.array([0.0, 0.0, 0.2])
+    near = reduced_robot(beam, states).loaded(*up)
+    one, other = settled(near, space, 0.0), settled(beam.loaded(*up), "full", 0.0)
+    turns = [Rotation.from_quat(s.effector_values[3:], scalar_first=True) for s in (one, other)]
+    missing = beam.size * (turns[0].inv() * turns[1]).magnitude()
+    assert missing > 1e-3
+    estimate = TipCheck(near, space)(one.state, one.effort, np.zeros(1))
+    assert estimate == pytest.approx(missing, rel=0.02)
