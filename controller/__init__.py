@@ -4,8 +4,9 @@ from tauten.controller.actuation import NO_CERTIFICATE, Actuation
 from tauten.controller.bases import load_contact, part_files
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.controller import Controller
+from tauten.controller.energy import closed_compliance, energy_scale
 from tauten.controller.horizon import Horizon
-from tauten.controller.inverse import closed_compliance, energy_scale, inverse_problem
+from tauten.controller.inverse import inverse_problem
 from tauten.controller.loading import ControllerSetup, Order, controller_setup
 from tauten.controller.locks import LockError
 from tauten.controller.plan import Prepared

@@ -51,6 +51,7 @@ import numpy as np
 
 from tauten.model import (
     Assembled,
+    Clusters,
     CondensedStep,
     ContactSpace,
     EffectorLayout,
@@ -58,6 +59,7 @@ from tauten.model import (
     Integration,
     Robot,
     State,
+    clusters_of,
     condense_step,
     recondensed,
 )
@@ -82,6 +84,7 @@ class Horizon:
         integration: of that step.
         idle: names of the parts that have neither actuators nor effectors.
         least: what an effort moves its own actuator by in a tick; less is rounding [m].
+        clusters: what of the robot acts on each other.
         ticks: its length; 0: one tick, for which there is no step of its own.
     """
 
@@ -90,6 +93,7 @@ class Horizon:
     integration: Integration
     idle: frozenset[str]
     least: float
+    clusters: Clusters
     ticks: int = 0
 
     def of(self, robot: Robot, sight: float) -> Horizon:
@@ -114,7 +118,7 @@ def horizon_of(robot: Robot, seconds: float) -> Horizon:
         seconds: of the horizon; at most a time step: decisions look one tick ahead.
     """
     scheme = robot.integration
-    known = frozenset(robot.body.idle_parts), ROUNDING * robot.part_size
+    known = frozenset(robot.body.idle_parts), ROUNDING * robot.part_size, clusters_of(robot)
     if scheme.static or seconds <= robot.h:
         return Horizon(robot, None, scheme, *known)
     ahead = replace(scheme, rate=1.0 / seconds)
@@ -173,21 +177,19 @@ def step_ahead(
         return step
     if horizon.idle and _touch_nothing_else(horizon, step):
         step = step.without_contacts()
-    share, short = 0.0, scheme.h <= SHORT
-    meets = len(step.rows.contacts.rows.delta) > 0 and (
-        not short or meets_contact(step, forces, scheme.h, robot.tolerance)
-    )
-    if course is not None and not meets:
+    clusters, short = horizon.clusters, scheme.h <= SHORT
+    meets = _in_contact(clusters, step, forces, scheme.h, robot.tolerance)  # (c,)
+    if course is not None and not all(meets.tolist()):
         moved = robot.h * (step.compliance.H[step.layout.effectors] @ step.state.v)  # (n_e,)
         factor = DECAY if short else 1.0
         most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness, factor)
         values, layout = step.rows.effectors.values, robot.effector_layout
-        share = share_that_goes_on(course, layout, values, moved, most)
-    if share > 0.0 and short:
-        return moving_on(ahead, space, step, forces, scheme, share)
-    goes_on = share * (1.0 - robot.h / scheme.h)
-    if goes_on > 0.0:
-        scheme = replace(scheme, ahead=goes_on)
+        shares = shares_that_go_on(course, layout, values, moved, clusters, most)
+        shares[meets] = 0.0
+        share = _mean_share(shares, layout.scale * moved, clusters)
+        if share > 0.0 and short:
+            return moving_on(ahead, space, step, forces, scheme, share)
+        scheme = _going_on(scheme, 1.0 - robot.h / scheme.h, shares, share, clusters)
     rho, added = None, None
     if any(taut.tolist()) and not step.frictional:
         actuators = step.layout.actuators
@@ -196,7 +198,60 @@ def step_ahead(
         stiffness[chosen] = ADDED / flexibility[chosen]
         added, stiffness = assembled.augmentation(step.compliance.H[actuators], stiffness)
         rho = stiffness if any(stiffness.tolist()) else None
-    return recondensed(space, step, ahead.body.system(assembled, scheme, added), goes_on, rho)
+    return recondensed(space, step, ahead.body.system(assembled, scheme, added), rho)
+
+
+def _in_contact(
+    clusters: Clusters, step: CondensedStep, forces: Forces, seconds: float, least: float
+) -> Bools:
+    """The clusters (c,) whose motion does not go on because contacts of theirs are in range.
+
+    Over a short horizon none goes on where any contact pushes, or would.
+
+    Args:
+        clusters: of the robot.
+        step: its state, and the contacts in range.
+        forces: of the last step.
+        seconds: of the horizon.
+        least: gap from which on contacts do not push [m].
+    """
+    found = np.zeros(len(clusters.each), np.bool_)
+    if len(step.rows.contacts.rows.delta) == 0:
+        return found
+    if seconds <= SHORT:
+        found[:] = meets_contact(step, forces, seconds, least)
+        return found
+    numbers = clusters.of_pairs[step.rows.contacts.found.pair]
+    found[numbers[numbers >= 0]] = True
+    return found
+
+
+def _mean_share(shares: Array, moved: Array, clusters: Clusters) -> float:
+    """The mean of the shares of the clusters (c,), by the squares of their motion (n_e,) [m]."""
+    if len(shares) == 1:
+        return float(shares[0])
+    weights = np.array([float(moved[of.effectors] @ moved[of.effectors]) for of in clusters.each])
+    return float(weights @ shares / max(weights.sum(), TINY))
+
+
+def _going_on(
+    scheme: Integration, left: float, shares: Array, share: float, clusters: Clusters
+) -> Integration:
+    """The scheme over the horizon in which shares of the motion go on.
+
+    Args:
+        scheme: where none goes on.
+        left: of the horizon after the tick, as a part of it.
+        shares: of the clusters (c,); bodies that are no part of their own have
+        share: this one.
+        clusters: of the robot.
+    """
+    if not any(shares.tolist()):
+        return scheme
+    if len(shares) == 1:
+        return replace(scheme, ahead=left * share)
+    own = np.where(clusters.of_parts >= 0, shares[clusters.of_parts], share)
+    return replace(scheme, ahead=left * share, aheads=tuple((left * own).tolist()))
 
 
 def _touch_nothing_else(horizon: Horizon, step: CondensedStep) -> bool:
@@ -220,34 +275,56 @@ def with_goal(course: Array, goal: Array | None, ticks: int) -> Array:
     return joined
 
 
-def share_that_goes_on(
-    course: Array, layout: EffectorLayout, values: Array, moved: Array, most: float = 1.0
-) -> float:
-    """The share s of the velocity, 0 to 1.
+def shares_that_go_on(
+    course: Array,
+    layout: EffectorLayout,
+    values: Array,
+    moved: Array,
+    clusters: Clusters,
+    most: float = 1.0,
+) -> Array:
+    """The shares s of the velocity of every cluster (c,), each 0 to 1.
 
     Args:
         course: (s, n_v) goals of the last ticks, see `with_goal`.
         layout: of the effectors.
         values: (n_v,) present values of the effectors.
         moved: (n_e,) change of the effector rows in a tick by the velocity of the robot.
+        clusters: of the robot.
         most: the largest share.
     """
     ticks = len(course) - 1
     if ticks < 1:
-        return 0.0
+        return np.zeros(len(clusters.each))
     error = layout.scale * layout.difference(course[-1], values)  # (n_e,) m
-    tick = float(np.linalg.norm(layout.scale * moved))
-    if not np.abs(error).max() < LATE * tick:  # targets may be so far that squares overflow
+    own = layout.scale * moved  # (n_e,) m
+    target = layout.scale * layout.difference(course[-1], course[0])
+    rows = [one.effectors for one in clusters.each]
+    return np.array([_share_of(error[of], own[of], target[of], ticks, most) for of in rows])
+
+
+def _share_of(error: Array, moved: Array, target: Array, ticks: int, most: float) -> float:
+    """The share of one cluster.
+
+    Args:
+        error: (r,) of its rows from the last target [m].
+        moved: (r,) their change in a tick by the velocity of the robot [m].
+        target: (r,) change of their targets [m],
+        ticks: in so many ticks.
+        most: the largest share.
+    """
+    tick = float(np.linalg.norm(moved))
+    if (
+        not np.abs(error).max(initial=0.0) < LATE * tick
+    ):  # targets may be so far that squares overflow
         return 0.0
     distance = float(np.linalg.norm(error))
     if not distance < LATE * tick:
         return 0.0
     following = min(LATE - distance / tick, 1.0)
-    own = layout.scale * moved * ticks  # (n_e,) m
-    target = layout.scale * layout.difference(course[-1], course[0])
-    target = np.clip(target, -1e6 * tick, 1e6 * tick)  # as above
+    own = moved * ticks
     way = ENOUGH * float(own @ own)
-    along = float(target @ own)
+    along = float(np.clip(target, -1e6 * tick, 1e6 * tick) @ own)  # as above
     return following * float(np.clip(along / way, 0.0, most))
 
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
 
+from tauten.controller.energy import relative_weights
+from tauten.controller.friction import CutPlan, no_slots
 from tauten.controller.qpcc import Qpcc
 from tauten.model import (
     Actuators,
+    Clusters,
     CondensedStep,
     EffectorLayout,
     Grasp,
@@ -19,7 +22,32 @@ from tauten.model import (
     cable_actuators,
     row_layout,
 )
-from tauten.model.numerics import Array, Bools, Ints, cholesky, kernel, solve_rows
+from tauten.model.numerics import Array, Bools, Ints, kernel
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """What the effector rows of a plan are to do.
+
+    Attributes:
+        target: (n_e,) values.
+        scale: (n_e,) weights times units; 0: the row is left free.
+        equations: (n_e,) whether a row is to meet its target exactly.
+        gamma: γ, weight on the change of the rows in each cluster (c,).
+        grasp: limits of contact forces, and which of them count; None: there are none.
+        cut: where the search of the last plan with friction was cut; None: it was not.
+        pushed: slots of the unit columns that pushed in that plan.
+        looking: whether contact is looked for, with what nothing touches yet.
+    """
+
+    target: Array
+    scale: Array
+    equations: Bools
+    gamma: Array
+    grasp: Grasp | None
+    cut: CutPlan | None = None
+    pushed: Ints = field(default_factory=no_slots)
+    looking: bool = False
 
 
 def inverse_problem(
@@ -71,7 +99,31 @@ def inverse_problem(
     )
 
 
-def held_back(problem: Qpcc, W: Array, layout: Layout, weight: float, held: Array) -> Qpcc:
+def weighed(
+    aim: Aim, held_to: Array, clusters: Clusters, scales: Array
+) -> tuple[Array, Array, Array]:
+    """What effector rows count in (T1), the targets of rows that count so, and how far efforts are held back.
+
+    Clusters share no unknown: the objective of each is divided by its s and by its 1 + γ, so that all have
+    the same weight of the energy, that of the largest s.
+
+    Args:
+        aim: targets and weights of the rows, and γ of every cluster.
+        held_to: (n_e,) rows that γ holds them back to.
+        clusters: of the robot.
+        scales: s of every cluster (c,) [m/N].
+
+    Returns:
+        Weights times units (n_e,), targets times these (n_e,) [m], and γ / (1 + γ) of each actuator (n_a,).
+    """
+    back, counted = aim.gamma / (1.0 + aim.gamma), aim.scale  # (c,), (n_e,)
+    if len(back) > 1:
+        counted = counted * relative_weights(scales)[clusters.of_effectors]
+    target = aim.target + back[clusters.of_effectors] * (held_to - aim.target)
+    return counted, counted * target, back[clusters.of_actuators]
+
+
+def held_back(problem: Qpcc, W: Array, layout: Layout, weight: Array, held: Array) -> Qpcc:
     """The inverse problem with the part of its damping that acts on the efforts.
 
     With 1/2 ε s γ (λ_a − λ_held)' W_aa (λ_a − λ_held) added and all divided by 1 + γ, the energy is as before
@@ -81,10 +133,10 @@ def held_back(problem: Qpcc, W: Array, layout: Layout, weight: float, held: Arra
         problem: from `inverse_problem`.
         W: (m, m) as it was given there.
         layout: of its rows.
-        weight: γ / (1 + γ) ε s [m/N].
+        weight: (n_a,) γ / (1 + γ) ε s of each actuator [m/N].
         held: (n_a,) efforts of a hold [N].
     """
-    if weight == 0.0:
+    if not any(weight.tolist()):
         return problem
     c = problem.c.copy()
     c[: layout.n_a] -= weight * (W[layout.actuators, layout.actuators] @ held)
@@ -199,111 +251,6 @@ def exact_problem(
     wanted = target[rows] - delta_free[rows]
     names = [(name, name) for name in map(layout.row_name, rows.tolist())]
     return problem.limited(W[rows, n_e:], wanted - tolerance, wanted + tolerance, names)
-
-
-def energy_scale(W: Array, layout: Layout, pushing: Bools, groups: Ints | None = None) -> float:
-    """Scale of the actuation energy in (T1), s = |W̃_ea|² / tr W_aa [m/N].
-
-    It makes ε unitless: ε is the share of the objective's curvature that the elastic energy of the
-    actuators has. Where their efforts are in several units, s is the mean of those of the units, by their
-    number of actuators. W̃ is the compliance with the pushing contacts kept closed: where a robot rests on
-    itself its actuators move the effectors a hundred times less, and an energy weighted by the free motion
-    would outweigh the target. Without any coupling s = tr W_aa / n_a. The scale is part of the prepared step:
-    it is the same for every target, start of the solver and round of enrichment.
-
-    Args:
-        W: (m, m) compliance of effectors, actuators and contacts [m/N].
-        layout: of its rows.
-        pushing: (m − n_e − n_a,) contacts that pushed in the last step of the model.
-        groups: (n_a,) number of the unit of each effort; None: there is one unit.
-    """
-    alike = np.zeros(layout.n_a, dtype=np.int64) if groups is None else groups
-    return _energy_scale(W, layout.n_e, layout.n_a, pushing, alike)
-
-
-def energy_cap(W_aa: Array, limits: Limits, size: float) -> float:
-    """Scale of the energy with which the largest efforts weigh like a way of a robot's size [m/N].
-
-    An object that nothing touches is moved by no actuator; the scale that follows from what the actuators
-    move would then let the weight of a palm outweigh the target.
-
-    Args:
-        W_aa: (n_a, n_a) compliance between actuators.
-        limits: of the efforts.
-        size: of the robot [m].
-    """
-    largest = _largest_energy(W_aa, limits.effort_min, limits.effort_max)
-    return size**2 / largest if largest > 0.0 else np.inf
-
-
-@kernel
-def _largest_energy(W_aa: Array, effort_min: Array, effort_max: Array) -> float:
-    """Largest finite product of a compliance and the square of its largest effort [N m]."""
-    largest = 0.0
-    for a in range(len(W_aa)):
-        energy = W_aa[a, a] * max(abs(effort_min[a]), abs(effort_max[a])) ** 2
-        if energy < np.inf:
-            largest = max(largest, energy)
-    return largest
-
-
-@kernel
-def _energy_scale(W: Array, n_e: int, n_a: int, pushing: Bools, groups: Ints) -> float:
-    total = 0.0
-    for a in range(n_e, n_e + n_a):
-        total += W[a, a]
-    if not total > 0.0:
-        return 0.0
-    W_ea = closed_compliance(W, n_e, n_a, pushing)
-    scale = 0.0
-    for group in range(np.max(groups) + 1):
-        trace, coupling, count = 0.0, 0.0, 0
-        for a in range(n_a):
-            if groups[a] == group:
-                trace += W[n_e + a, n_e + a]
-                count += 1
-        for e in range(n_e):
-            for a in range(n_a):
-                if groups[a] == group:
-                    coupling += W_ea[e, a] * W_ea[e, a]
-        if trace > 0.0:
-            scale += count / n_a * (coupling / trace)
-    return scale if scale > 0.0 else total / n_a
-
-
-@kernel
-def closed_compliance(W: Array, n_e: int, n_a: int, pushing: Bools) -> Array:
-    """W̃_ea = W_ea − W_ec W_cc⁻¹ W_ca over the pushing contacts: (n_e, n_a) [m/N].
-
-    Redundant contacts make W_cc singular, and so does one that no force opens; a regularisation leaves the
-    product as it is.
-
-    Args:
-        W: (m, m) compliance of effectors, cables and contacts, in this order [m/N].
-        n_e: effector rows.
-        n_a: actuators.
-        pushing: (m − n_e − n_a,) contacts that are kept closed.
-    """
-    W_ea = W[:n_e, n_e : n_e + n_a].copy()
-    c = n_e + n_a + np.flatnonzero(pushing)
-    m = len(c)
-    W_cc, L, rows = np.empty((m, m)), np.zeros((m, m)), np.empty((n_a, m))
-    for i in range(m):
-        for j in range(m):
-            W_cc[i, j] = W[c[i], c[j]]
-        for j in range(n_a):
-            rows[j, i] = W[n_e + j, c[i]]
-    trace = np.trace(W_cc)
-    for i in range(m):
-        W_cc[i, i] += 1e-9 * trace / m if trace > 0.0 else 1.0
-    if not cholesky(W_cc, L):  # not finite
-        return W_ea
-    forces = solve_rows(L, rows)  # (n_a, m)
-    for i in range(n_e):
-        for j in range(n_a):
-            for k in range(m):
-                W_ea[i, j] -= W[i, c[k]] * forces[j, k]
-    return W_ea
 
 
 @kernel

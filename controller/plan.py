@@ -9,28 +9,29 @@ that the actuators reach within one tick; a step of that size is what the linear
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
+from tauten.controller.energy import energy_cap, energy_scale, energy_scales
 from tauten.controller.friction import (
     ALL_TRIED,
     MET,
     CutPlan,
     PlanContacts,
     PlanSearch,
-    no_slots,
     with_known_columns,
     with_slip,
 )
+from tauten.controller.horizon import Horizon
 from tauten.controller.inverse import (
-    energy_cap,
-    energy_scale,
+    Aim,
     exact_problem,
     held_back,
     including_hold,
     inverse_problem,
+    weighed,
     weighted_rows,
     with_efforts_limited,
     with_force_limits,
@@ -48,6 +49,7 @@ from tauten.controller.qpcc import (
 )
 from tauten.controller.settings import DecideSettings
 from tauten.model import (
+    Clusters,
     Command,
     Compliance,
     CondensedStep,
@@ -61,7 +63,7 @@ from tauten.model import (
     under_friction,
     unit_start,
 )
-from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.numerics import Array, Bools
 
 EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
 ENDLESSLY = 1e6  # s, in which every actuator can get everywhere
@@ -78,7 +80,8 @@ class Prepared:
         step: of one tick: system, rows, compliance of effectors, cables, reduced contacts, unit columns.
         held: the step over the horizon in which the actuators keep what they have; plans start from it.
         forces: of the last step, where the solvers of the tick start.
-        scale: of the actuation energy, s in (T1) [m/N].
+        scales: of the actuation energy in each cluster (c,), s in (T1) [m/N].
+        clusters: what of the robot acts on each other.
         farther: the step over the horizon with the friction of its contacts, from which `held` differs
             where there is any: plans have the friction of the last step as a load.
     """
@@ -86,33 +89,9 @@ class Prepared:
     step: CondensedStep
     held: PredictedStep
     forces: Forces
-    scale: float
+    scales: Array
+    clusters: Clusters
     farther: CondensedStep
-
-
-@dataclass(frozen=True, slots=True)
-class Aim:
-    """What the effector rows of a plan are to do.
-
-    Attributes:
-        target: (n_e,) values.
-        scale: (n_e,) weights times units; 0: the row is left free.
-        equations: (n_e,) whether a row is to meet its target exactly.
-        gamma: γ, weight on the change of the rows.
-        grasp: limits of contact forces, and which of them count; None: there are none.
-        cut: where the search of the last plan with friction was cut; None: it was not.
-        pushed: slots of the unit columns that pushed in that plan.
-        looking: whether contact is looked for, with what nothing touches yet.
-    """
-
-    target: Array
-    scale: Array
-    equations: Bools
-    gamma: float
-    grasp: Grasp | None
-    cut: CutPlan | None = None
-    pushed: Ints = field(default_factory=no_slots)
-    looking: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +120,7 @@ class Plan:
 
 
 def prepared_plans(
-    robot: Robot,
+    horizon: Horizon,
     step: CondensedStep,
     farther: CondensedStep,
     forces: Forces,
@@ -149,7 +128,11 @@ def prepared_plans(
     enrichment: Enrichment,
 ) -> Prepared:
     """All of a step but the target, from its condensed rows."""
-    held = held_ahead(farther, forces, keep, enrichment)
+    held, robot, clusters = (
+        held_ahead(farther, forces, keep, enrichment),
+        horizon.robot,
+        horizon.clusters,
+    )
     found, layout = held.step.compliance, held.step.layout
     W, _ = weighted_rows(found.W, found.delta_free, robot.effector_layout.scale)
     pushing = held.lam[layout.contacts] > 0.0
@@ -157,8 +140,12 @@ def prepared_plans(
         gaps = np.zeros_like(pushing)
         gaps[held.step.gap_rows - layout.contacts.start] = True
         pushing &= gaps
-    scale = energy_scale(W, layout, pushing, robot.actuators.groups)
-    return Prepared(step, held, forces, scale, farther)
+    given, count = (W, layout, pushing, robot.actuators.groups), len(clusters.each)
+    if count == 1 or farther.frictional:  # slip of all contacts counts alike
+        scales = np.array(count * [energy_scale(*given)])
+    else:
+        scales = energy_scales(*given, clusters)
+    return Prepared(step, held, forces, scales, clusters, farther)
 
 
 def held_ahead(
@@ -210,7 +197,7 @@ def make_plan(
     step = with_known_columns(prepared.farther, prepared.held.step, aim.pushed)
     apart = distance_left(aim, prepared.held)
     plan = _plan_from(step, robot.h, *given)
-    met = plan.status is Status.SEEKING_CONTACT and apart <= MET * robot.size
+    met = plan.status is Status.SEEKING_CONTACT and apart <= MET * robot.part_size
     plan = replace(plan, status=Status.OK) if met else plan
     if plan.status is Status.NOT_FOUND:
         loaded = prepared.held.step
@@ -251,13 +238,15 @@ def _plan_from(
     locks: Command | None,
 ) -> Plan:
     """A plan from a step over the horizon with its first unit columns; the actuators move for a time h."""
-    held, layout, gamma = prepared.held, prepared.held.step.layout, aim.gamma
-    scale, W_aa = prepared.scale, step.compliance.W[layout.actuators, layout.actuators]
+    held, layout = prepared.held, prepared.held.step.layout
+    scale, W_aa = (
+        max(prepared.scales.tolist()),
+        step.compliance.W[layout.actuators, layout.actuators],
+    )
     if step.frictional:
-        scale = min(scale, energy_cap(W_aa, robot.limits, robot.size))
-    weight, share = settings.epsilon * scale, gamma / (1.0 + gamma)
-    held_to = _held_back_to(prepared, aim)
-    target = aim.scale * (aim.target + share * (held_to - aim.target))  # (n_e,)
+        scale = min(scale, energy_cap(W_aa, robot.limits, robot.part_size))
+    weight, held_to = settings.epsilon * scale, _held_back_to(prepared, aim)
+    counted, target, back = weighed(aim, held_to, prepared.clusters, prepared.scales)
     kept = held.delta[layout.actuators]
     left, guess, cut = settings.enrichment.rounds, None, aim.cut
     while True:
@@ -271,17 +260,17 @@ def _plan_from(
             limits, actuators = robot.limits.at(free), robot.actuators.at(free)
             travelled, stay = position[free], kept[free]
             start = reduced.start(effort, pushing)
-        W, delta_free = weighted_rows(rows.W, rows.delta_free, aim.scale)
+        W, delta_free = weighted_rows(rows.W, rows.delta_free, counted)
         at = delta_free[places.actuators]
         problem = inverse_problem(W, delta_free, target, travelled, limits, h, weight, actuators)
-        problem = held_back(problem, W, places, share * weight, start.lam_a)
+        problem = held_back(problem, W, places, weight * back[free], start.lam_a)
         problem = including_hold(problem, stay - at)
         problem = with_efforts_limited(problem, step, free, at, limits, actuators)
         if reduced is not None:
             problem = reduced.bounded(problem, robot.limits, robot.actuators)
         elastic = not any(aim.equations.tolist())
         if not elastic:
-            met, error = aim.scale * aim.target, EXACTLY * robot.size
+            met, error = counted * aim.target, EXACTLY * robot.part_size
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
         if step.frictional:
@@ -291,7 +280,7 @@ def _plan_from(
         if step.frictional and len(step.extra) > 0:
             forces, a = _forces_of_hold(prepared, step), places.actuators
             forces = forces if reduced is None else reduced.with_cables(effort, forces)
-            given = settings.friction_share, robot.size, weight * W[a, a], settings.search
+            given = settings.friction_share, robot.part_size, weight * W[a, a], settings.search
             contacts = PlanContacts.of(step, forces, *given)
             before = None if cut is None else cut.on(step, free, len(problem.m))
             search = PlanSearch(contacts, start.lam_a, guess, before)
@@ -352,12 +341,15 @@ def brings_nearer(robot: Robot, aim: Aim, plan: Plan, apart: float) -> bool:
     """Whether a plan moves the effectors towards a target that they have not met.
 
     Args:
-        robot: its size.
+        robot: the size of its parts.
         aim: targets and weights of the effector rows.
         plan: the plan.
         apart: how far holding leaves the effectors from their target [m].
     """
-    return apart <= MET * robot.size or distance_left(aim, plan.predicted) < (1.0 - NEARER) * apart
+    return (
+        apart <= MET * robot.part_size
+        or distance_left(aim, plan.predicted) < (1.0 - NEARER) * apart
+    )
 
 
 def distance_left(aim: Aim, predicted: PredictedStep) -> float:

@@ -21,17 +21,18 @@ import numpy as np
 from tauten.controller.actuation import Actuation
 from tauten.controller.carried import (
     Carried,
-    adapted,
     change_of,
     nothing_carried,
     objective_of,
     sight_after,
 )
 from tauten.controller.certificates import hold_certificate
+from tauten.controller.damping import Dampings
 from tauten.controller.friction import pushed_slots
 from tauten.controller.horizon import Horizon, held_taut, step_ahead
+from tauten.controller.inverse import Aim
 from tauten.controller.locks import ahead_of_locks
-from tauten.controller.plan import Aim, Plan, Prepared, make_plan, prepared_plans
+from tauten.controller.plan import Plan, Prepared, make_plan, prepared_plans
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
 from tauten.controller.settings import DecideSettings
 from tauten.controller.winches import (
@@ -154,7 +155,7 @@ def prepare(
         taut &= ~forced
     while True:
         farther = step_ahead(horizon, space, assembled, step, forces, course, taut)
-        prepared = prepared_plans(robot, step, farther, forces, keep, enrichment)
+        prepared = prepared_plans(horizon, step, farther, forces, keep, enrichment)
         slack = taut & ~robot.actuators.laws.bilateral & (prepared.held.effort < -least)
         if farther.rho is None or not any(slack.tolist()):
             return prepared
@@ -188,10 +189,11 @@ def decide(
         carried: from the decisions before; None: nothing.
     """
     layout, carried = robot.effector_layout, carried or nothing_carried(settings.forces)
-    damping = carried.damping.towards(goal, robot.size, layout)
-    values = prepared.farther.rows.effectors.values
+    values, clusters = prepared.farther.rows.effectors.values, prepared.clusters
+    before, size = carried.dampings or Dampings.at_start(clusters), robot.part_size
+    dampings = before.towards(goal, size, layout)
     target = layout.row_targets(values, goal)  # (n_e,)
-    given = damping.gamma, carried.grasp, carried.cut, carried.pushed, carried.sight > 0.0
+    given = dampings.gamma, carried.grasp, carried.cut, carried.pushed, carried.sight > 0.0
     aim = Aim(target, layout.scale, layout.exact, *given)
     kept = None if locks is None else ahead_of_locks(locks, position)
     plan = make_plan(robot, prepared, aim, position, settings, kept)
@@ -200,24 +202,27 @@ def decide(
     if not plan.status.usable:
         none = np.zeros(robot.n_a, np.bool_)
         found = plan.predicted, position, plan.status, plan.certificate, plan.conflict
-        return Decision(*found, none, plan, carried.without_plan(damping, plan.cut))
+        return Decision(*found, none, plan, carried.without_plan(dampings, plan.cut))
     planned = Command(plan.predicted.delta[robot.layout.actuators], plan.predicted.effort)
-    weight, last = settings.epsilon * prepared.scale, damping.objective
-    change = change_of(prepared, plan, aim, weight)
-    damping = damping.fading(change, robot.size, robot.h)
-    share, sight = damping.share * damping.faded, 0.0
+    weights = settings.epsilon * prepared.scales  # (c,)
+    change = change_of(prepared, plan, aim, weights[clusters.of_actuators])
+    dampings, sight = dampings.fading(change, size, robot.h), 0.0
     if robot.contacts.loose and robot.contacts.frictional:
         sight = sight_after(robot, prepared, plan, aim, carried.sight)
     wanted, reach = first_tick(
-        robot, planned, position, locks, prepared.forces.effort, share, sight > 0.0
+        robot, planned, position, locks, prepared.forces.effort, dampings.share, sight > 0.0
     )
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
     )
     after = tick.solved
-    before = target if last is None else layout.row_targets(values, carried.damping.goal)
-    way = tick.position - position
-    objective = objective_of(prepared, plan, aim, weight, way, after.effort, before, last)
+    last = dampings.compared(before.goal)
+    reached = target if last is goal else layout.row_targets(values, last)  # (n_e,)
+    moved = tick.position - position, after.effort
+    objectives, every = [], zip(clusters.each, dampings.each, weights.tolist(), strict=True)
+    for own, one, weight in every:
+        compared = moved, reached, one.objective, own
+        objectives.append(objective_of(prepared, plan, aim, weight, *compared))
     known = plan.certificate
     certificate = Certificate(
         known.primal, known.complementarity, known.stationarity, after.deepest_gap, len(after.step.extra)
@@ -228,15 +233,15 @@ def decide(
     if jammed(robot, tick):
         none = np.zeros(robot.n_a, np.bool_)
         left = after, tick.position, Status.INFEASIBLE, certificate, conflict
-        return Decision(*left, none, plan, carried.without_plan(damping, plan.cut))
-    damping = adapted(damping, change, robot.size, robot.h, objective)
+        return Decision(*left, none, plan, carried.without_plan(dampings, plan.cut))
+    dampings = dampings.adapted(change, size, robot.h, objectives)
     pushed = pushed_slots(plan.predicted)
     stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.laws.held_by_force
     if locks is not None:
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.position, status, certificate, conflict, stalled, plan,
-        Carried(damping, carried.grasp, plan.cut, pushed, sight),
+        Carried(dampings, carried.grasp, plan.cut, pushed, sight),
         goal, given_in(tick, supplied, robot.limits),
     )  # fmt: skip
 
@@ -307,7 +312,7 @@ def advance(
         robot, space, settings.enrichment, step.state, forces, start, command, settings.substeps
     )
     way = robot.body.displacement(moved.state, step.system.h * moved.state.v)  # next tick's [m]
-    if not way < FARTHEST * robot.size:  # also NaN
+    if not way < FARTHEST * robot.part_size:  # also NaN
         return Advanced(_predicted_state(robot, predicted), forces, predicted)
     return Advanced(moved.state, moved.forces, moved.last)
 

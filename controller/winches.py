@@ -152,7 +152,7 @@ def first_tick(
     position: Array,
     locks: Command | None,
     before: Array,
-    share: float,
+    share: Array,
     together: bool,
 ) -> tuple[Command, Reach]:
     """What the actuators are to do in the first tick of a plan, and what they reach in it.
@@ -169,7 +169,8 @@ def first_tick(
         position: (n_a,) positions of the actuators commanded last [m].
         locks: what locked actuators do in this tick; None: all are decided.
         before: (n_a,) efforts of the last step [N, Pa].
-        share: of the way to the plan's positions that they go; efforts are kept within limits all the same.
+        share: of the way to the plan's positions that each goes (n_a,); efforts are
+            kept within limits all the same.
         together: whether all get there in the same tick, that of the slowest.
     """
     limits, laws, lam_a = robot.limits, robot.actuators.laws, planned.effort
@@ -180,9 +181,11 @@ def first_tick(
         there = position + ((there - position)[way != 0.0] / way[way != 0.0]).min() * way
     slack = laws.slack(lam_a, limits, ROUNDING)
     effort = np.minimum(np.maximum(lam_a, limits.effort_min), limits.effort_max)
-    if share < 1.0:
-        there = position + share * (there - position)
-        effort = np.where(slack, effort, before + share * (effort - before))
+    held_back = share < 1.0
+    if np.logical_or.reduce(held_back, axis=None):
+        there = np.where(held_back, position + share * (there - position), there)
+        kept = slack | ~held_back
+        effort = np.where(kept, effort, before + share * (effort - before))
     free = slack | (laws.held_by_force & robot.actuators.are_forces)
     wanted = Command.either(free, there, effort)
     if locks is None:

@@ -82,6 +82,7 @@ class Integration:
         semidefinite: share of the positive semidefinite tangent that a quasi-static step tries first.
         ahead: share a of the way to which the velocity leads in the step, that the state which is linearised
             has made; 1: all of it, 0: none. Zero with a quasi-static step.
+        aheads: of each part, where they differ; empty: all are `ahead`.
         viscous: whether materials have a viscosity of their own.
     """
 
@@ -91,6 +92,7 @@ class Integration:
     rayleigh_stiffness: float = 0.0
     semidefinite: float = 0.0
     ahead: float = 0.0
+    aheads: tuple[float, ...] = ()
     viscous: bool = False
 
     @cached_property

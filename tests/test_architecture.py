@@ -47,6 +47,7 @@ ORDER = (
     "reduction.state",
     "controller.qpcc",
     "controller.friction",
+    "controller.damping",
     "controller",
     "service.link",
     "service.codec",

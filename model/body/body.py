@@ -261,6 +261,20 @@ class Body(ABC, Generic[P]):
         """Names of the parts that have neither actuators nor effectors."""
         return ()
 
+    @property
+    def part_names(self) -> tuple[str, ...]:
+        """Names of the parts; none where the robot has no parts."""
+        return ()
+
+    @property
+    def components(self) -> Ints:
+        """Number of the set of each unknown (n,): sets act on each other through rows only."""
+        return np.zeros(self.n, np.int64)
+
+    def unknowns_of(self, part: str) -> slice:
+        """The unknowns of a part; all of them where the robot has no parts."""
+        return slice(0, self.n)
+
     def turning_steps(self) -> Turning | None:
         """What replaces long straight steps by such that turn elements; None: nothing does. Expensive."""
         return None

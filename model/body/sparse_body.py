@@ -11,6 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 from typing_extensions import TypeVar
 
 from tauten.model.actuators import ActuatorSet
@@ -88,6 +89,13 @@ class SparseBody(Body[P]):
     def stored_shape(self) -> tuple[int, ...]:
         """Shape of the values of a matrix: (nnz,)."""
         return (len(self.pattern.indices),)
+
+    @property
+    def components(self) -> Ints:
+        """Number of the set of each unknown (n,): bodies that nothing joins."""
+        joined = self.pattern.matrix(np.ones(self.stored_shape))
+        numbers: Ints = connected_components(joined, directed=False)[1].astype(np.int64)
+        return numbers
 
     @property
     def linear_solver(self) -> str:

@@ -35,31 +35,10 @@ from tauten.model.parts.spans import (
     scheme_of_part,
     start_of_part,
 )
+from tauten.model.parts.tangents import PartsAssembled
 from tauten.model.robot import Robot
 from tauten.model.state import Assembled, Augmentation, State, StepStart
 from tauten.model.system import Integration, System
-
-
-@dataclass(frozen=True, slots=True)
-class PartsAssembled(Assembled):
-    """Forces and tangents of each part; attributes beside those of `Assembled`.
-
-    Attributes:
-        parts: as the body of each part assembled it.
-    """
-
-    parts: tuple[Assembled, ...]
-
-    def augmentation(self, H: Array, rho: Array) -> tuple[Augmentation, Array]:
-        """What adds ρ_i h_iᵀ h_i to tangents, of rows that are those of one part; see `Assembled`."""
-        blocks = [H[:, span] for span in slices([len(part.state.v) for part in self.parts])]
-        of_part = np.array([block.any(axis=1) for block in blocks])  # (p, m)
-        alone, added, parts = of_part.sum(axis=0) == 1, np.zeros_like(rho), []
-        for part, block, own in zip(self.parts, blocks, of_part, strict=True):
-            made, found = part.augmentation(block, np.where(own & alone, rho, 0.0))
-            parts.append(made)
-            added += found
-        return tuple(parts), added
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,6 +135,24 @@ class PartsBody(Body[PartsPoints]):
         """Names of the parts that have neither actuators nor effectors."""
         return tuple(p.name for p in self.parts if p.robot.layout.contacts.start == 0)
 
+    @property
+    def part_names(self) -> tuple[str, ...]:
+        """Names of the parts."""
+        return tuple(part.name for part in self.parts)
+
+    @property
+    def components(self) -> Ints:
+        """Number of the set of each unknown (n,): those of every part."""
+        found, first = [], 0
+        for body in self.bodies:
+            found.append(body.components + first)
+            first = int(found[-1].max(initial=first - 1)) + 1
+        return np.concatenate(found)
+
+    def unknowns_of(self, part: str) -> slice:
+        """The unknowns of a part."""
+        return self.spans.columns[self.part_names.index(part)]
+
     def surface_points(self, vertices: Ints) -> PartsPoints:
         """No points: surfaces belong to the parts."""
         raise NotImplementedError("surfaces belong to the parts of a robot")
@@ -245,7 +242,9 @@ class PartsBody(Body[PartsPoints]):
     def schemes(self, given: Integration | None) -> list[Integration]:
         """The scheme of each part in a step of all, see `scheme_of_part`."""
         whole, taken = self.integration, given or self.integration
-        return [scheme_of_part(body.integration, whole, taken) for body in self.bodies]
+        aheads = taken.aheads or (taken.ahead,) * len(self.bodies)
+        pairs = zip(self.bodies, aheads, strict=True)
+        return [scheme_of_part(body.integration, whole, taken, ahead) for body, ahead in pairs]
 
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None

@@ -50,10 +50,18 @@ def spans_of(bodies: Sequence[Body[Any]]) -> Spans:
 
 
 @lru_cache(maxsize=256)
-def scheme_of_part(own: Integration, whole: Integration, given: Integration) -> Integration:
+def scheme_of_part(
+    own: Integration, whole: Integration, given: Integration, ahead: float
+) -> Integration:
     """The scheme of a part in a step of all parts.
 
     A part is static or dynamic as its file says, unless the step asks for another scheme than the robot's.
+
+    Args:
+        own: of the part.
+        whole: of the robot.
+        given: of the step.
+        ahead: of the part in it, see `Integration`.
     """
     static = own.static if given.static == whole.static else given.static
     return dataclasses.replace(
@@ -61,7 +69,7 @@ def scheme_of_part(own: Integration, whole: Integration, given: Integration) -> 
         rate=given.rate,
         static=static,
         semidefinite=given.semidefinite,
-        ahead=0.0 if static else given.ahead,
+        ahead=0.0 if static else ahead,
     )
 
 

@@ -1,5 +1,6 @@
 """The robot that a step uses, and what of it is drawn."""
 
+from tauten.model.robot.clusters import Cluster, Clusters, clusters_of
 from tauten.model.robot.robot import Robot, RobotNames, names_of
 from tauten.model.robot.skin import (
     NO_CONTACTS,
@@ -18,6 +19,9 @@ from tauten.model.robot.surroundings import (
 )
 
 __all__ = [
+    "Cluster",
+    "Clusters",
+    "clusters_of",
     "ObstacleOutline",
     "Floats",
     "Geometry",

@@ -260,36 +260,30 @@ def recondensed(
     space: ContactSpace,
     step: CondensedStep,
     system: System,
-    ahead: float = 0.0,
     rho: Array | None = None,
 ) -> CondensedStep:
     """The same rows at the same state, condensed through another system.
 
-    Obstacles that move have made the same share of their way. Slip counts all of it.
-
     Args:
         space: basis of the contact forces.
         step: its rows and contacts are kept; obstacles that move are where they are after the new step.
-        system: another scheme's, linearised at the same state.
-        ahead: of that scheme.
+        system: another scheme's, linearised at the same state; what contacts press has made none of its way.
         rho: (n_a,) stiffness along actuators in the tangent of the system; None: none.
     """
     rows, reduced, n_e = step.rows, step.reduced, step.layout.n_e
-    later = (1.0 - ahead) * system.h - step.system.h  # s
-    slid = None if ahead == 0.0 else ahead * system.h * step.state.v
     if rows.contacts.found.surface is not None:
-        rows = replace(rows, contacts=rows.contacts.later(later))
+        rows = replace(rows, contacts=rows.contacts.later(system.h - step.system.h))
         reduced = space.reduce(rows.contacts)
     H, delta = step.compliance.H, [rows.effectors.delta[:n_e], rows.actuators.delta, reduced.delta]
     if len(step.extra) > 0:
         units = step.extra, step.axes, H[n_e + step.layout.n_a + len(reduced) :]
-        delta.append(unit_values(rows.contacts, *units, system.h, slid))
+        delta.append(unit_values(rows.contacts, *units, system.h, None))
     compliance = row_compliance(system, H, np.concatenate(delta), step.frictional)
     if step.laws.springs is not None:
         compliance.spring(step.laws.springs, step.layout.actuators)
     return CondensedStep(
         step.state, system, rows, reduced, step.extra, step.axes, compliance, step.layout,
-        step.laws, step.frictional, slid, rho,
+        step.laws, step.frictional, None, rho,
     )  # fmt: skip
 
 

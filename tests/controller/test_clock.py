@@ -91,7 +91,7 @@ def test_rounding_of_small_changes_does_not_choose_the_damping(tmp_path: Path) -
             goal[2] += up
             controller.step(goal + size * noise.standard_normal(len(goal)))
             found.append(controller.effort.copy())
-        return np.array(found), controller._carried.damping.gamma
+        return np.array(found), controller._carried.dampings.each[0].gamma
 
     (exact, gamma), (rounded, _) = efforts(0.0), efforts(1e-15)
     assert gamma > 0.1, "what went to and fro is damped"

@@ -14,8 +14,8 @@ from support.robots.small_bodies import END as DRIVEN_END
 from support.robots.small_bodies import TURN, constrained
 
 from tauten.controller import Controller, ControllerSettings, Status
-from tauten.controller.carried import undamped
-from tauten.model import Pose, Robot, Simulator
+from tauten.controller.damping import Dampings
+from tauten.model import Cluster, Clusters, Pose, Robot, Simulator
 from tauten.model.load import make_robot, robot_path
 from tauten.model.numerics import Array
 from tauten.model.schema import Changes, read_toml
@@ -343,6 +343,9 @@ def test_a_volume_that_changes_by_much_is_another_target() -> None:
     """1e-6 m³ of a cavity of 8e-6 m³ were less than 1e-4 of the size in metres."""
     none = np.zeros(1, np.bool_)
     cavity = layout_of(("air",), ("volume",), np.ones(1), np.array([8e-6 ** (-2.0 / 3.0)]), none)
-    held = replace(undamped().towards(np.array([8e-6]), 0.1, cavity), share=0.1)
-    assert held.towards(np.array([8e-6 + 1e-10]), 0.1, cavity).share == 0.1
-    assert held.towards(np.array([9e-6]), 0.1, cavity).share == 1.0
+    one, no = np.zeros(1, np.int64), np.zeros(0, np.int64)
+    clusters = Clusters((Cluster(one, one, no, one),), one, no, no, no)
+    start = Dampings.at_start(clusters).towards(np.array([8e-6]), 0.1, cavity)
+    held = replace(start, each=(replace(start.each[0], share=0.1),))
+    assert held.towards(np.array([8e-6 + 1e-10]), 0.1, cavity).each[0].share == 0.1
+    assert held.towards(np.array([9e-6]), 0.1, cavity).each[0].share == 1.0

@@ -14,10 +14,18 @@ from tauten.controller import Controller
 from tauten.controller.horizon import (
     largest_share,
     meets_contact,
-    share_that_goes_on,
+    shares_that_go_on,
     with_goal,
 )
-from tauten.model import EffectorLayout, Robot, Simulator, condense_step, no_forces
+from tauten.model import (
+    Clusters,
+    EffectorLayout,
+    Robot,
+    Simulator,
+    clusters_of,
+    condense_step,
+    no_forces,
+)
 from tauten.model.numerics import Array
 from tauten.service.bench.following import reach_targets, rms
 from tauten.service.setup import load_setup
@@ -40,10 +48,16 @@ def layout() -> EffectorLayout:
     return pneumatic_robot().effector_layout
 
 
+@cache
+def clusters() -> Clusters:
+    """Of the same."""
+    return clusters_of(pneumatic_robot())
+
+
 def share(course: Array, moved: Array, late: float = 0.0, most: float = 1.0) -> float:
     """The share that goes on of effectors that are late by some ticks of their motion."""
     values = np.zeros(3) if len(course) == 0 else course[-1] - late * moved
-    return share_that_goes_on(course, layout(), values, moved, most)
+    return float(shares_that_go_on(course, layout(), values, moved, clusters(), most)[0])
 
 
 def test_motion_goes_on_where_targets_move_as_the_effectors_do() -> None:

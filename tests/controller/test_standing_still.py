@@ -11,13 +11,11 @@ from support.robots.bodies import beam_robot, box_mesh
 from support.robots.examples import shipped_setup
 
 from tauten.controller import Controller, Status
-from tauten.controller.carried import TICK, Damping, Objective, adapted, undamped
+from tauten.controller.damping import TICK, Damping, Objective, adapted, undamped
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.model.signals.effector_layout import layout_of
 
 OFFSET = np.array([0.03, 0.0, 0.0])  # m, out of reach
-TIP = layout_of(("tip",), ("point",), np.ones(3), np.ones(3), np.zeros(3, np.bool_))
 
 
 @pytest.fixture(scope="module")
@@ -154,10 +152,10 @@ def test_ways_become_shorter_where_nothing_is_gained_until_something_is() -> Non
             )
         return damping
 
-    damping = after(undamped().towards(np.zeros(3), 0.1, TIP), [2e-4, 2.01e-4] * 8)
+    damping = after(undamped(), [2e-4, 2.01e-4] * 8)
     assert damping.share < 0.1
-    assert damping.towards(np.array([5e-6, 0.0, 0.0]), 0.1, TIP).share == damping.share
-    assert damping.towards(np.array([1e-4, 0.0, 0.0]), 0.1, TIP).share == 1.0
+    assert damping.towards(5e-6, 0.1).share == damping.share
+    assert damping.towards(1e-4, 0.1).share == 1.0
     falling = [2e-4 - 1e-6 * k for k in range(60)]  # decreases by more than what is predicted
     assert after(damping, falling).share > 2.0 * damping.share
     small = after(damping, [2e-4, 2.01e-4] * 20)
@@ -175,7 +173,7 @@ def test_ways_become_shorter_where_nothing_is_gained_until_something_is() -> Non
 
 def test_what_relaxing_adds_to_the_objective_does_not_shorten_ways() -> None:
     """An arm with ribs in contact relaxed for two seconds: ways became zero 1.6 mm beside its target."""
-    damping, held, gain = undamped().towards(np.zeros(3), 0.1, TIP), 1e-4, 1e-6
+    damping, held, gain = undamped(), 1e-4, 1e-6
     for _ in range(40):
         relaxed = held + 2.0 * gain
         planned = Objective(held, relaxed, held, held - gain, damping.share)
@@ -191,7 +189,7 @@ def test_what_relaxing_adds_to_the_objective_does_not_shorten_ways() -> None:
 
 def test_a_robot_that_goes_to_and_fro_by_itself_gains_nothing() -> None:
     """Holding leads back and forth, as each tick predicts: two fingers of a gripper trembled by 0.1 µm."""
-    damping, gain = undamped().towards(np.zeros(3), 0.1, TIP), 1e-6
+    damping, gain = undamped(), 1e-6
     for tick in range(60):
         held, other = (1e-4, 1e-4 + gain) if tick % 2 else (1e-4 + gain, 1e-4)
         planned = Objective(held, other, held, held - gain, damping.share)
@@ -223,7 +221,7 @@ def test_a_bar_that_swings_is_pulled_on_at_1_khz() -> None:
 
 def test_ways_fade_where_plans_change_nothing_that_counts() -> None:
     """Redundant cables would share their forces anew for minutes after the effectors have stopped."""
-    damping, held, small = undamped().towards(np.zeros(3), 0.1, TIP), 1e-10, np.array([2e-7])
+    damping, held, small = undamped(), 1e-10, np.array([2e-7])
     for _ in range(100):
         planned = Objective(held, held, held, held - 1e-15, damping.share)
         damping = adapted(damping.fading(small, 0.1, TICK), small, 0.1, TICK, planned)
@@ -240,7 +238,7 @@ def test_ways_do_not_grow_again_to_where_nothing_was_gained(factor: float) -> No
     """One way moves by a multiple of what plans predict, the other one converges slowly as predicted."""
     size, change = 0.1, np.array([1e-3])
     factors, left = np.array([factor, 0.03]), np.array([1e-3, 1e-3])
-    damping, found = undamped().towards(np.zeros(3), size, TIP), list[float]()
+    damping, found = undamped(), list[float]()
     for _ in range(400):
         held, planned = float(left @ left), (0.97 * left[1]) ** 2
         predicted = Objective(held, held, held, planned, damping.share)
@@ -250,7 +248,7 @@ def test_ways_do_not_grow_again_to_where_nothing_was_gained(factor: float) -> No
     assert max(found[200:]) < 1e-10  # m; it was excited again and again
     assert left[1] < 2e-4
     assert 0.1 <= damping.most < 2.0 / factor
-    assert damping.towards(np.array([1e-4, 0.0, 0.0]), size, TIP).most == 1.0, "another target"
+    assert damping.towards(1e-4, size).most == 1.0, "another target"
 
 
 def test_plans_that_jump_between_taut_and_slack_cables_end_in_between() -> None:

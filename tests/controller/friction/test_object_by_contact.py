@@ -17,7 +17,8 @@ from tauten.controller import Controller
 from tauten.controller.friction import FrictionInverse, PlanContacts, with_slip
 from tauten.controller.friction.problem import cones_at
 from tauten.controller.friction.search import effort_search
-from tauten.controller.plan import Aim, make_plan
+from tauten.controller.inverse import Aim
+from tauten.controller.plan import make_plan
 from tauten.controller.qpcc import Budget, Qpcc, TimeLimit
 from tauten.model import load_robot, unit_start
 from tauten.model.friction import error_of
@@ -131,7 +132,7 @@ def test_a_plan_is_not_held_back_to_where_an_object_slides(tmp_path: Path) -> No
     prepared, robot = controller._prepared, controller.robot
     assert prepared is not None
     now, layout = prepared.step.rows.effectors.delta, robot.effector_layout
-    aim = Aim(layout.row_targets(start, start + way), layout.scale, layout.exact, 1.0, None)
+    aim = Aim(layout.row_targets(start, start + way), layout.scale, layout.exact, np.ones(1), None)
     for slides, back in ((1e-3, 1.5e-3), (-0.4, 1e-3)):
         delta = prepared.held.delta.copy()
         delta[: len(now)], delta[0] = now, now[0] + slides
