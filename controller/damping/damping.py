@@ -166,10 +166,10 @@ class Dampings:
             size: of the robot's largest part [m].
             layout: of the effectors; components without weight may be anywhere.
         """
-        moved, made = np.full(layout.n_rows, np.inf), []
+        moved, made = np.inf * layout.units, []  # (n_e,)
         if len(self.goal) == len(goal):
-            change = np.abs(layout.units * layout.difference(goal, self.goal))  # (n_e,)
-            moved = np.where(layout.weights > 0.0, change, 0.0)
+            change = layout.units * layout.difference(goal, self.goal)
+            moved = np.abs(change) * (layout.weights > 0.0)
         for one, own in zip(self.each, self.clusters.each, strict=True):
             made.append(one.towards(max(moved[own.effectors].tolist(), default=0.0), size))
         return Dampings(self.clusters, tuple(made), goal)
