@@ -191,10 +191,11 @@ class Dampings:
             size: of the robot's largest part [m].
             h: length of a tick [s].
         """
-        made = []
+        made, changed = [], False
         for one, own in zip(self.each, self.clusters.each, strict=True):
             made.append(one.fading(change[own.rows], size, h))
-        return Dampings(self.clusters, tuple(made), self.goal)
+            changed |= made[-1] is not one
+        return Dampings(self.clusters, tuple(made), self.goal) if changed else self
 
     def adapted(
         self, change: Array, size: float, h: float, objectives: list[Objective]
