@@ -57,7 +57,7 @@ from tauten.model import (
     one_blas_thread,
     travel,
 )
-from tauten.model.numerics import Array, Bools
+from tauten.model.numerics import Array, Bools, FactorisationError
 
 FARTHEST = 0.25  # of the robot's size, in a tick; a model that is faster has diverged
 
@@ -142,13 +142,15 @@ def prepare(
         forced: (n_a,) actuators that are locked at an effort; None: none is.
 
     Raises:
-        FactorisationError: the state has diverged.
+        FactorisationError: the state has diverged, or an obstacle's shape gives no distance.
     """
     robot = horizon.robot
     contacts = space.k > 0 or enrichment.rounds > 0
     assembled = robot.assemble(state, forces.effort)
     system = robot.system(assembled, robot.integration)
     step = condensed(robot, space, state, forces, system, contacts, effectors=True)
+    if not np.logical_and.reduce(np.isfinite(step.rows.contacts.rows.delta)):
+        raise FactorisationError("the distance of a contact is not known")
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
     keep, (taut, least) = Command.of(here, None), held_taut(horizon, step, forces.effort)
     if forced is not None:

@@ -23,6 +23,7 @@ from scipy.sparse import csc_matrix
 
 from tauten.model.load import extension, extension_names
 from tauten.model.numerics import Array
+from tauten.model.schema import RobotFileError
 
 GROUP = "tauten.qp_solvers"  # of entry points
 UNBOUNDED = 1e30
@@ -97,7 +98,7 @@ def qp_backend(solver: str | Backend) -> Backend:
             "tauten.qp_solvers", or a library that qpsolvers knows.
 
     Raises:
-        ValueError: the library is not installed or unknown.
+        RobotFileError: the library is not installed or unknown.
     """
     return _named(solver) if isinstance(solver, str) else solver
 
@@ -111,7 +112,7 @@ def _named(name: str) -> Backend:
         return added
     known = available_backends()
     if name not in known:
-        raise ValueError(f"QP solver {name!r} is not installed, found are {', '.join(known)}")
+        raise RobotFileError(f"QP solver {name!r} is not installed, found are {', '.join(known)}")
     return through_qpsolvers(name)
 
 

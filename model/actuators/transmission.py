@@ -75,9 +75,20 @@ class TransmissionSet(Generic[P_co]):
         return TransmissionSet(self.functions, self.starts, self.rest, self.curved, points)
 
     def at(self, y: Array) -> list[Transmitted]:
-        """All functions at positions y (p, 3) of their points [m]."""
+        """All functions at positions y (p, 3) of their points [m].
+
+        Raises:
+            ValueError: one gives a derivative of another shape than at rest.
+        """
         parts = zip(self.functions, self.starts[:-1], self.starts[1:], strict=True)
-        return [function.at(y[first:end]) for function, first, end in parts]
+        found = [function.at(y[first:end]) for function, first, end in parts]
+        for one, first, end in zip(found, self.starts[:-1], self.starts[1:], strict=True):
+            if one.gradient.shape != (end - first, 3):
+                raise ValueError(
+                    f"a function of an actuator gives a derivative of the shape {one.gradient.shape}, "
+                    f"expected is {(int(end - first), 3)}"
+                )
+        return found
 
     def rows(self, motion: Motion[P_co]) -> Rows:
         """Positions δ and their derivative: Rows of (t, n)."""

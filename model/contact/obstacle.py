@@ -252,7 +252,17 @@ class Obstacle:
         """
         if hasattr(self.shape, "closest_within"):  # faster than to ask for the protocol
             return cast(NearShape, self.shape).closest_within(points, reach)
-        return self.shape.closest(points)
+        gap, normal = self.shape.closest(points)
+        unknown = np.isnan(gap)
+        if np.logical_or.reduce(
+            unknown
+        ):  # contacts of no finite distance, with which nothing is decided
+            unknown &= np.isfinite(points).all(axis=1)
+            gap, normal = (
+                np.where(unknown, -np.inf, gap),
+                np.where(unknown[:, None], np.nan, normal),
+            )
+        return gap, normal
 
     def outline(self, pose: ObstaclePose, centre: Array, extent: float) -> tuple[Array, Ints]:
         """Vertices (v, 3) [m] in its own frame and triangles (t, 3); none of a shape that is not drawn.

@@ -156,6 +156,8 @@ def function_measure(item: EffectorSettings, what: str) -> Measure:
             f"{what}.measure: {item.measure!r} gives values, delta, position and gradient of the shapes "
             f"{shapes}, expected are [(1,), (1,), (3,), (1, {len(rest)}, 3)], and a carrier ({len(rest)},)"
         )
+    if not (np.isfinite(found.values).all() and np.isfinite(found.gradient).all()):
+        raise RobotFileError(f"{what}.measure: {item.measure!r} is not finite at rest")
     return measure
 
 

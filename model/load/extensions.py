@@ -33,9 +33,10 @@ def extension(group: str, name: str) -> Any:
     for entry in entry_points(group=group, name=name):
         try:
             return entry.load()
-        except (ImportError, AttributeError) as error:
+        except Exception as error:  # whatever a module raises that is imported
             raise RobotFileError(
-                f"{name} of the entry points {group}: {entry.value} cannot be imported ({error})"
+                f"{name} of the entry points {group}: {entry.value} cannot be imported "
+                f"({type(error).__name__}: {error})"
             ) from error
     return None
 

@@ -307,7 +307,7 @@ class MeasuredLoop:
                 self.subscriber.counts.refuse(rejection)
             else:
                 found = self._estimator.update(model, measured, min(seconds, self._timeout))
-                if np.isfinite(found).all():
+                if np.shape(found) == self.correction.shape and np.isfinite(found).all():
                     self.correction = capped(self._layout, found, self._largest)
                 self._plausible = now
         lasting = bool(self._reason) and now - self._plausible > self._timeout

@@ -263,6 +263,18 @@ def test_answers_of_a_wrong_shape_are_refused(
         small_body("linear", transmissions=[muscle()])
 
 
+def test_a_derivative_that_changes_its_shape_is_named(
+    package: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Kernels read beyond its end, and the process ended with a violation of its memory."""
+    robot, usual = small_body("linear", transmissions=[muscle()]), package.McKibben.at
+    monkeypatch.setattr(
+        package.McKibben, "at", lambda self, y: Transmitted(0.0, usual(self, y).gradient[:1])
+    )
+    with pytest.raises(ValueError, match=r"of the shape \(1, 3\), expected is \(2, 3\)"):
+        robot.rows(robot.rest(), contacts=False)
+
+
 def test_what_a_basis_is_made_for_depends_on_it(package: ModuleType) -> None:
     def digest(**changes: Any) -> str:
         return small_body("linear", transmissions=[muscle(**changes)]).digest

@@ -21,7 +21,7 @@ from support.robots.my_package import tables
 from support.robots.small_bodies import small_body
 from support.state_bases import basis_of, turned_space
 
-from tauten.controller import Controller
+from tauten.controller import Controller, Status
 from tauten.model import Robot, RobotFileError, Simulator, State
 from tauten.model.numerics import Array
 from tauten.reduction.state import reduced_robot, reducible
@@ -135,6 +135,20 @@ def test_decisions_heed_the_ring(package: ModuleType, reduced: bool) -> None:
     assert gaps.min() == pytest.approx(0.0, abs=2.0 * robot.tolerance)
     moved = robot.effector(robot.rest())[0] - controller.effector[0]
     assert 0.8e-3 < moved[2] < 1.3e-3, "the wire is 0.86 mm away, and the corners are soft"
+
+
+def test_a_distance_that_is_no_number_is_not_passed_over(
+    package: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The robot holds until distances are known again: it went through the wire, with status OK."""
+    controller, known = Controller(ringed(), "full"), package.Ring.closest
+    goal = controller.effector_values + np.array([0.0, 0.0, -1.5e-3])
+    assert controller.step(goal).status.usable
+    monkeypatch.setattr(package.Ring, "closest", lambda self, y: (y[:, 0] * np.nan, y * np.nan))
+    found = [controller.step(goal).status for _ in range(5)]
+    assert found[-1] is Status.NOT_FINITE
+    monkeypatch.setattr(package.Ring, "closest", known)
+    assert [controller.step(goal).status for _ in range(5)][-1].usable
 
 
 def test_what_is_no_shape_is_refused(package: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:

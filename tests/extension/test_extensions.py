@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import shutil
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -10,7 +12,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 from support.messages import Point, encode_point
-from support.processes import ROBOT, write_robot
+from support.processes import ROBOT, run_main, write_robot
 from support.qpcc_checks import assert_solves, recorded
 from support.robots.my_package import blocks
 from support.robots.small_bodies import small_body
@@ -33,6 +35,7 @@ from tauten.reduction.state import reduced_robot, reducible
 from tauten.service.node import LARGEST, Estimator
 from tauten.service.node.estimator import make_estimator
 from tauten.service.node.inputs import MeasuredLoop
+from tauten.service.plant import free_ports
 from tauten.service.settings import ServiceSettings
 from tauten.service.setup import load_setup
 from tauten.service.wire import CDR, Cause, EffectorSubscriber, OperatorCommand
@@ -53,6 +56,17 @@ def test_names_are_those_of_installed_packages(package: ModuleType) -> None:
     ):
         qp_backend("none_such")
     assert "admm" in available_backends()
+
+
+def test_a_robot_file_with_an_unknown_qp_library_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By the node, in one sentence; it was a traceback."""
+    file = write_robot(
+        tmp_path, ROBOT.replace("rate = 50.0 }", 'rate = 50.0, qp_solver = "nope" }')
+    )
+    assert run_main("serve", str(file), "--port", str(free_ports())) == 2
+    assert "QP solver 'nope' is not installed, found are daqp" in capsys.readouterr().err
 
 
 def test_a_qp_library_decides_alike(package: ModuleType, tmp_path: Path) -> None:
@@ -132,7 +146,7 @@ def test_an_estimator_corrects_a_closed_loop(package: ModuleType, beam: Robot) -
 
 
 def test_what_an_estimator_gives_is_bounded(beam: Robot) -> None:
-    """By argument: a correction that is not finite is not used, a long one is shortened."""
+    """By argument: one that is not finite or of another shape is not used, a long one is shortened."""
 
     class Wild(Estimator):
         found = np.full(beam.effector_layout.n_rows, np.nan)
@@ -147,14 +161,14 @@ def test_what_an_estimator_gives_is_bounded(beam: Robot) -> None:
     rings = [Ring() for _ in beam.effector_names]
     subscriber = EffectorSubscriber(rings, beam.frame, layout, rest, 1.0, timeout=0.25)
     loop = MeasuredLoop(beam, ServiceSettings(), subscriber, wild)
-    for tick in range(2):
+    for tick in range(3):
         for ring, xyz in zip(rings, rest.reshape(-1, 3).tolist(), strict=True):
             ring.samples.append(Sample(encode_point(Point(0, "", tuple(xyz)))))
         subscriber.read(10.0 + 0.02 * tick, 1.8e9)
         loop.correct(10.0 + 0.02 * tick, rest)
-        if tick == 0:
+        if tick < 2:
             assert not loop.correction.any()
-            wild.found = np.full(layout.n_rows, 1e3)
+            wild.found = np.full(layout.n_rows + 1 - tick, 1e3)
     assert layout.lengths(loop.correction).max() == pytest.approx(LARGEST * beam.size)
 
 
@@ -227,6 +241,7 @@ def test_targets_of_a_function_are_followed(package: ModuleType) -> None:
 def test_a_function_that_nobody_has_or_of_a_wrong_shape_is_refused(
     package: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    usual = package.Spread.at
     with pytest.raises(RobotFileError, match="no installed package has an entry point 'none' in"):
         small_body("linear", effectors=[{**SPREAD, "measure": "none"}])
     with pytest.raises(RobotFileError, match=r"effectors\.0\.parameters: 'power' is not one"):
@@ -238,3 +253,27 @@ def test_a_function_that_nobody_has_or_of_a_wrong_shape_is_refused(
         RobotFileError, match="gives values, delta, position and gradient of the shapes"
     ):
         small_body("linear", effectors=[SPREAD])
+    monkeypatch.setattr(package.Spread, "at", lambda self, y: nowhere(usual(self, y)))
+    with pytest.raises(RobotFileError, match="'spread' is not finite at rest"):
+        small_body("linear", effectors=[SPREAD])
+
+
+def nowhere(found: Measurement) -> Measurement:
+    """A measurement that is not known."""
+    return Measurement(found.values * np.nan, found.delta, found.position, found.gradient)
+
+
+def test_a_package_that_fails_when_it_is_imported_is_named(
+    package: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Whatever it raises: a licence that is missing, a typing error."""
+    for text, sentence in (
+        ("raise RuntimeError('no licence')", "RuntimeError: no licence"),
+        ("x = = 1", "SyntaxError: "),
+    ):
+        monkeypatch.delitem(sys.modules, package.__name__, raising=False)
+        (tmp_path / f"{package.__name__}.py").write_text(text)
+        monkeypatch.syspath_prepend(tmp_path)
+        with pytest.raises(RobotFileError, match=f"my_package:Spread cannot be .*{sentence}"):
+            extension("tauten.effectors", "spread")
+        shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
