@@ -283,6 +283,16 @@ class Body(ABC, Generic[P]):
         """Number of elements that are turned inside out."""
         return 0
 
+    def remembering(self, before: State, after: State, h: float) -> State:
+        """The state at the end of a step, with the memory of viscous materials there.
+
+        Args:
+            before: the state where it starts.
+            after: that where it ends, without memory.
+            h: its length [s]; 0: what is remembered is carried there, and does not relax.
+        """
+        return after
+
     def stored(self, state: State) -> float:
         """Energy stored in the memory of viscous materials [J]."""
         return 0.0

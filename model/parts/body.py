@@ -230,6 +230,11 @@ class PartsBody(Body[PartsPoints]):
             [advanced(body, own, v[span], h, straight) for body, own, span in every]
         )
 
+    def remembering(self, before: State, after: State, h: float) -> State:
+        """The state at the end of a step, with the memory of every part there, see `Body`."""
+        every = zip(self.bodies, self.states(before), self.states(after), strict=True)
+        return joined_state([body.remembering(one, other, h) for body, one, other in every])
+
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:

@@ -386,4 +386,8 @@ def _beyond(robot: Robot, start: State, middle: State, h: float) -> State:
     """
     farther = 1.0 / STAGE - 1.0
     there = robot.body.advance(start, middle.v, farther * h)
-    return State(there.q, start.v + farther * (middle.v - start.v), there.memory)
+    v, memory = start.v + farther * (middle.v - start.v), there.memory
+    if memory.size > 0:  # carried there from both, of which only y₁ has relaxed
+        first, last = (robot.body.remembering(at, there, 0.0).memory for at in (start, middle))
+        memory = first + farther * (last - first)
+    return State(there.q, v, memory)

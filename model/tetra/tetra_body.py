@@ -87,13 +87,7 @@ class TetBody(SparseBody[Points]):
         return self.mesh.inverted(self.nodes(state))
 
     def remembering(self, before: State, after: State, h: float) -> State:
-        """The state at the end of a step, with the memory of viscous materials there.
-
-        Args:
-            before: the state where it starts.
-            after: that where it ends, without memory.
-            h: its length [s].
-        """
+        """The state at the end of a step, with the memory of viscous materials there, see `Body`."""
         held = self.tetrahedra
         if held.viscosity is None:
             return after

@@ -92,6 +92,24 @@ def test_standard_linear_solid_creeps_as_the_exact_solution(element: str) -> Non
     np.testing.assert_allclose(strains[5:], exact[5:], rtol=5e-3)
 
 
+@pytest.mark.parametrize(
+    ("viscosity", "lag", "tau"),
+    [({"shear_viscosity": 5e3}, 1.0, 0.1), ({"shares": [1.5], "times": [0.1]}, 0.6, 0.25)],
+    ids=["dashpot", "branch"],
+)
+def test_moves_creep_to_second_order(viscosity: dict[str, object], lag: float, tau: float) -> None:
+    """The same exact solutions, ε E / σ = 1 − lag exp(−t / tau), in steps of second order."""
+    errors, end = [], 0.28
+    for rate in (25.0, 50.0, 100.0):
+        simulator = Simulator(pulled(block(viscosity, rate), STRESS), contact="none")
+        for _ in range(round(end * rate)):
+            simulator.move(effort=[0.0])
+        strain = (simulator.effector[0, 0] - SIDE) / SIDE
+        errors.append(strain * E / STRESS - 1.0 + lag * np.exp(-end / tau))
+    assert abs(errors[0]) < 2e-3
+    np.testing.assert_allclose(np.divide(errors[:2], errors[1:]), 4.0, rtol=0.2)
+
+
 def test_prony_series_relaxes_as_the_exact_solution() -> None:
     """The force of a body that is held: σ = E ε (1 + Σ g_i exp(−t / τ_i)), at rest the elastic law's."""
     shares, times = (0.5, 1.0), (0.02, 0.2)
