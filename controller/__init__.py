@@ -4,17 +4,20 @@ from tauten.controller.actuation import NO_CERTIFICATE, Actuation
 from tauten.controller.bases import load_contact, part_files
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.controller import Controller
-from tauten.controller.energy import closed_compliance, energy_scale
-from tauten.controller.horizon import Horizon
-from tauten.controller.inverse import inverse_problem
 from tauten.controller.loading import ControllerSetup, Order, controller_setup
-from tauten.controller.locks import LockError
-from tauten.controller.plan import Prepared
+from tauten.controller.planning import (
+    DecideSettings,
+    Horizon,
+    LockError,
+    Prepared,
+    closed_compliance,
+    energy_scale,
+    inverse_problem,
+)
 from tauten.controller.qpcc.solution import Certificate, Status
 from tauten.controller.settings import (
     ControllerSettings,
     ControllerTable,
-    DecideSettings,
     ModelSettings,
     load_controller_settings,
     load_model_settings,

@@ -10,8 +10,7 @@ import numpy as np
 
 from tauten.controller.damping import Dampings, Energy, Objective
 from tauten.controller.friction import MET, CutPlan, no_slots, pushed_slots
-from tauten.controller.inverse import Aim
-from tauten.controller.plan import Plan, Prepared, brings_nearer, distance_left
+from tauten.controller.planning import Aim, Plan, Prepared, brings_nearer, distance_left
 from tauten.controller.qpcc import Status
 from tauten.model import (
     Cluster,
@@ -157,7 +156,11 @@ def sight_after(robot: Robot, prepared: Prepared, plan: Plan, aim: Aim, sight: f
         aim: targets and weights of the effector rows.
         sight: up to which this decision looked [m].
     """
-    alarm, step = robot.contacts.alarm_distance, prepared.farther
+    alarm, step, aim = (
+        robot.contacts.alarm_distance,
+        prepared.farther,
+        aim.among(prepared.clusters.rubbing[prepared.clusters.of_effectors]),
+    )
     W = step.compliance.W[step.layout.effectors, step.layout.actuators]  # (n_e, n_a)
     apart = distance_left(aim, prepared.held)
     if W[aim.scale > 0.0].any(axis=1).all() or apart <= MET * robot.part_size:

@@ -10,10 +10,18 @@ import numpy as np
 
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation, decided_actuation
 from tauten.controller.carried import nothing_carried
-from tauten.controller.horizon import horizon_of, with_goal
 from tauten.controller.loading import Order
-from tauten.controller.locks import locked, locks_of_step, no_locks, resting, unlocked, with_locks
-from tauten.controller.plan import Prepared
+from tauten.controller.planning import (
+    Prepared,
+    horizon_of,
+    locked,
+    locks_of_step,
+    no_locks,
+    resting,
+    unlocked,
+    with_goal,
+    with_locks,
+)
 from tauten.controller.qpcc import Backend, Status, TimeLimit
 from tauten.controller.settings import ControllerSettings, checked_settings, decide_settings
 from tauten.controller.step import Decision, advance, decide, hold, prepare
@@ -154,11 +162,6 @@ class Controller(RobotModel):
         self._carried = replace(self._carried, grasp=other.grasp)
 
     @property
-    def period(self) -> float:
-        """Time between two steps [s]."""
-        return self.robot.h
-
-    @property
     def lam_c(self) -> Array:
         """Normal force of every candidate in the last step: (n_c,) [N]."""
         return self._forces.at_candidates(self.space, self.robot.contacts.without_friction)
@@ -171,16 +174,14 @@ class Controller(RobotModel):
     @property
     def effector(self) -> Array:
         """The model's own effector positions: (p, 3) [m]."""
-        if self._prepared is not None:  # which has computed them
-            return self._prepared.step.rows.effectors.positions.copy()
-        return self.robot.effector(self._state).copy()
+        known = self._prepared and self._prepared.step.rows.effectors  # which has computed them
+        return (known.positions if known else self.robot.effector(self._state)).copy()
 
     @property
     def effector_values(self) -> Array:
         """The model's own goal values of the effectors: (n_v,), see `EffectorLayout`."""
-        if self._prepared is not None:
-            return self._prepared.step.rows.effectors.values.copy()
-        return self.robot.effector_values(self._state).copy()
+        known = self._prepared and self._prepared.step.rows.effectors
+        return (known.values if known else self.robot.effector_values(self._state)).copy()
 
     def shifted(self, distance: float) -> Array:
         """The effectors' goal values (n_v,) with every row changed by a distance, by its unit [m]."""
@@ -256,18 +257,18 @@ class Controller(RobotModel):
         settings = self.settings if time is None else replace(self.settings, time=time)
         given = self._robot, self._prepared, goal, self._left.position
         decision = self._last_decision = decide(*given, settings, locks, self._carried)
-        usable = decision.status.usable
-        if usable and np.logical_and.reduce(np.isfinite(decision.predicted.dv)):
-            return self._take(decision, decision.status, decision.conflict)
-        return self._hold(Status.NOT_FINITE if usable else decision.status, decision.conflict)
+        status, conflict = decision.status, decision.conflict
+        if status.usable and np.logical_and.reduce(np.isfinite(decision.predicted.dv)):
+            return self._take(decision, status, conflict)
+        return self._hold(Status.NOT_FINITE if status.usable else status, conflict)
 
     def rehearse(self, target: Target) -> None:
         """Decide for a target without effect: code that ran just before runs faster."""
         goal = self.robot.effector_layout.goal_values(target)
         free = not (self._locks.by_position | self._locks.by_force).all()
         if goal is not None and self._prepared is not None and self._decision is None and free:
-            locks, left = self._step_locks(), self._left.position
-            decide(self.robot, self._prepared, goal, left, self.settings, locks, self._carried)
+            given = self._left.position, self.settings, self._step_locks(), self._carried
+            decide(self.robot, self._prepared, goal, *given)
 
     def let_go(self) -> tuple[str, ...]:
         """Set smallest forces and distances to slip aside, until what pushes now has come off.
@@ -356,9 +357,9 @@ class Controller(RobotModel):
             self._state, self._forces, self._stalled = moved.state, moved.forces, made.stalled
             self._contacts = moved.solved.step.rows.contacts.found
             self._stepped = self._state, moved.solved
-            grasp, self._carried = self._carried.grasp, made.carried or self._carried
-            if grasp is not None:
-                self._carried = replace(self._carried, grasp=grasp.after(self.contacts))
+            grasp, carried = self._carried.grasp, made.carried or self._carried
+            after = None if grasp is None else grasp.after(self.contacts)
+            self._carried = carried if after is None else replace(carried, grasp=after)
             self._course = with_goal(self._course, made.goal, self.horizon.ticks)
         self._left, self._pending, self._prepared, self._decision = now, None, None, None
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field
 
-from tauten.controller.friction import FrictionSettings
-from tauten.controller.qpcc import Backend, QpccSettings, TimeLimit
+from tauten.controller.planning import FRICTION_SHARE, DecideSettings
+from tauten.controller.qpcc import Backend, QpccSettings
 from tauten.model import (
     ContactSpace,
     Enrichment,
-    ForceLimits,
     Robot,
     force_limits,
     of_kind,
@@ -29,13 +27,6 @@ from tauten.model.schema import (
     read_toml,
     validated,
 )
-
-# Of the coefficients of friction. Decisions squeeze to the border of what they count on: a grasp that carries
-# a weight W counts on W / (share μ). With 20 % less friction and 20 % more mass than the model has it needs
-# 1.2 W / (0.8 μ), so that the share must be less than 0.8 / 1.2.
-FRICTION_SHARE = 0.66
-PATH_STEPS, DESCENT = 25, 3  # of a plan with friction
-LONG_PATH = 60  # of one that looks for contact
 
 
 class ControllerSettings(Section):
@@ -151,40 +142,6 @@ def load_model_settings(name_or_path: str | Path) -> ModelSettings:
     """
     path = robot_path(name_or_path)
     return validated(ModelSettings, read_toml(path).get("model", {}), path, "model")
-
-
-@dataclass(frozen=True, slots=True)
-class DecideSettings:
-    """Weights and tolerances of `decide`.
-
-    Attributes:
-        epsilon: weight of the actuation energy in (T1), unitless.
-        enrichment: when unit columns join the basis.
-        qpcc: settings of the solver.
-        substeps: of second order that the model takes in a tick; 0: the decision's own step.
-        friction_share: of the coefficients of friction, that plans count on.
-        forces: limits of contact forces; None: there are none.
-        time: after which plans with friction end with the best that they have; None: no limit.
-        seeking: whether a plan looks for contact because no effort moves the effectors without it.
-    """
-
-    epsilon: float
-    enrichment: Enrichment
-    qpcc: QpccSettings
-    substeps: int = 1
-    friction_share: float = FRICTION_SHARE
-    forces: ForceLimits | None = None
-    time: TimeLimit | None = None
-    seeking: bool = False
-
-    @property
-    def search(self) -> FrictionSettings:
-        """How far a search with friction may go that begins now."""
-        solves = 2 * self.qpcc.max_pivots
-        steps = LONG_PATH if self.seeking else PATH_STEPS
-        return FrictionSettings(
-            self.qpcc.solver, solves, self.time, steps, DESCENT, True, self.seeking
-        )
 
 
 def checked_settings(given: ControllerSettings | None) -> ControllerSettings:

@@ -29,12 +29,19 @@ from tauten.controller.carried import (
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.damping import Dampings
 from tauten.controller.friction import pushed_slots
-from tauten.controller.horizon import Horizon, held_taut, step_ahead
-from tauten.controller.inverse import Aim
-from tauten.controller.locks import ahead_of_locks
-from tauten.controller.plan import Plan, Prepared, make_plan, prepared_plans
+from tauten.controller.planning import (
+    Aim,
+    DecideSettings,
+    Horizon,
+    Plan,
+    Prepared,
+    ahead_of_locks,
+    held_taut,
+    make_plan,
+    prepared_plans,
+    step_ahead,
+)
 from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
-from tauten.controller.settings import DecideSettings
 from tauten.controller.winches import (
     exceeded,
     first_tick,
@@ -138,7 +145,7 @@ def prepare(
         forces: of the last step. Its tensions add to the tangent, unit columns that pushed are kept.
         position: (n_a,) positions of the actuators commanded last [m].
         enrichment: whether gaps are checked at all.
-        course: (s, n_v) goals of the last ticks, see `tauten.controller.horizon`; None: there were none.
+        course: (s, n_v) goals of the last ticks, see `with_goal`; None: there were none.
         forced: (n_a,) actuators that are locked at an effort; None: none is.
 
     Raises:
@@ -212,7 +219,13 @@ def decide(
     if robot.contacts.loose and robot.contacts.frictional:
         sight = sight_after(robot, prepared, plan, aim, carried.sight)
     wanted, reach = first_tick(
-        robot, planned, position, locks, prepared.forces.effort, dampings.share, sight > 0.0
+        robot,
+        planned,
+        position,
+        locks,
+        prepared.forces.effort,
+        dampings.share,
+        clusters if sight > 0.0 else None,
     )
     tick = take_tick(
         prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits

@@ -23,6 +23,7 @@ import numpy as np
 
 from tauten.controller.qpcc import NO_PIECE
 from tauten.model import (
+    Clusters,
     Command,
     CondensedStep,
     Enrichment,
@@ -153,7 +154,7 @@ def first_tick(
     locks: Command | None,
     before: Array,
     share: Array,
-    together: bool,
+    together: Clusters | None,
 ) -> tuple[Command, Reach]:
     """What the actuators are to do in the first tick of a plan, and what they reach in it.
 
@@ -171,14 +172,16 @@ def first_tick(
         before: (n_a,) efforts of the last step [N, Pa].
         share: of the way to the plan's positions that each goes (n_a,); efforts are
             kept within limits all the same.
-        together: whether all get there in the same tick, that of the slowest.
+        together: clusters of which all actuators get there in the same tick, that of the slowest; None: any.
     """
     limits, laws, lam_a = robot.limits, robot.actuators.laws, planned.effort
     reach = reach_of(position, limits, robot.h)
     there = np.minimum(np.maximum(planned.position, reach.lower), reach.upper)
     way = planned.position - position
-    if together and way.any():
-        there = position + ((there - position)[way != 0.0] / way[way != 0.0]).min() * way
+    for own in together.each if together is not None else ():
+        moving = own.actuators[way[own.actuators] != 0.0]
+        least = ((there - position)[moving] / way[moving]).min(initial=1.0)
+        there[moving] = position[moving] + least * way[moving]
     slack = laws.slack(lam_a, limits, ROUNDING)
     effort = np.minimum(np.maximum(lam_a, limits.effort_min), limits.effort_max)
     held_back = share < 1.0

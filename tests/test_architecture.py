@@ -47,6 +47,7 @@ ORDER = (
     "reduction.state",
     "controller.qpcc",
     "controller.friction",
+    "controller.planning",
     "controller.damping",
     "controller",
     "service.link",

@@ -91,7 +91,7 @@ STEP_MODULES = {
     "tauten.controller.actuation",
     "tauten.controller.controller",
     "tauten.controller.step",
-    "tauten.controller.inverse",
+    "tauten.controller.planning.inverse",
     "tauten.model.step.enrichment",
     "tauten.model.step.condensed_step",
 }

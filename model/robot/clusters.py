@@ -40,6 +40,7 @@ class Clusters:
         of_actuators: (n_a,), of each actuator,
         of_pairs: (q,) of each contact,
         of_parts: (p,) and of each part, −1 where it is in none or several; none where there are no parts.
+        rubbing: (c,) which of them have contacts with friction; all where none has.
     """
 
     each: tuple[Cluster, ...]
@@ -47,6 +48,7 @@ class Clusters:
     of_actuators: Ints
     of_pairs: Ints
     of_parts: Ints
+    rubbing: Bools
 
 
 def clusters_of(robot: Robot) -> Clusters:
@@ -85,7 +87,10 @@ def clusters_of(robot: Robot) -> Clusters:
 
     of_pairs = np.array([of_part(pair.owner) for pair in robot.contacts.pairs], np.int64)
     of_parts = np.array([of_part(name) for name in robot.body.part_names], np.int64)
-    return Clusters(each, every[: len(of_row)], every[len(of_row) :], of_pairs, of_parts)
+    friction = np.array([pair.friction for pair in robot.contacts.pairs])
+    rubbing = np.isin(np.arange(len(each)), of_pairs[friction > 0.0])
+    rubbing |= not rubbing.any()
+    return Clusters(each, every[: len(of_row)], every[len(of_row) :], of_pairs, of_parts, rubbing)
 
 
 def _touched(H: Jacobian, number: Ints) -> Bools:

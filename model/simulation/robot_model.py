@@ -45,6 +45,11 @@ class RobotModel(ABC):
         return self._robot
 
     @property
+    def period(self) -> float:
+        """Time between two steps [s]."""
+        return self.robot.h
+
+    @property
     def state(self) -> State:
         """Configuration and velocity."""
         return self._state.copy()

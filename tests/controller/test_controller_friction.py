@@ -7,8 +7,8 @@ import pytest
 from support.robots.bodies import beam_config, box_mesh
 
 from tauten.controller import Controller, Status
+from tauten.controller.planning import FRICTION_SHARE
 from tauten.controller.qpcc import TimeLimit
-from tauten.controller.settings import FRICTION_SHARE
 from tauten.controller.step import hold, prepare
 from tauten.model import Command, Robot, Simulator
 from tauten.model.friction import FrictionProblem, certify_friction

@@ -344,7 +344,7 @@ def test_a_volume_that_changes_by_much_is_another_target() -> None:
     none = np.zeros(1, np.bool_)
     cavity = layout_of(("air",), ("volume",), np.ones(1), np.array([8e-6 ** (-2.0 / 3.0)]), none)
     one, no = np.zeros(1, np.int64), np.zeros(0, np.int64)
-    clusters = Clusters((Cluster(one, one, no, one),), one, no, no, no)
+    clusters = Clusters((Cluster(one, one, no, one),), one, no, no, no, one == 0)
     start = Dampings.at_start(clusters).towards(np.array([8e-6]), 0.1, cavity)
     held = replace(start, each=(replace(start.each[0], share=0.1),))
     assert held.towards(np.array([8e-6 + 1e-10]), 0.1, cavity).each[0].share == 0.1

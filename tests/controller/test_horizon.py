@@ -11,7 +11,7 @@ from support.robots.bodies import pneumatic_robot
 from support.robots.examples import shipped_setup
 
 from tauten.controller import Controller
-from tauten.controller.horizon import (
+from tauten.controller.planning import (
     largest_share,
     meets_contact,
     shares_that_go_on,

@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks.qpcc import robot_like
 from tauten.controller import closed_compliance, energy_scale, inverse_problem
-from tauten.controller.inverse import position_names
+from tauten.controller.planning import position_names
 from tauten.controller.qpcc import Qpcc, solve_qpcc
 from tauten.model import cable_actuators, row_layout
 

@@ -17,8 +17,7 @@ from tauten.controller import Controller
 from tauten.controller.friction import FrictionInverse, PlanContacts, with_slip
 from tauten.controller.friction.problem import cones_at
 from tauten.controller.friction.search import effort_search
-from tauten.controller.inverse import Aim
-from tauten.controller.plan import make_plan
+from tauten.controller.planning import Aim, make_plan
 from tauten.controller.qpcc import Budget, Qpcc, TimeLimit
 from tauten.model import load_robot, unit_start
 from tauten.model.friction import error_of

@@ -14,6 +14,8 @@ from support.robots.examples import changed, example
 from tauten.controller import Controller
 from tauten.controller.qpcc import Status, TimeLimit
 from tauten.model import Robot, load_robot
+from tauten.model.load import make_robot
+from tauten.model.schema import Changes, read_toml
 
 LIFT = example("12_lift")
 
@@ -33,6 +35,21 @@ def test_a_cube_at_its_target_moves_no_actuator(away: float) -> None:
         found = controller.step(target)
         assert found.status is Status.OK
     np.testing.assert_allclose(found.position, 0.0, atol=1e-5)  # m, rad
+
+
+def test_a_robot_beside_it_does_not_keep_the_claw_from_lifting() -> None:
+    """What actuators of the tripod move counted as what moves the cube: nothing moved, with status OK."""
+    contents = read_toml(LIFT["FILE"])
+    tripod = {"name": "tripod", "robot": "tripod", "position": [1.0, 0.0, 0.3]}
+    contents["parts"] = [*contents["parts"], tripod]
+    controller = Controller(make_robot(contents, LIFT["FILE"], Changes()))
+    start, statuses = controller.effector_values, set()
+    for tick in range(30):
+        goal = start.copy()
+        goal[2] += 0.00025 * tick
+        statuses.add(controller.step(goal).status)
+    assert statuses == {Status.OK, Status.SEEKING_CONTACT}
+    assert (controller.effector_values - start)[2] > 0.006  # m, of 0.00725
 
 
 @pytest.mark.slow

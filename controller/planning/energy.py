@@ -50,27 +50,50 @@ def energy_scales(
     return np.array(found)
 
 
-def relative_weights(scales: Array) -> Array:
-    """What effectors of clusters count where all energies have the largest of their scales (c,): (c,)."""
-    largest = scales.max()
-    own = np.where(scales > 0.0, scales, largest if largest > 0.0 else 1.0)
-    weights: Array = np.sqrt(np.where(largest > 0.0, largest, own) / own)
-    return weights
+def scale_of_all(scales: Array, clusters: Clusters, scale: Array) -> float:
+    """The scale that the energies of all clusters get: the largest of those whose effectors count [m/N].
+
+    Args:
+        scales: of every cluster (c,) [m/N].
+        clusters: of the robot.
+        scale: (n_e,) weights times units of the effector rows.
+    """
+    counted = np.zeros(len(scales), np.bool_)
+    counted[clusters.of_effectors[scale > 0.0]] = True
+    found: list[float] = scales[counted & (scales > 0.0)].tolist()
+    return max(found) if found else float(scales.max())
 
 
-def energy_cap(W_aa: Array, limits: Limits, size: float) -> float:
-    """Scale of the energy with which the largest efforts weigh like a way of a robot's size [m/N].
+def relative_weights(scales: Array, scale: float) -> Array:
+    """What effectors of clusters of scales (c,) count where the energies of all have another one: (c,)."""
+    weights: Array = np.sqrt(scale / np.where(scales > 0.0, scales, scale if scale > 0.0 else 1.0))
+    return np.where(scales > 0.0, weights, 1.0)
+
+
+def capped_scales(
+    scales: Array, W_aa: Array, limits: Limits, size: float, clusters: Clusters
+) -> Array:
+    """Scales of the energy (c,) of which none is more than the largest efforts allow [m/N].
+
+    With a scale at this limit the largest effort weighs like a way of a robot's size.
 
     An object that nothing touches is moved by no actuator; the scale that follows from what the actuators
     move would then let the weight of a palm outweigh the target.
 
     Args:
+        scales: of every cluster (c,) [m/N].
         W_aa: (n_a, n_a) compliance between actuators.
         limits: of the efforts.
-        size: of the robot [m].
+        size: of the robot's largest part [m].
+        clusters: of the robot.
     """
-    largest = _largest_energy(W_aa, limits.effort_min, limits.effort_max)
-    return size**2 / largest if largest > 0.0 else np.inf
+    found = scales.copy()
+    for number, one in enumerate(clusters.each):
+        a = one.actuators
+        largest = _largest_energy(W_aa[a[:, None], a], limits.effort_min[a], limits.effort_max[a])
+        if largest > 0.0:
+            found[number] = min(found[number], size**2 / largest)
+    return found
 
 
 @kernel

@@ -9,23 +9,20 @@ that the actuators reach within one tick; a step of that size is what the linear
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from tauten.controller.energy import energy_cap, energy_scale, energy_scales
 from tauten.controller.friction import (
-    ALL_TRIED,
-    MET,
     CutPlan,
     PlanContacts,
     PlanSearch,
-    with_known_columns,
     with_slip,
 )
-from tauten.controller.horizon import Horizon
-from tauten.controller.inverse import (
+from tauten.controller.planning.energy import capped_scales, energy_scales, scale_of_all
+from tauten.controller.planning.horizon import Horizon
+from tauten.controller.planning.inverse import (
     Aim,
     exact_problem,
     held_back,
@@ -36,7 +33,8 @@ from tauten.controller.inverse import (
     with_efforts_limited,
     with_force_limits,
 )
-from tauten.controller.locks import LockedStep
+from tauten.controller.planning.locks import LockedStep
+from tauten.controller.planning.settings import DecideSettings
 from tauten.controller.qpcc import (
     Certificate,
     Qpcc,
@@ -47,7 +45,6 @@ from tauten.controller.qpcc import (
     solve_qpcc,
     solve_relaxed,
 )
-from tauten.controller.settings import DecideSettings
 from tauten.model import (
     Clusters,
     Command,
@@ -55,7 +52,6 @@ from tauten.model import (
     CondensedStep,
     Enrichment,
     Forces,
-    Grasp,
     PredictedStep,
     Robot,
     forward_step,
@@ -66,9 +62,6 @@ from tauten.model import (
 from tauten.model.numerics import Array, Bools
 
 EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
-ENDLESSLY = 1e6  # s, in which every actuator can get everywhere
-NEAREST = 40  # candidates in range that a search for contact looks at
-NEARER = 1e-3  # of the distance of the effectors from their target, that a plan takes off it
 EMPTY = (Status.INFEASIBLE, Status.NOT_FOUND)  # of a QPCC whose limits are relaxed
 
 
@@ -140,11 +133,7 @@ def prepared_plans(
         gaps = np.zeros_like(pushing)
         gaps[held.step.gap_rows - layout.contacts.start] = True
         pushing &= gaps
-    given, count = (W, layout, pushing, robot.actuators.groups), len(clusters.each)
-    if count == 1 or farther.frictional:  # slip of all contacts counts alike
-        scales = np.array(count * [energy_scale(*given)])
-    else:
-        scales = energy_scales(*given, clusters)
+    scales = energy_scales(W, layout, pushing, robot.actuators.groups, clusters)
     return Prepared(step, held, forces, scales, clusters, farther)
 
 
@@ -161,73 +150,7 @@ def held_ahead(
     return forward_step(under_friction(farther, forces), enrichment, forces, keep)
 
 
-def make_plan(
-    robot: Robot,
-    prepared: Prepared,
-    aim: Aim,
-    position: Array,
-    settings: DecideSettings,
-    locks: Command | None,
-) -> Plan:
-    """Pose and solve (T1) until no candidate in range is predicted deeper than the tolerance.
-
-    Holding is always among what the position limits allow, so that a slack cable whose path has become
-    shorter than its winch can follow stands in nobody's way. Where other limits leave nothing, those in
-    conflict are relaxed as little as possible; the status is RELAXED then.
-
-    Where contacts in range have friction, plans count on a share of it. Where such a plan brings effectors
-    that are not at their target no nearer, another one with the nearest candidates in range and without rates
-    looks for contact; where that finds none and a limit of contact forces is reached, the status is OK. Where
-    forces within the cones are not found, the friction of the last step is a load. A search that was cut goes
-    on where it was.
-
-    Args:
-        robot: limits, time step, weights of the effectors.
-        prepared: the step.
-        aim: targets of the effector rows.
-        position: (n_a,) positions of the actuators commanded last [m].
-        settings: weights and tolerances.
-        locks: what locked actuators keep; None: all are decided.
-    """
-    resumed = aim.cut is not None and aim.cut.seeking
-    first = replace(aim, cut=CutPlan(ALL_TRIED)) if resumed else aim
-    given = robot, prepared, first, position, settings, locks
-    if not prepared.farther.frictional:
-        return _plan_from(prepared.held.step, robot.h, *given)
-    step = with_known_columns(prepared.farther, prepared.held.step, aim.pushed)
-    apart = distance_left(aim, prepared.held)
-    plan = _plan_from(step, robot.h, *given)
-    met = plan.status is Status.SEEKING_CONTACT and apart <= MET * robot.part_size
-    plan = replace(plan, status=Status.OK) if met else plan
-    if plan.status is Status.NOT_FOUND:
-        loaded = prepared.held.step
-        if loaded.frictional:
-            loaded = under_friction(prepared.farther, prepared.forces)
-        return _plan_from(loaded, robot.h, *given)
-    untouched = len(plan.predicted.step.extra) == 0 and not brings_nearer(robot, aim, plan, apart)
-    if not untouched and plan.status is not Status.SEEKING_CONTACT:
-        return plan
-    if not (resumed or settings.time is None or settings.time.allows()):
-        return replace(plan, cut=CutPlan(None, seeking=True))
-    near = np.argsort(step.rows.contacts.rows.delta, kind="stable")[:NEAREST]
-    if len(near := np.setdiff1d(near, step.extra)) > 0:
-        step = step.with_unit_columns(near)
-    hidden = plan.status is Status.SEEKING_CONTACT
-    aim = replace(aim, cut=aim.cut if resumed else None, looking=aim.looking or hidden)
-    search = replace(settings, seeking=hidden)
-    seeking = _plan_from(step, ENDLESSLY, robot, prepared, aim, position, search, locks)
-    cut = None if seeking.cut is None else replace(seeking.cut, seeking=True)
-    if seeking.status.usable and brings_nearer(robot, aim, seeking, apart):
-        relaxed = seeking.status is Status.RELAXED  # of the two, what a user must know
-        return replace(
-            seeking, status=Status.RELAXED if relaxed else Status.SEEKING_CONTACT, cut=cut
-        )
-    if hidden and _presses_as_it_may(prepared, plan, aim.grasp):
-        return replace(plan, status=Status.OK, cut=cut)
-    return replace(plan, cut=cut)
-
-
-def _plan_from(
+def plan_from(
     step: CondensedStep,
     h: float,
     robot: Robot,
@@ -237,16 +160,25 @@ def _plan_from(
     settings: DecideSettings,
     locks: Command | None,
 ) -> Plan:
-    """A plan from a step over the horizon with its first unit columns; the actuators move for a time h."""
-    held, layout = prepared.held, prepared.held.step.layout
-    scale, W_aa = (
-        max(prepared.scales.tolist()),
-        step.compliance.W[layout.actuators, layout.actuators],
-    )
+    """A plan from a step over the horizon with its first unit columns.
+
+    Args:
+        step: over the horizon.
+        h: time for which the actuators move [s].
+        robot: limits, weights of the effectors.
+        prepared: the step.
+        aim: targets of the effector rows.
+        position: (n_a,) positions of the actuators commanded last [m].
+        settings: weights and tolerances.
+        locks: what locked actuators keep; None: all are decided.
+    """
+    held, layout, clusters = prepared.held, prepared.held.step.layout, prepared.clusters
+    scales, W_aa = prepared.scales, step.compliance.W[layout.actuators, layout.actuators]
     if step.frictional:
-        scale = min(scale, energy_cap(W_aa, robot.limits, robot.part_size))
-    weight, held_to = settings.epsilon * scale, _held_back_to(prepared, aim)
-    counted, target, back = weighed(aim, held_to, prepared.clusters, prepared.scales)
+        scales = capped_scales(scales, W_aa, robot.limits, robot.part_size, clusters)
+    scale, held_to = scale_of_all(scales, clusters, aim.scale), _held_back_to(prepared, aim)
+    counted, target, back = weighed(aim, held_to, clusters, scales, scale)
+    weight = settings.epsilon * scale
     kept = held.delta[layout.actuators]
     left, guess, cut = settings.enrichment.rounds, None, aim.cut
     while True:
@@ -274,7 +206,7 @@ def _plan_from(
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
         if step.frictional:
-            problem = with_slip(problem, step, prepared.forces, float(aim.scale.max()), aim.looking)
+            problem = with_slip(problem, step, prepared.forces, float(counted.max()), aim.looking)
         others = len(problem.G)
         problem = with_force_limits(problem, aim.grasp, step, held)
         if step.frictional and len(step.extra) > 0:
@@ -337,21 +269,6 @@ def _held_back_to(prepared: Prepared, aim: Aim) -> Array:
     return now if lost else held
 
 
-def brings_nearer(robot: Robot, aim: Aim, plan: Plan, apart: float) -> bool:
-    """Whether a plan moves the effectors towards a target that they have not met.
-
-    Args:
-        robot: the size of its parts.
-        aim: targets and weights of the effector rows.
-        plan: the plan.
-        apart: how far holding leaves the effectors from their target [m].
-    """
-    return (
-        apart <= MET * robot.part_size
-        or distance_left(aim, plan.predicted) < (1.0 - NEARER) * apart
-    )
-
-
 def distance_left(aim: Aim, predicted: PredictedStep) -> float:
     """How far a step leaves the effectors from their target, as they are weighted [m]."""
     rows = predicted.delta[predicted.step.layout.effectors]
@@ -361,16 +278,6 @@ def distance_left(aim: Aim, predicted: PredictedStep) -> float:
 def _length(rows: Array) -> float:
     """Length of rows (n_e,), also of those whose squares overflow."""
     return math.hypot(*rows.tolist())
-
-
-def _presses_as_it_may(prepared: Prepared, plan: Plan, grasp: Grasp | None) -> bool:
-    """Whether the contact forces of a plan are at a limit of them."""
-    if grasp is None:
-        return False
-    rows = grasp.rows(plan.predicted.step, prepared.held)
-    return rows is not None and rows.reached(
-        plan.predicted.lam[plan.predicted.step.layout.contacts]
-    )
 
 
 def _start(held: PredictedStep, step: CondensedStep) -> tuple[Array, Bools]:

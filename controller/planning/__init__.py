@@ -1,0 +1,59 @@
+"""Plans: the QPCC (T1) over the horizon, posed, solved and checked."""
+
+from tauten.controller.planning.energy import closed_compliance, energy_scale
+from tauten.controller.planning.horizon import (
+    Horizon,
+    held_taut,
+    horizon_of,
+    largest_share,
+    meets_contact,
+    shares_that_go_on,
+    step_ahead,
+    with_goal,
+)
+from tauten.controller.planning.inverse import Aim, inverse_problem, position_names
+from tauten.controller.planning.locks import (
+    LockError,
+    ahead_of_locks,
+    locked,
+    locks_of_step,
+    no_locks,
+    resting,
+    unlocked,
+    with_locks,
+)
+from tauten.controller.planning.plan import Plan, Prepared, distance_left, prepared_plans
+from tauten.controller.planning.seeking import brings_nearer, make_plan
+from tauten.controller.planning.settings import FRICTION_SHARE, DecideSettings
+
+__all__ = [
+    "ahead_of_locks",
+    "Aim",
+    "brings_nearer",
+    "closed_compliance",
+    "DecideSettings",
+    "distance_left",
+    "energy_scale",
+    "FRICTION_SHARE",
+    "held_taut",
+    "Horizon",
+    "horizon_of",
+    "inverse_problem",
+    "largest_share",
+    "locked",
+    "LockError",
+    "locks_of_step",
+    "make_plan",
+    "meets_contact",
+    "no_locks",
+    "Plan",
+    "position_names",
+    "Prepared",
+    "prepared_plans",
+    "resting",
+    "shares_that_go_on",
+    "step_ahead",
+    "unlocked",
+    "with_goal",
+    "with_locks",
+]
