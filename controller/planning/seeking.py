@@ -62,10 +62,13 @@ def make_plan(
         return _with_friction(robot, prepared, aim, position, settings, locks)
     rubbing, effort = clusters.rubbing[clusters.of_actuators], prepared.held.effort
     one, kept = _holding(robot, ~rubbing, effort, locks)
+    if not _any_free(kept):
+        given = prepared, aim, position, settings, locks
+        return plan_from(_loaded(prepared), robot.h, robot, *given)
     plan = _with_friction(one, prepared, aim.among(rows), position, settings, kept)
-    if not plan.status.usable:
-        return plan
     other, kept = _holding(robot, rubbing, effort, locks)
+    if not (plan.status.usable and _any_free(kept)):
+        return plan
     others, loaded = aim.among(~rows), _loaded(prepared)
     beside = plan_from(loaded, robot.h, other, prepared, others, position, settings, kept)
     return (
@@ -138,6 +141,11 @@ def _holding(
     free = replace(robot, limits=replace(limits, position_min=least, position_max=most))
     forced = np.where(kept, effort, locks.effort)
     return free, Command(np.where(kept, np.nan, locks.position), forced)
+
+
+def _any_free(locks: Command) -> bool:
+    """Whether any actuator is decided."""
+    return not all((locks.by_position | locks.by_force).tolist())
 
 
 def _joined(plan: Plan, beside: Plan, own: Bools) -> Plan:
