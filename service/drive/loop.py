@@ -12,6 +12,7 @@ import logging
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 import zenoh
@@ -153,10 +154,35 @@ class DriveLoop:
             self._heard = time.monotonic()
         elif self.active and time.monotonic() - self._heard > self._silence:
             self._pause(f"no actuation for {self._silence:g} s")
-        measured = self._driver.read()
+        measured = self._measured()
         self._step.add(time.perf_counter() - begin)
         self._publish(measured)
         self._report(clock, measured)
+
+    def _measured(self) -> Measured:
+        """What the driver reads.
+
+        Raises:
+            DriverError: that is no measurement of this robot.
+        """
+        found: object = self._driver.read()
+        who = f"the driver of {self._robot.name} fails: its read()"
+        if not isinstance(found, Measured):
+            raise DriverError(f"{who} returns {type(found).__name__}, expected Measured")
+        n_v = max((place.stop for place in self._places), default=0)
+        arrays = {"position": found.position, "effort": found.effort}
+        if found.effectors is not None:
+            arrays["effectors"] = found.effectors
+        for name, values in arrays.items():
+            count = n_v if name == "effectors" else len(self._names)
+            if np.shape(values) != (count,):
+                shape = np.shape(values)
+                raise DriverError(f"{who} gives {name} of shape {shape}, expected ({count},)")
+            arrays[name] = np.asarray(values, float)
+        effectors = arrays.get("effectors")
+        return replace(
+            found, position=arrays["position"], effort=arrays["effort"], effectors=effectors
+        )
 
     def _pause(self, why: str) -> None:
         if self.active:

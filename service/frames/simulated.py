@@ -78,8 +78,7 @@ class SimulatedRobot:
     def command(self, command: OperatorOrder) -> None:
         """Obey an operator's order where it is possible."""
         refused = self._loop.obey(command)
-        if refused is not None:
-            self._refused = refused.detail, self._steps
+        self._refused = ("" if refused is None else refused.detail), self._steps
 
     def pull(self, effector: int, end: Array | None) -> Array | None:
         """Pull the simulated robot at an effector by a spring; what decides does not know of it.

@@ -260,6 +260,26 @@ def test_hardware_that_fails_is_named_and_deactivated(beam_file: Path) -> None:
     assert driver.calls == ["configure", "activate", "deactivate"]
 
 
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        (None, "returns NoneType, expected Measured"),
+        (Measured(np.zeros(4), np.zeros(2)), r"gives position of shape \(4,\), expected \(2,\)"),
+        (Measured(np.zeros(2), np.float64(0.0)), r"gives effort of shape \(\), expected \(2,\)"),
+        (Measured(*np.zeros((2, 2)), np.zeros((1, 3))), r"gives effectors of shape \(1, 3\)"),
+    ],
+)
+def test_what_is_no_measurement_of_the_robot_ends_its_driver(
+    beam_file: Path, answer: Measured, message: str
+) -> None:
+    """Two positions too many were published; others ended in a traceback."""
+    driver = Stuck()
+    driver.read = lambda: answer  # type: ignore[method-assign]
+    with pytest.raises(DriverError, match=rf"the driver of beam fails: its read\(\) {message}"):
+        driven(driver, beam_file)
+    assert driver.calls[-1] != "read"
+
+
 def test_a_driver_says_what_it_needs(package: ModuleType, beam_file: Path) -> None:
     with pytest.raises(DriverError, match="--option device=/dev/ttyUSB0"):
         make_driver("winches").configure(describe(load_setup(beam_file)), {})

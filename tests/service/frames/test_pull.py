@@ -10,6 +10,7 @@ import pytest
 
 from tauten.model import Robot, row_compliance
 from tauten.service.frames import SimulatedRobot
+from tauten.service.link import OperatorCommand
 from tauten.service.setup import load_setup
 
 
@@ -44,3 +45,12 @@ def test_a_small_pull_moves_the_tip_as_its_compliance_says(beam_file: Path, beam
     frame = shown.advance(None, True)
     assert frame is not None
     assert frame.values == pytest.approx(rest, abs=1e-6)
+
+
+def test_a_refusal_is_forgotten_when_an_order_is_obeyed(beam_file: Path) -> None:
+    """That a robot cannot be enabled in a stop was shown for ten seconds after it had been reset."""
+    shown = SimulatedRobot(load_setup(beam_file), load_setup(beam_file))
+    shown.command(OperatorCommand.RESET)
+    assert shown.notes == ("reset is not possible now",)
+    shown.command(OperatorCommand.HOLD)
+    assert shown.notes == ()
