@@ -184,8 +184,8 @@ def first_tick(
         there[moving] = position[moving] + least * way[moving]
     slack = laws.slack(lam_a, limits, ROUNDING)
     effort = np.minimum(np.maximum(lam_a, limits.effort_min), limits.effort_max)
-    held_back = share < 1.0
-    if np.logical_or.reduce(held_back, axis=None):
+    if min(share.tolist(), default=1.0) < 1.0:
+        held_back = share < 1.0
         there = np.where(held_back, position + share * (there - position), there)
         kept = slack | ~held_back
         effort = np.where(kept, effort, before + share * (effort - before))

@@ -166,10 +166,11 @@ class Dampings:
             size: of the robot's largest part [m].
             layout: of the effectors; components without weight may be anywhere.
         """
-        moved, made = np.inf * layout.units, []  # (n_e,)
-        if len(self.goal) == len(goal):
-            change = layout.units * layout.difference(goal, self.goal)
-            moved = np.abs(change) * (layout.weights > 0.0)
+        if len(self.goal) != len(goal):
+            each = tuple(map(Damping.starting, self.each))
+            return Dampings(self.clusters, each, goal)
+        change = layout.units * layout.difference(goal, self.goal)
+        moved, made = np.abs(change) * (layout.weights > 0.0), []  # (n_e,)
         for one, own in zip(self.each, self.clusters.each, strict=True):
             made.append(one.towards(max(moved[own.effectors].tolist(), default=0.0), size))
         return Dampings(self.clusters, tuple(made), goal)

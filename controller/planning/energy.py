@@ -40,6 +40,8 @@ def energy_scales(
         groups: (n_a,) number of the unit of each effort.
         clusters: of the robot.
     """
+    if len(clusters.each) == 1:
+        return np.array([energy_scale(W, layout, pushing, groups)])
     found, contacts = [], np.arange(layout.contacts.start, len(W))
     for one in clusters.each:
         rows = np.concatenate([one.effectors, layout.n_e + one.actuators, contacts])
@@ -58,6 +60,8 @@ def scale_of_all(scales: Array, clusters: Clusters, scale: Array) -> float:
         clusters: of the robot.
         scale: (n_e,) weights times units of the effector rows.
     """
+    if len(scales) == 1:
+        return float(scales[0])
     counted = np.zeros(len(scales), np.bool_)
     counted[clusters.of_effectors[scale > 0.0]] = True
     found: list[float] = scales[counted & (scales > 0.0)].tolist()

@@ -221,6 +221,9 @@ def _in_contact(
     if seconds <= SHORT:
         found[:] = meets_contact(step, forces, seconds, least)
         return found
+    if len(found) == 1:
+        found[0] = True
+        return found
     numbers = clusters.of_pairs[step.rows.contacts.found.pair]
     found[numbers[numbers >= 0]] = True
     return found
