@@ -75,11 +75,11 @@ def clusters_of(robot: Robot) -> Clusters:
             np.flatnonzero(of_row == found),
             np.flatnonzero(of_value == found),
             np.flatnonzero(of_actuator == found),
-            np.flatnonzero(every == number),
+            np.flatnonzero(every == place),
         )
-        for number, found in enumerate(kept)
+        for place, found in enumerate(kept)
     )
-    places = {int(found): place for place, found in enumerate(kept)}
+    places = {found: place for place, found in enumerate(kept.tolist())}
 
     def of_part(name: str) -> int:
         within = np.unique(label[number[robot.body.unknowns_of(name)]]).tolist()
