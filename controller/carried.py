@@ -156,11 +156,8 @@ def sight_after(robot: Robot, prepared: Prepared, plan: Plan, aim: Aim, sight: f
         aim: targets and weights of the effector rows.
         sight: up to which this decision looked [m].
     """
-    alarm, step, aim = (
-        robot.contacts.alarm_distance,
-        prepared.farther,
-        aim.among(prepared.clusters.rubbing[prepared.clusters.of_effectors]),
-    )
+    alarm, step, clusters = robot.contacts.alarm_distance, prepared.farther, prepared.clusters
+    aim = aim.among(clusters, clusters.rubbing)
     W = step.compliance.W[step.layout.effectors, step.layout.actuators]  # (n_e, n_a)
     apart = distance_left(aim, prepared.held)
     if W[aim.scale > 0.0].any(axis=1).all() or apart <= MET * robot.part_size:

@@ -35,6 +35,7 @@ from tauten.controller.planning import (
     Horizon,
     Plan,
     Prepared,
+    Situation,
     ahead_of_locks,
     held_taut,
     make_plan,
@@ -66,7 +67,7 @@ from tauten.model import (
 )
 from tauten.model.numerics import Array, Bools, FactorisationError
 
-FARTHEST = 0.25  # of the robot's size, in a tick; a model that is faster has diverged
+FARTHEST = 0.25  # of the size of the largest part, in a tick; a model that is faster has diverged
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,9 +185,9 @@ def decide(
     """Find the tensions that bring the effectors to a goal.
 
     As near as possible, weighed against the energy of the actuators; rows of exact effectors are
-    equations, met within 1e-7 of the robot's size at the end of the horizon. Where no efforts meet these,
-    their distance is made as small as possible and the others follow from what remains, with the status
-    NOT_EXACT and the names of the rows that are missed and of limits in conflict with them.
+    equations, met within 1e-7 of the size of the largest part at the end of the horizon. Where no efforts
+    meet these, their distance is made as small as possible and the others follow from what remains, with the
+    status NOT_EXACT and the names of the rows that are missed and of limits in conflict with them.
 
     Args:
         robot: limits, time step, kinds and weights of the effectors.
@@ -205,9 +206,10 @@ def decide(
     given = dampings.gamma, carried.grasp, carried.cut, carried.pushed, carried.sight > 0.0
     aim = Aim(target, layout.scale, layout.exact, *given)
     kept = None if locks is None else ahead_of_locks(locks, position)
-    plan = make_plan(robot, prepared, aim, position, settings, kept)
+    situation = Situation(robot, prepared, position, settings, kept)
+    plan = make_plan(situation, aim)
     if layout.any_exact and not plan.status.usable:
-        plan = _nearest(robot, prepared, aim, plan.conflict, position, settings, kept)
+        plan = _nearest(situation, aim, plan.conflict)
     if not plan.status.usable:
         none = np.zeros(robot.n_a, np.bool_)
         found = plan.predicted, position, plan.status, plan.certificate, plan.conflict
@@ -218,18 +220,11 @@ def decide(
     dampings, sight = dampings.fading(change, size, robot.h), 0.0
     if robot.contacts.loose and robot.contacts.frictional:
         sight = sight_after(robot, prepared, plan, aim, carried.sight)
+    forces, apart = prepared.forces, clusters if sight > 0.0 else None
     wanted, reach = first_tick(
-        robot,
-        planned,
-        position,
-        locks,
-        prepared.forces.effort,
-        dampings.share,
-        clusters if sight > 0.0 else None,
+        robot, planned, position, locks, forces.effort, dampings.share, apart
     )
-    tick = take_tick(
-        prepared.step, settings.enrichment, prepared.forces, wanted, reach, robot.limits
-    )
+    tick = take_tick(prepared.step, settings.enrichment, forces, wanted, reach, robot.limits)
     after = tick.solved
     last = dampings.compared(before.goal)
     reached = target if last is goal else layout.row_targets(values, last)  # (n_e,)
@@ -243,7 +238,8 @@ def decide(
         known.primal, known.complementarity, known.stationarity, after.deepest_gap, len(after.step.extra)
     )  # fmt: skip
     names = exceeded(robot, tick)
-    status = Status.RELAXED if names else plan.status
+    conflicting = plan.conflict and plan.status is not Status.NOT_EXACT
+    status = Status.RELAXED if names or conflicting else plan.status
     conflict = tuple(dict.fromkeys((*plan.conflict, *names)))
     if jammed(robot, tick):
         none = np.zeros(robot.n_a, np.bool_)
@@ -261,39 +257,27 @@ def decide(
     )  # fmt: skip
 
 
-def _nearest(
-    robot: Robot,
-    prepared: Prepared,
-    aim: Aim,
-    conflict: tuple[str, ...],
-    position: Array,
-    settings: DecideSettings,
-    locks: Command | None,
-) -> Plan:
+def _nearest(situation: Situation, aim: Aim, conflict: tuple[str, ...]) -> Plan:
     """The plan where exact rows cannot meet their targets: these as near as possible, then the others.
 
     Args:
-        robot: limits, time step, weights of the effectors.
-        prepared: the step.
+        situation: what it starts from and what bounds it.
         aim: with the rows of exact effectors as equations.
         conflict: names of the limits and rows that are in conflict.
-        position: (n_a,) positions of the actuators commanded last [m].
-        settings: weights and tolerances.
-        locks: what locked actuators keep; None: all are decided.
     """
-    exact, layout = aim.equations, robot.effector_layout
+    exact, robot = aim.equations, situation.robot
     none = np.zeros_like(exact)
     alone = replace(aim, scale=np.where(exact, aim.scale, 0.0), equations=none, cut=None)
-    nearest = make_plan(robot, prepared, alone, position, settings, locks)
+    nearest = make_plan(situation, alone)
     if not nearest.status.usable:
         return nearest
     reached = nearest.predicted.delta[robot.layout.effectors]
     plan = nearest
     if (aim.scale[~exact] != 0.0).any():
         among = replace(aim, target=np.where(exact, reached, aim.target), cut=None)
-        both = make_plan(robot, prepared, among, position, settings, locks)
+        both = make_plan(situation, among)
         plan = both if both.status.usable else nearest
-    missed = layout.missed_rows(aim.target - reached)
+    missed = robot.effector_layout.missed_rows(aim.target - reached)
     limits = (name for name in conflict if name not in (*missed, *NO_PIECE))
     return replace(plan, status=Status.NOT_EXACT, conflict=(*missed, *limits))
 

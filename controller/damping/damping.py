@@ -1,7 +1,7 @@
 """How much a decision holds back, adapted from step to step.
 
-What is adapted is the weight γ on the change of the effectors, and the
-share of the way to the plan that actuators go in a tick.
+What is adapted is the weight γ on the change of the effectors, and the share of the way to the plan that
+actuators go in a tick.
 
 (T1) with γ > 0 is a damped Gauss-Newton step: the change of effectors and efforts counts γ times as much as
 their values. Where a target is out of reach, the curvature of the effectors' paths that a linearised step
@@ -54,7 +54,7 @@ LARGEST = 100.0  # γ
 POOR = 0.1  # of the predicted decrease: where less is reached, the share of the way shrinks,
 GOOD = 0.5  # and where more is reached, it grows
 SHRINKAGE, GROWTH = 0.7, 1.1  # of the share of the way in a tick
-SETTLED = 3e-6  # of the robot's size, a change that makes no difference:
+SETTLED = 3e-6  # of the size of the largest part, a change that makes no difference:
 FADING = 0.9  # of the way that is gone, in a tick
 TICK = 0.02  # s, for which these are; a shorter tick takes as much less of the way to them, a longer one all
 LOWERED = 0.5  # of a share with which decreases become poor, that it may grow to again;
@@ -62,8 +62,8 @@ ALLOWED = 0.1  # it may always grow to this one
 SMALL = 1e-3  # share of the way below which it becomes the largest one again
 MORE = 2.0  # where the gain is this multiple of its mean in two ticks
 RECENT = 0.2  # weight of the last tick in the mean of decreases
-JUMP = 1e-4  # of the robot's size: a goal that changes by more in a tick is another one
-STILL = 1e-9  # of the robot's size; smaller changes are rounding
+JUMP = 1e-4  # of that size: a goal that changes by more in a tick is another one
+STILL = 1e-9  # of that size; smaller changes are rounding
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +102,7 @@ class Damping:
 
         Args:
             moved: largest change of a row of the goal since the decision before [m].
-            size: of the robot [m].
+            size: of the robot's largest part [m].
         """
         return self if moved <= JUMP * size else self.starting()
 
@@ -111,7 +111,7 @@ class Damping:
 
         Args:
             change: of its plan: how that differs from holding.
-            size: of the robot [m].
+            size: of the robot's largest part [m].
             h: length of a tick [s].
         """
         settled = float(change @ change) <= (SETTLED * size) ** 2
@@ -238,7 +238,7 @@ def adapted(
     Args:
         damping: of this one, see `Damping.towards` and `Damping.fading`.
         change: (r + a,) that this one predicts [m].
-        size: of the robot [m].
+        size: of the robot's largest part [m].
         h: length of a tick [s].
         objective: that this one predicts.
     """

@@ -9,12 +9,12 @@ from tauten.model.numerics import Array
 
 @dataclass(frozen=True, slots=True)
 class Energy:
-    """The energy of the actuators as the objective of one plan weighs it.
+    """The energy of the actuators of a cluster as the objective of one plan weighs it.
 
     Attributes:
-        weight: (n_a, n_a) matrix ε s W_aa of the unknown forces [m²/N²].
-        rho: (n_a,) stiffness along actuators in these, see `CondensedStep.efforts` [N/m].
-        origin: (n_a,) positions where that stiffness pulls nothing [m].
+        weight: (a, a) matrix ε s W_aa of the unknown forces [m²/N²].
+        rho: (a,) stiffness along actuators in these, see `CondensedStep.efforts` [N/m].
+        origin: (a,) positions where that stiffness pulls nothing [m].
     """
 
     weight: Array
@@ -22,15 +22,15 @@ class Energy:
     origin: Array
 
     def of(self, efforts: Array, positions: Array) -> list[float]:
-        """Twice the energy of each of some efforts (s, n_a) at positions (s, n_a), of any plan [m²]."""
-        forces = efforts + self.rho * (positions - self.origin)  # (s, n_a)
+        """Twice the energy of each of some efforts (s, a) at positions (s, a), of any plan [m²]."""
+        forces = efforts + self.rho * (positions - self.origin)  # (s, a)
         found: list[float] = (forces @ self.weight @ forces.T).diagonal().tolist()
         return found
 
 
 @dataclass(frozen=True, slots=True)
 class Objective:
-    """Twice the objective of (T1) at the end of the horizon.
+    """Twice the objective of (T1) in a cluster, at the end of the horizon.
 
     Attributes:
         holding: where all actuators hold [m²].

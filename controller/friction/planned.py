@@ -21,9 +21,9 @@ from tauten.controller.qpcc import Certificate, Qpcc, Solution, Status
 from tauten.model import CondensedStep, Forces, PredictedStep, unit_start
 from tauten.model.numerics import Array, Ints
 
-EXACTLY = 1e-7  # of the robot's size, error of contact forces
-ARRIVED = 1e-5  # of the robot's size, distance from a target below which nothing is looked for
-MET = 1e-3  # of the robot's size, distance from a target that needs no contact
+EXACTLY = 1e-7  # of the size of the largest part, error of contact forces
+ARRIVED = 1e-5  # of that size, distance from a target below which nothing is looked for
+MET = 1e-3  # of that size, distance from a target that needs no contact
 
 
 def no_slots() -> Ints:
@@ -101,7 +101,7 @@ class PlanContacts:
             step: with the contacts that have friction.
             start: (s + 3 k,) contact forces from which those of holding are looked for.
             share: of the coefficients, that the plan counts on.
-            size: of the robot [m].
+            size: of the robot's largest part [m].
             energy: (n_a, n_a) curvature of the energy of the actuators.
             settings: of the search.
         """

@@ -22,7 +22,7 @@ from tauten.controller.planning.locks import (
     unlocked,
     with_locks,
 )
-from tauten.controller.planning.plan import Plan, Prepared, distance_left, prepared_plans
+from tauten.controller.planning.plan import Plan, Prepared, Situation, distance_left, prepared_plans
 from tauten.controller.planning.seeking import brings_nearer, make_plan
 from tauten.controller.planning.settings import FRICTION_SHARE, DecideSettings
 
@@ -52,6 +52,7 @@ __all__ = [
     "prepared_plans",
     "resting",
     "shares_that_go_on",
+    "Situation",
     "step_ahead",
     "unlocked",
     "with_goal",

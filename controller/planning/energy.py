@@ -44,7 +44,7 @@ def energy_scales(
         return np.array([energy_scale(W, layout, pushing, groups)])
     found, contacts = [], np.arange(layout.contacts.start, len(W))
     for one in clusters.each:
-        rows = np.concatenate([one.effectors, layout.n_e + one.actuators, contacts])
+        rows = np.concatenate([one.rows, contacts])
         within = row_layout(len(one.effectors), len(one.actuators))
         alike = groups[one.actuators]
         moved = len(one.actuators) > 0
@@ -70,8 +70,9 @@ def scale_of_all(scales: Array, clusters: Clusters, scale: Array) -> float:
 
 def relative_weights(scales: Array, scale: float) -> Array:
     """What effectors of clusters of scales (c,) count where the energies of all have another one: (c,)."""
-    weights: Array = np.sqrt(scale / np.where(scales > 0.0, scales, scale if scale > 0.0 else 1.0))
-    return np.where(scales > 0.0, weights, 1.0)
+    weights, known = np.ones_like(scales), scales > 0.0
+    weights[known] = np.sqrt(scale / scales[known])
+    return weights
 
 
 def capped_scales(
@@ -79,10 +80,9 @@ def capped_scales(
 ) -> Array:
     """Scales of the energy (c,) of which none is more than the largest efforts allow [m/N].
 
-    With a scale at this limit the largest effort weighs like a way of a robot's size.
-
-    An object that nothing touches is moved by no actuator; the scale that follows from what the actuators
-    move would then let the weight of a palm outweigh the target.
+    With a scale at this limit the largest effort weighs as much as a way of the size of the largest part. An
+    object that nothing touches is moved by no actuator: the scale that follows from what the actuators move
+    would let the weight of a palm outweigh the target.
 
     Args:
         scales: of every cluster (c,) [m/N].

@@ -18,7 +18,7 @@ Nor does the motion go on of a robot that cannot follow: s decreases to zero whe
 three and four ticks of their motion from their target. Where contacts are in range s = 0: motion that meets
 contact does not go on, and plans that count on it exceed limits or throw what is held. Where all contacts in
 range are of parts that have neither actuators nor effectors, as of an object on a floor that nothing is near,
-a plan is that without contacts.
+a plan is that without contacts. Every cluster of the robot has a share of its own.
 
 A plan with s > 0 over a short horizon, of at most 0.05 s, is linearised at q + h v, where the robot is at
 the end of the tick if nothing changes, as the stages of the model are. Linearised at q, it would count on
@@ -245,8 +245,8 @@ def _going_on(
     Args:
         scheme: where none goes on.
         left: of the horizon after the tick, as a part of it.
-        shares: of the clusters (c,); bodies that are no part of their own have
-        share: this one.
+        shares: of the velocity that go on in every cluster (c,).
+        share: of bodies that are in no cluster or in several.
         clusters: of the robot.
     """
     if not any(shares.tolist()):
@@ -317,9 +317,8 @@ def _share_of(error: Array, moved: Array, target: Array, ticks: int, most: float
         most: the largest share.
     """
     tick = float(np.linalg.norm(moved))
-    if (
-        not np.abs(error).max(initial=0.0) < LATE * tick
-    ):  # targets may be so far that squares overflow
+    # targets may be so far that squares overflow
+    if not np.abs(error).max(initial=0.0) < LATE * tick:
         return 0.0
     distance = float(np.linalg.norm(error))
     if not distance < LATE * tick:

@@ -49,12 +49,20 @@ class Aim:
     pushed: Ints = field(default_factory=no_slots)
     looking: bool = False
 
-    def among(self, rows: Bools) -> Aim:
-        """The same with weights and equations of some rows (n_e,) only."""
-        if all(rows.tolist()):
+    def among(self, clusters: Clusters, chosen: Bools) -> Aim:
+        """The same with the weights, equations and limits of contact forces of some clusters only.
+
+        Args:
+            clusters: of the robot.
+            chosen: (c,) which of them.
+        """
+        if all(chosen.tolist()):
             return self
+        rows, pairs = chosen[clusters.of_effectors], clusters.of_pairs
         scale, equations = np.where(rows, self.scale, 0.0), self.equations & rows
-        return replace(self, scale=scale, equations=equations)
+        own = (pairs >= 0) & chosen[pairs]
+        grasp = None if self.grasp is None else self.grasp.among(own)
+        return replace(self, scale=scale, equations=equations, grasp=grasp)
 
 
 def inverse_problem(

@@ -61,7 +61,7 @@ from tauten.model import (
 )
 from tauten.model.numerics import Array, Bools
 
-EXACTLY = 1e-7  # of the robot's size, within which an exact effector meets its target
+EXACTLY = 1e-7  # of the size of the largest part, within which an exact effector meets its target
 EMPTY = (Status.INFEASIBLE, Status.NOT_FOUND)  # of a QPCC whose limits are relaxed
 
 
@@ -85,6 +85,25 @@ class Prepared:
     scales: Array
     clusters: Clusters
     farther: CondensedStep
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What a plan starts from and what bounds it.
+
+    Attributes:
+        robot: limits, time step, weights of the effectors.
+        prepared: the step.
+        position: (n_a,) positions of the actuators commanded last [m].
+        settings: weights and tolerances.
+        locks: what locked actuators keep; None: all are decided.
+    """
+
+    robot: Robot
+    prepared: Prepared
+    position: Array
+    settings: DecideSettings
+    locks: Command | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,11 +140,8 @@ def prepared_plans(
     enrichment: Enrichment,
 ) -> Prepared:
     """All of a step but the target, from its condensed rows."""
-    held, robot, clusters = (
-        held_ahead(farther, forces, keep, enrichment),
-        horizon.robot,
-        horizon.clusters,
-    )
+    robot, clusters = horizon.robot, horizon.clusters
+    held = held_ahead(farther, forces, keep, enrichment)
     found, layout = held.step.compliance, held.step.layout
     W, _ = weighted_rows(found.W, found.delta_free, robot.effector_layout.scale)
     pushing = held.lam[layout.contacts] > 0.0
@@ -150,28 +166,17 @@ def held_ahead(
     return forward_step(under_friction(farther, forces), enrichment, forces, keep)
 
 
-def plan_from(
-    step: CondensedStep,
-    h: float,
-    robot: Robot,
-    prepared: Prepared,
-    aim: Aim,
-    position: Array,
-    settings: DecideSettings,
-    locks: Command | None,
-) -> Plan:
+def plan_from(situation: Situation, aim: Aim, step: CondensedStep, h: float) -> Plan:
     """A plan from a step over the horizon with its first unit columns.
 
     Args:
+        situation: what it starts from and what bounds it.
+        aim: targets of the effector rows.
         step: over the horizon.
         h: time for which the actuators move [s].
-        robot: limits, weights of the effectors.
-        prepared: the step.
-        aim: targets of the effector rows.
-        position: (n_a,) positions of the actuators commanded last [m].
-        settings: weights and tolerances.
-        locks: what locked actuators keep; None: all are decided.
     """
+    robot, prepared, settings = situation.robot, situation.prepared, situation.settings
+    position, locks = situation.position, situation.locks
     held, layout, clusters = prepared.held, prepared.held.step.layout, prepared.clusters
     scales, W_aa = prepared.scales, step.compliance.W[layout.actuators, layout.actuators]
     if step.frictional:
@@ -180,7 +185,7 @@ def plan_from(
     counted, target, back = weighed(aim, held_to, clusters, scales, scale)
     weight = settings.epsilon * scale
     kept = held.delta[layout.actuators]
-    left, guess, cut = settings.enrichment.rounds, None, aim.cut
+    left, guess, before = settings.enrichment.rounds, None, aim.cut
     while True:
         reduced = None if locks is None else LockedStep(step, locks)
         effort, pushing = _start(held, step)
@@ -206,7 +211,7 @@ def plan_from(
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
         if step.frictional:
-            problem = with_slip(problem, step, prepared.forces, float(counted.max()), aim.looking)
+            problem = with_slip(problem, step, prepared.forces, counted, clusters, aim.looking)
         others = len(problem.G)
         problem = with_force_limits(problem, aim.grasp, step, held)
         if step.frictional and len(step.extra) > 0:
@@ -214,12 +219,14 @@ def plan_from(
             forces = forces if reduced is None else reduced.with_cables(effort, forces)
             given = settings.friction_share, robot.part_size, weight * W[a, a], settings.search
             contacts = PlanContacts.of(step, forces, *given)
-            before = None if cut is None else cut.on(step, free, len(problem.m))
-            search = PlanSearch(contacts, start.lam_a, guess, before)
+            begun = None if before is None else before.on(step, free, len(problem.m))
+            search = PlanSearch(contacts, start.lam_a, guess, begun)
             problem, solution = solve_relaxed(problem, others, search, EMPTY[:1] if elastic else ())
             guess, columns = solution if solution.status.usable else None, len(prepared.forces.beta)
             cut = None if search.cut is None else CutPlan.of(search.cut, step, free, columns)
+            before = cut
         else:
+            cut = None
             solve = partial(_without_friction, start, settings.qpcc)
             problem, solution = solve_relaxed(problem, others, solve, EMPTY if elastic else ())
         if reduced is not None:

@@ -13,25 +13,23 @@ import numpy as np
 from tauten.controller.friction import ALL_TRIED, MET, CutPlan, with_known_columns
 from tauten.controller.planning.inverse import Aim
 from tauten.controller.planning.locks import no_locks
-from tauten.controller.planning.plan import Plan, Prepared, distance_left, plan_from
-from tauten.controller.planning.settings import DecideSettings
+from tauten.controller.planning.plan import (
+    Plan,
+    Prepared,
+    Situation,
+    distance_left,
+    plan_from,
+)
 from tauten.controller.qpcc import Status
 from tauten.model import Command, CondensedStep, Grasp, Robot, under_friction
-from tauten.model.numerics import Array, Bools
+from tauten.model.numerics import Bools
 
 ENDLESSLY = 1e6  # s, in which every actuator can get everywhere
 NEAREST = 40  # candidates in range that a search for contact looks at
 NEARER = 1e-3  # of the distance of the effectors from their target, that a plan takes off it
 
 
-def make_plan(
-    robot: Robot,
-    prepared: Prepared,
-    aim: Aim,
-    position: Array,
-    settings: DecideSettings,
-    locks: Command | None,
-) -> Plan:
+def make_plan(situation: Situation, aim: Aim) -> Plan:
     """Pose and solve (T1) until no candidate in range is predicted deeper than the tolerance.
 
     Holding is always among what the position limits allow, so that a slack cable whose path has become
@@ -42,59 +40,45 @@ def make_plan(
     that are not at their target no nearer, another one with the nearest candidates in range and without rates
     looks for contact; where that finds none and a limit of contact forces is reached, the status is OK. Where
     forces within the cones are not found, the friction of the last step is a load. A search that was cut goes
-    on where it was.
+    on where it was. Clusters without such contacts have a plan of their own, whose limits and targets are
+    theirs; where both plans are usable, one is made of them.
 
     Args:
-        robot: limits, time step, weights of the effectors.
-        prepared: the step.
+        situation: what the plan starts from and what bounds it.
         aim: targets of the effector rows.
-        position: (n_a,) positions of the actuators commanded last [m].
-        settings: weights and tolerances.
-        locks: what locked actuators keep; None: all are decided.
     """
+    prepared, h = situation.prepared, situation.robot.h
     if not prepared.farther.frictional:
-        return plan_from(
-            prepared.held.step, robot.h, robot, prepared, aim, position, settings, locks
-        )
+        return plan_from(situation, aim, prepared.held.step, h)
     clusters = prepared.clusters
-    rows = clusters.rubbing[clusters.of_effectors]
     if all(clusters.rubbing.tolist()):
-        return _with_friction(robot, prepared, aim, position, settings, locks)
-    rubbing, effort = clusters.rubbing[clusters.of_actuators], prepared.held.effort
-    one, kept = _holding(robot, ~rubbing, effort, locks)
-    if not _any_free(kept):
-        given = prepared, aim, position, settings, locks
-        return plan_from(_loaded(prepared), robot.h, robot, *given)
-    plan = _with_friction(one, prepared, aim.among(rows), position, settings, kept)
-    other, kept = _holding(robot, rubbing, effort, locks)
-    if not (plan.status.usable and _any_free(kept)):
+        return _with_friction(situation, aim)
+    one = _holding(situation, ~clusters.rubbing)
+    other, others = _holding(situation, clusters.rubbing), aim.among(clusters, ~clusters.rubbing)
+    if not _any_free(one):
+        return plan_from(situation, replace(aim, grasp=others.grasp), _loaded(prepared), h)
+    plan = _with_friction(one, aim.among(clusters, clusters.rubbing))
+    if not (plan.status.usable and _any_free(other)):
         return plan
-    others, loaded = aim.among(~rows), _loaded(prepared)
-    beside = plan_from(loaded, robot.h, other, prepared, others, position, settings, kept)
-    return (
-        _joined(plan, beside, np.concatenate([rows, rubbing])) if beside.status.usable else beside
-    )
+    beside = plan_from(other, others, _loaded(prepared), h)
+    if not beside.status.usable:
+        return replace(beside, cut=plan.cut)
+    rows = clusters.rubbing[clusters.of_effectors], clusters.rubbing[clusters.of_actuators]
+    return _joined(plan, beside, np.concatenate(rows))
 
 
-def _with_friction(
-    robot: Robot,
-    prepared: Prepared,
-    aim: Aim,
-    position: Array,
-    settings: DecideSettings,
-    locks: Command | None,
-) -> Plan:
+def _with_friction(situation: Situation, aim: Aim) -> Plan:
     """A plan with the friction of contacts, and where it brings nothing nearer one that looks for contact."""
+    robot, prepared, settings = situation.robot, situation.prepared, situation.settings
     resumed = aim.cut is not None and aim.cut.seeking
     first = replace(aim, cut=CutPlan(ALL_TRIED)) if resumed else aim
-    given = robot, prepared, first, position, settings, locks
     step = with_known_columns(prepared.farther, prepared.held.step, aim.pushed)
     apart = distance_left(aim, prepared.held)
-    plan = plan_from(step, robot.h, *given)
+    plan = plan_from(situation, first, step, robot.h)
     met = plan.status is Status.SEEKING_CONTACT and apart <= MET * robot.part_size
     plan = replace(plan, status=Status.OK) if met else plan
     if plan.status is Status.NOT_FOUND:
-        return plan_from(_loaded(prepared), robot.h, *given)
+        return plan_from(situation, first, _loaded(prepared), robot.h)
     untouched = len(plan.predicted.step.extra) == 0 and not brings_nearer(robot, aim, plan, apart)
     if not untouched and plan.status is not Status.SEEKING_CONTACT:
         return plan
@@ -105,8 +89,8 @@ def _with_friction(
         step = step.with_unit_columns(near)
     hidden = plan.status is Status.SEEKING_CONTACT
     aim = replace(aim, cut=aim.cut if resumed else None, looking=aim.looking or hidden)
-    search = replace(settings, seeking=hidden)
-    seeking = plan_from(step, ENDLESSLY, robot, prepared, aim, position, search, locks)
+    search = replace(situation, settings=replace(settings, seeking=hidden))
+    seeking = plan_from(search, aim, step, ENDLESSLY)
     cut = None if seeking.cut is None else replace(seeking.cut, seeking=True)
     if seeking.status.usable and brings_nearer(robot, aim, seeking, apart):
         relaxed = seeking.status is Status.RELAXED  # of the two, what a user must know
@@ -124,28 +108,23 @@ def _loaded(prepared: Prepared) -> CondensedStep:
     return under_friction(prepared.farther, prepared.forces) if loaded.frictional else loaded
 
 
-def _holding(
-    robot: Robot, kept: Bools, effort: Array, locks: Command | None
-) -> tuple[Robot, Command]:
-    """A robot of which some actuators keep their efforts, wherever that leads, and what locked ones keep.
-
-    Args:
-        robot: its limits.
-        kept: (n_a,) which keep their efforts.
-        effort: (n_a,) these [N, Pa].
-        locks: what locked actuators keep; None: all are decided.
-    """
-    limits, locks = robot.limits, no_locks(len(kept)) if locks is None else locks
-    least = np.where(kept, -np.inf, limits.position_min)
-    most = np.where(kept, np.inf, limits.position_max)
-    free = replace(robot, limits=replace(limits, position_min=least, position_max=most))
-    forced = np.where(kept, effort, locks.effort)
-    return free, Command(np.where(kept, np.nan, locks.position), forced)
+def _holding(situation: Situation, kept: Bools) -> Situation:
+    """The same where the actuators of some clusters (c,) keep their efforts, wherever that leads."""
+    robot, prepared, locks = situation.robot, situation.prepared, situation.locks
+    rows, limits = kept[prepared.clusters.of_actuators], robot.limits  # (n_a,)
+    locks = no_locks(len(rows)) if locks is None else locks
+    least = np.where(rows, -np.inf, limits.position_min)
+    most = np.where(rows, np.inf, limits.position_max)
+    free = replace(limits, position_min=least, position_max=most)
+    forced = np.where(rows, prepared.held.effort, locks.effort)
+    locks = Command(np.where(rows, np.nan, locks.position), forced)
+    return replace(situation, robot=replace(robot, limits=free), locks=locks)
 
 
-def _any_free(locks: Command) -> bool:
+def _any_free(situation: Situation) -> bool:
     """Whether any actuator is decided."""
-    return not all((locks.by_position | locks.by_force).tolist())
+    locks = situation.locks
+    return locks is None or not all((locks.by_position | locks.by_force).tolist())
 
 
 def _joined(plan: Plan, beside: Plan, own: Bools) -> Plan:

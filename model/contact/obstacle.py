@@ -254,14 +254,11 @@ class Obstacle:
             return cast(NearShape, self.shape).closest_within(points, reach)
         gap, normal = self.shape.closest(points)
         unknown = np.isnan(gap)
-        if np.logical_or.reduce(
-            unknown
-        ):  # contacts of no finite distance, with which nothing is decided
+        if np.logical_or.reduce(unknown):
             unknown &= np.isfinite(points).all(axis=1)
-            gap, normal = (
-                np.where(unknown, -np.inf, gap),
-                np.where(unknown[:, None], np.nan, normal),
-            )
+            # contacts of no finite distance, with which nothing is decided
+            gap = np.where(unknown, -np.inf, gap)
+            normal = np.where(unknown[:, None], np.nan, normal)
         return gap, normal
 
     def outline(self, pose: ObstaclePose, centre: Array, extent: float) -> tuple[Array, Ints]:

@@ -40,7 +40,7 @@ class Clusters:
         of_actuators: (n_a,), of each actuator,
         of_pairs: (q,) of each contact,
         of_parts: (p,) and of each part, −1 where it is in none or several; none where there are no parts.
-        rubbing: (c,) which of them have contacts with friction; all where none has.
+        rubbing: (c,) which of them have contacts with friction; all of them where no contact has.
     """
 
     each: tuple[Cluster, ...]

@@ -13,6 +13,7 @@ cos(π / DIRECTIONS), at most 2 % more.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
@@ -143,6 +144,14 @@ class Grasp:
         """Where nothing has been grasped."""
         none = (False,) * len(limits.limited)
         return cls(limits, none, none)
+
+    def among(self, pairs: Bools) -> Grasp | None:
+        """The same with the limits of some pairs (q,) only; None where these have none."""
+        own = [bool(pairs[one.pairs].all()) for one in self.limits.limited]
+        if not any(own):
+            return None
+        limits = replace(self.limits, limited=tuple(compress(self.limits.limited, own)))
+        return Grasp(limits, tuple(compress(self.kept, own)), tuple(compress(self.let_go, own)))
 
     def letting_go(self, found: ContactForces) -> Grasp:
         """Where all is let go that pushes in a step with these forces."""

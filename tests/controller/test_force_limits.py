@@ -14,9 +14,10 @@ from support.robots.bodies import pressed, pressing_finger
 from tauten.controller import Controller, Status
 from tauten.model import ContactSpace, ReducedContacts, Robot, Simulator, load_robot
 from tauten.model.contact import ForceBounds
-from tauten.model.load import shipped_folder
+from tauten.model.load import make_robot, shipped_folder
 from tauten.model.numerics import Array
 from tauten.model.rows import ContactRows
+from tauten.model.schema import Changes, read_toml
 from tauten.model.step.force_limits import (
     DIRECTIONS,
     force_limits,
@@ -272,6 +273,30 @@ def test_the_largest_force_of_a_part_is_kept_in_a_robot_of_parts(tmp_path: Path)
     assert robot.contacts.sums[0].pairs == own.sums[0].pairs
     assert len(robot.contacts.sums[2].pairs) == len(robot.contacts.pairs) == len(own.pairs) + 1
     assert reduced_robot(thumb, StateBasis.load("finger")).contacts.sums == own.sums
+
+
+def test_limits_of_one_robot_relax_nothing_of_another_beside_it(tmp_path: Path) -> None:
+    """The plan of the other one had the limits of these contacts, too, which none of its efforts changes."""
+    for name in ("push.toml", "pusher.toml", "pusher.vtu", "block.toml", "block.vtu"):
+        shutil.copy(EXAMPLES / name, tmp_path)
+    tip = '[[effectors]]\nname = "tip"\npoint = [0.0, 0.0, 0.006]\nexact = true\nweight = [1.0, 0.0, 0.0]\n'
+    other = tmp_path / "other.toml"
+    other.write_text((EXAMPLES / "pusher.toml").read_text() + tip)
+    contents = read_toml(tmp_path / "push.toml")
+    contents["parts"].append({"name": "other", "robot": "other.toml", "position": [0.3, 0.3, 0.0]})
+    contents["contacts"][0]["max_force"] = 0.015
+    controller = Controller(make_robot(contents, tmp_path / "push.toml", Changes()))
+    start, statuses, pressed = controller.effector_values, [], False
+    for tick in range(14):
+        way = np.array([4e-4, 0.0, 0.0]) * min(tick, 10)
+        goal = start + np.concatenate([way, way])
+        actuation = controller.step(goal)
+        statuses.append(actuation.status)
+        pressed |= bool(
+            controller.contacts.normal_force[controller.contacts.contacts.pair == 0].any()
+        )
+    assert pressed and not {Status.RELAXED, Status.NOT_EXACT} & set(statuses[2:])  # it sags first
+    assert controller.effector_values[3] == pytest.approx(goal[3], abs=5e-5)
 
 
 def gripper(folder: Path, limits: str) -> Controller:
