@@ -5,7 +5,7 @@ from __future__ import annotations
 from tauten.controller import warm_controller
 from tauten.model import one_blas_thread
 from tauten.service.node import ControlLoop
-from tauten.service.plant import PlantSettings, plant_robot, quick_enough, warm_plant
+from tauten.service.plant import PlantSettings, plant_robot, plant_setup, quick_enough, warm_plant
 from tauten.service.setup import load_setup
 
 # robots whose plant in full order is only tried, as the plant does
@@ -17,7 +17,7 @@ def run_robot(name: str) -> None:
     with one_blas_thread():
         ControlLoop(warm_controller(load_setup(name)))
         for model in ("reduced", "full"):
-            setup, _ = plant_robot(name, None, model)
+            setup, _ = plant_setup(plant_robot(name, None, model), model)
             if model == "full" and name in FULL_TAKES_MINUTES:
                 quick_enough(setup.robot)
                 continue

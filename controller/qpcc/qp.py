@@ -105,9 +105,7 @@ def qp_backend(solver: str | Backend) -> Backend:
 
 @cache
 def _named(name: str) -> Backend:
-    if name == "daqp":
-        return solve_daqp
-    added: Backend | None = extension(GROUP, name)
+    added: Backend | None = extension(GROUP, name, {"daqp": solve_daqp})
     if added is not None:
         return added
     known = available_backends()

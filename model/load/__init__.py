@@ -3,7 +3,7 @@
 from tauten.model.load.beam_bodies import beam_network
 from tauten.model.load.beams import groups
 from tauten.model.load.bodies import Bodies, build_bodies, read_bodies
-from tauten.model.load.extensions import extension, extension_names
+from tauten.model.load.extensions import extension, extension_names, made
 from tauten.model.load.robot import (
     build_robot,
     command_name,
@@ -23,6 +23,7 @@ __all__ = [
     "command_name",
     "extension",
     "extension_names",
+    "made",
     "groups",
     "load_part",
     "load_robot",

@@ -155,15 +155,12 @@ def build_obstacle(item: ObstacleSettings, source: str) -> Obstacle:
 def build_shape(item: ObstacleSettings, source: str) -> Shape:
     """The shape of an obstacle, see `build_obstacle`."""
     field = f"{source}: obstacles.{item.name}"
-    if item.shape in FROM_FILES:
-        folder = Path(source).parent
-        from_file: Shape = made(FROM_FILES[item.shape], field, item.parameters, folder)
-        return from_file
-    make = SHAPES.get(item.shape) or extension(CONTACT_SHAPES, item.shape)
+    make = extension(CONTACT_SHAPES, item.shape, {**SHAPES, **FROM_FILES})
     if make is None:
         known = ", ".join([*SHAPES, *FROM_FILES, *extension_names(CONTACT_SHAPES)])
         raise RobotFileError(f"{field}.shape: {item.shape!r} is unknown, found are {known}")
-    shape: Shape = made(make, field, item.parameters)
+    folder = (Path(source).parent,) if item.shape in FROM_FILES else ()
+    shape: Shape = made(make, field, item.parameters, *folder)
     return shape
 
 

@@ -5,9 +5,10 @@ A package registers it in its pyproject.toml, below `[project.entry-points."taut
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
 from inspect import Parameter, signature
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,32 +21,47 @@ def extension_names(group: str) -> tuple[str, ...]:
     return tuple(sorted({entry.name for entry in entry_points(group=group)}))
 
 
-def extension(group: str, name: str) -> Any:
-    """What an installed package registers by a name; None: nothing.
+def extension(
+    group: str, name: str, own: Mapping[str, Callable[..., Any]] = MappingProxyType({})
+) -> Callable[..., Any] | None:
+    """What makes something of a name: tauten's own, or what an installed package registers; None: nothing.
 
     Args:
         group: of entry points, such as "tauten.drivers".
         name: in the group.
+        own: what tauten has itself, by its names.
 
     Raises:
-        RobotFileError: the package cannot be imported.
+        RobotFileError: a package cannot be imported, registers what cannot be called, or the
+            name is taken.
     """
-    for entry in entry_points(group=group, name=name):
-        try:
-            return entry.load()
-        except Exception as error:  # whatever a module raises that is imported
-            raise RobotFileError(
-                f"{name} of the entry points {group}: {entry.value} cannot be imported "
-                f"({type(error).__name__}: {error})"
-            ) from error
-    return None
+    found = list(entry_points(group=group, name=name))
+    values = [entry.value for entry in found] + ["tauten"] * (name in own)
+    if len(set(values)) > 1:
+        raise RobotFileError(
+            f"{name} of the entry points {group} is registered by {' and by '.join(values)}: all but one "
+            "of these packages need another name for it, or have to be removed"
+        )
+    if not found:
+        return own.get(name)
+    where = f"{name} of the entry points {group}: {found[0].value}"
+    try:
+        make = found[0].load()
+    except Exception as error:  # whatever a module raises that is imported
+        raise RobotFileError(
+            f"{where} cannot be imported ({type(error).__name__}: {error})"
+        ) from error
+    if not callable(make):
+        raise RobotFileError(f"{where} is no function or class: found {type(make).__name__}")
+    named: Callable[..., Any] = make
+    return named
 
 
-def required_extension(group: str, name: str, field: str) -> Any:
+def required_extension(group: str, name: str, field: str) -> Callable[..., Any]:
     """What an installed package registers by a name of a robot file.
 
     Raises:
-        RobotFileError: no package has it, or it cannot be imported.
+        RobotFileError: no package has it, or as `extension`.
     """
     found = extension(group, name)
     if found is None:

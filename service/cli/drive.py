@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from typing import Annotated
 
 import typer
@@ -18,8 +17,6 @@ from tauten.service.cli.terminal import (
     YoungScale,
     ZenohConfig,
 )
-
-log = logging.getLogger(__name__)
 
 
 def plant(
@@ -44,11 +41,10 @@ def plant(
     from tauten.service.plant import PlantSettings, plant_robot, simulate
     from tauten.service.process import stop_on_signals
 
-    log.info("the simulated robot gets ready")  # its kernels may have to be compiled
-    setup, order = plant_robot(robot, rate, model, young_scale)
+    setup = plant_robot(robot, rate, model, young_scale)
     settings = PlantSettings(measure, drive, steps)
     with stop_on_signals() as stop:
-        simulate(setup, Network(port, zenoh_config), settings, stop, order)
+        simulate(setup, Network(port, zenoh_config), settings, stop, model)
 
 
 def drive(

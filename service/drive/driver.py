@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from tauten.model.load import extension, extension_names
+from tauten.model.load import extension, extension_names, made
 from tauten.model.numerics import Array
 from tauten.service.wire import RobotDescription
 
@@ -71,11 +71,16 @@ def make_driver(name: str) -> Driver:
 
     Raises:
         DriverError: there is none.
-        RobotFileError: its package cannot be imported.
+        RobotFileError: its package cannot be imported, or needs arguments to make it.
     """
     make = extension(GROUP, name)
     if make is None:
         known = ", ".join(extension_names(GROUP)) or "none"
         raise DriverError(f"no driver {name!r}; installed packages have: {known}")
-    driver: Driver = make()
+    driver: Driver = made(make, f"driver {name}", {})
+    methods = [one for one in vars(Driver) if not one.startswith("_")]
+    lacking = [one for one in methods if not callable(getattr(driver, one, None))]
+    if lacking:
+        kind = type(driver).__name__
+        raise DriverError(f"driver {name} is of {kind}, which lacks {', '.join(lacking)}")
     return driver

@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 import zenoh
 
+from tauten.model.numerics import Array
 from tauten.service.drive.driver import Driver, DriverError, Measured
 from tauten.service.link import announced
 from tauten.service.node import Clock
@@ -82,6 +83,7 @@ class DriveLoop:
         self._robot, self._driver = robot, driver
         self._names = tuple(one.name for one in robot.actuators)
         self._places = places_of(robot.effectors)
+        self._n_v = max((place.stop for place in self._places), default=0)
         limits = np.array([(one.position, one.effort) for one in robot.actuators])  # (n_a, 2, 2)
         self._position_limits, self._effort_limits = limits[:, 0].T, limits[:, 1].T
         # only the latest actuation is used
@@ -121,7 +123,6 @@ class DriveLoop:
         """Calls of the driver: one that does not end after a request to stop is interrupted.
 
         Raises:
-            DriverError: the hardware fails.
             Interrupted: a call has not ended.
         """
         try:
@@ -132,8 +133,6 @@ class DriveLoop:
                 "a call of the driver of %s has not ended: it is interrupted", self._robot.name
             )
             raise
-        except OSError as error:
-            raise DriverError(f"the driver of {self._robot.name} fails: {error}") from error
 
     def tick(self, clock: Clock) -> None:
         """One period.
@@ -144,13 +143,13 @@ class DriveLoop:
         actuation = self._read_actuation()
         begin = time.perf_counter()
         if actuation is not None:
-            if not self.active:
-                self.active = True  # from when on the driver has to be deactivated
-                self._driver.activate()
-            self._driver.write(
-                np.clip(np.array(actuation.position), *self._position_limits),
-                np.clip(np.array(actuation.effort), *self._effort_limits),
-            )
+            position = np.clip(np.array(actuation.position), *self._position_limits)
+            effort = np.clip(np.array(actuation.effort), *self._effort_limits)
+            with self._hardware():
+                if not self.active:
+                    self.active = True  # from when on the driver has to be deactivated
+                    self._driver.activate()
+                self._driver.write(position, effort)
             self._heard = time.monotonic()
         elif self.active and time.monotonic() - self._heard > self._silence:
             self._pause(f"no actuation for {self._silence:g} s")
@@ -165,30 +164,56 @@ class DriveLoop:
         Raises:
             DriverError: that is no measurement of this robot.
         """
-        found: object = self._driver.read()
-        who = f"the driver of {self._robot.name} fails: its read()"
+        with self._hardware():
+            found: object = self._driver.read()
         if not isinstance(found, Measured):
-            raise DriverError(f"{who} returns {type(found).__name__}, expected Measured")
-        n_v = max((place.stop for place in self._places), default=0)
-        arrays = {"position": found.position, "effort": found.effort}
-        if found.effectors is not None:
-            arrays["effectors"] = found.effectors
-        for name, values in arrays.items():
-            count = n_v if name == "effectors" else len(self._names)
-            if np.shape(values) != (count,):
-                shape = np.shape(values)
-                raise DriverError(f"{who} gives {name} of shape {shape}, expected ({count},)")
-            arrays[name] = np.asarray(values, float)
-        effectors = arrays.get("effectors")
+            raise self._failure(f"its read() returns {type(found).__name__}, expected Measured")
+        n_a, effectors, gap = len(self._names), found.effectors, found.gap
+        if effectors is not None:
+            effectors = self._checked("effectors", effectors, (self._n_v,))
         return replace(
-            found, position=arrays["position"], effort=arrays["effort"], effectors=effectors
+            found,
+            position=self._checked("position", found.position, (n_a,)),
+            effort=self._checked("effort", found.effort, (n_a,)),
+            effectors=effectors,
+            gap=None if gap is None else float(self._checked("gap", gap, ())),
         )
+
+    def _checked(self, name: str, values: object, shape: tuple[int, ...]) -> Array:
+        """What is measured of this name, as an array of this shape.
+
+        Raises:
+            DriverError: it is none.
+        """
+        try:
+            array = np.asarray(values, float)
+        except (TypeError, ValueError) as error:
+            raise self._failure(f"its read() gives {name}: {error}") from error
+        if array.shape != shape:
+            raise self._failure(f"its read() gives {name} of shape {array.shape}, expected {shape}")
+        return array
+
+    def _failure(self, what: str) -> DriverError:
+        return DriverError(f"the driver of {self._robot.name} fails: {what}")
+
+    @contextmanager
+    def _hardware(self) -> Iterator[None]:
+        """Name the driver where its hardware fails.
+
+        Raises:
+            DriverError: it does.
+        """
+        try:
+            yield
+        except OSError as error:
+            raise self._failure(str(error)) from error
 
     def _pause(self, why: str) -> None:
         if self.active:
             self.active = False
             log.warning("%s: the driver of %s is deactivated", why, self._robot.name)
-            self._driver.deactivate()
+            with self._hardware():
+                self._driver.deactivate()
 
     def _read_actuation(self) -> Joints | None:
         """The latest actuation, if one has arrived that is valid."""
@@ -239,7 +264,7 @@ class DriveLoop:
             f"{'active' if self.active else 'not active'}, {clock.skipped} skipped{warning}",
             {"active": str(self.active).lower(), "skipped": str(clock.skipped)}
             | self._step.entries("step_ms", 1e3)
-            | dict(measured.facts),
+            | {name: str(fact) for name, fact in measured.facts.items()},
         )
         diagnostics = [loop, self._counts.diagnostic("actuation")]
         self._health.put(encode_health(time.time_ns(), self._robot.name, diagnostics))

@@ -36,20 +36,24 @@ class Estimator(Protocol):
         """Forget all measurements; the correction is zero then."""
 
 
+def _feedback(robot: Robot, settings: ServiceSettings) -> Estimator:
+    """The estimator of robot files that name none."""
+    layout, largest = robot.effector_layout, LARGEST * robot.size
+    return Feedback(layout, settings.feedback_gain, largest, settings.measurement_delay)
+
+
+OWN = {"feedback": _feedback}
+
+
 def make_estimator(robot: Robot, settings: ServiceSettings) -> Estimator:
     """The estimator that a robot file names.
 
     Raises:
-        RobotFileError: no installed package has it.
+        RobotFileError: no installed package has it, or as `extension`.
     """
-    if settings.estimator == "feedback":
-        largest = LARGEST * robot.size
-        return Feedback(
-            robot.effector_layout, settings.feedback_gain, largest, settings.measurement_delay
-        )
-    make = extension(GROUP, settings.estimator)
+    make = extension(GROUP, settings.estimator, OWN)
     if make is None:
-        known = ", ".join(("feedback", *extension_names(GROUP)))
+        known = ", ".join((*OWN, *extension_names(GROUP)))
         raise RobotFileError(
             f"robot {robot.name}: service.estimator is {settings.estimator!r}, found are {known}"
         )

@@ -6,6 +6,7 @@ from tauten.service.plant.paths import PathSettings, bending_command, make_path,
 from tauten.service.plant.plant import (
     PlantSettings,
     plant_robot,
+    plant_setup,
     quick_enough,
     simulate,
     warm_plant,
@@ -25,6 +26,7 @@ from tauten.service.plant.waypoints import (
 
 __all__ = [
     "plant_robot",
+    "plant_setup",
     "Child",
     "DemoError",
     "DemoResult",

@@ -26,7 +26,6 @@ from tauten.service.plant.plant import (
     PlantSettings,
     Steps,
     plant_robot,
-    plant_setup,
     simulate,
 )
 from tauten.service.plant.processes import (
@@ -252,13 +251,12 @@ def _copies(
             serve(setup, network, ways, stop)
 
     def behaving() -> None:
-        if settings.young_scale == 1.0:
-            simulated, order = plant_setup(setup, settings.model)
-        else:
-            simulated, order = plant_robot(settings.robot, None, None, settings.young_scale)
+        simulated = setup
+        if settings.young_scale != 1.0:
+            simulated = plant_robot(settings.robot, None, None, settings.young_scale)
         ways = PlantSettings(settings.closed_loop, settings.drive, settings.steps)
         with stop_on_signals() as stop:
-            simulate(simulated, network, ways, stop, order)
+            simulate(simulated, network, ways, stop, settings.model)
 
     node = stack.enter_context(child(NODE, [], settings.folder, partial(as_command, serving)))
     return node, stack.enter_context(

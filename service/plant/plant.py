@@ -91,11 +91,8 @@ class Warm:
 
 def plant_robot(
     robot: str, rate: float | None, model: Order | None, young_scale: float = 1.0
-) -> tuple[Setup, str]:
-    """The robot that a plant simulates, and of what order it is, with the error that this makes.
-
-    In full order where this machine simulates that in half of the time that passes; otherwise reduced, which
-    keeps the rate and has the reduction's error, still with pointwise contact.
+) -> Setup:
+    """Load the robot that a plant simulates.
 
     Args:
         robot: name of a shipped robot or path of a robot file.
@@ -111,12 +108,16 @@ def plant_robot(
             raise RobotFileError(
                 f"{robot}: --young-scale {young_scale:g} has no state basis; use --model full"
             )
-        return load_setup(robot, rate, "none", "full", young_scale=young_scale), "full"
-    return plant_setup(load_setup(robot, rate, "none", model), model)
+        model = "full"
+    return load_setup(robot, rate, "none", model, young_scale=young_scale)
 
 
 def plant_setup(setup: Setup, model: Order | None) -> tuple[Setup, str]:
-    """As `plant_robot`, for a robot that is loaded."""
+    """The robot in the order in which it is simulated, and a text of which that is, with its error.
+
+    In full order where this machine simulates that in half of the time that passes; otherwise reduced, which
+    keeps the rate and has the reduction's error, still with pointwise contact.
+    """
     setup = replace(setup, contact="none", basis_name="none")
     if not setup.states:
         return setup, "full"
@@ -303,21 +304,31 @@ def _least_time(work: Callable[[], object], count: int) -> float:
 
 
 def simulate(
-    setup: Setup, network: Network, settings: PlantSettings, stop: StopFlag, model: str = "full"
+    setup: Setup, network: Network, settings: PlantSettings, stop: StopFlag, model: Order | None
 ) -> None:
     """Simulate a robot until a request to stop.
+
+    Args:
+        setup: of the robot.
+        network: where its node is.
+        settings: of the plant.
+        stop: the request.
+        model: its order, see `plant_setup`.
 
     Raises:
         NetworkError: no session.
         RobotFileError: time steps of this length lead to no state.
     """
-    robot = setup.robot
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
+        # before what takes seconds: its port may be taken
+        session = stack.enter_context(session_of(network, Role.PLANT, setup.robot.name))
+        log.info("the simulated robot gets ready")  # its kernels may have to be compiled
         with stop.interruptible():
-            warm = warm_plant(robot, settings, model)
+            setup, order = plant_setup(setup, model)
+            robot = setup.robot
+            warm = warm_plant(robot, settings, order)
             typestore()
-        session = stack.enter_context(session_of(network, Role.PLANT, robot.name))
         driver = SimulatedDriver(robot, warm, settings)
         driver.follow(session)
         run_driver(session, describe(setup), driver, settings.measure, stop)

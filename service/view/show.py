@@ -21,7 +21,14 @@ from tauten.service.frames import (
     ViewFrame,
 )
 from tauten.service.link import node_of
-from tauten.service.plant import PathError, PathSettings, TargetPath, make_path, plant_robot
+from tauten.service.plant import (
+    PathError,
+    PathSettings,
+    TargetPath,
+    make_path,
+    plant_robot,
+    plant_setup,
+)
 from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
 from tauten.service.view.export import write_html
@@ -122,8 +129,10 @@ def simulated(
     simulation: SimulationSettings,
 ) -> tuple[SimulatedRobot, TargetPath | None, Path | None]:
     """A simulated robot, the path of its target, and the file that cables can be drawn into."""
-    setup = load_setup(simulation.robot, basis=simulation.basis, model=simulation.model)
-    plant, order = plant_robot(simulation.robot, None, simulation.model, simulation.young_scale)
+    model = simulation.model
+    setup = load_setup(simulation.robot, basis=simulation.basis, model=model)
+    loaded = plant_robot(simulation.robot, None, model, simulation.young_scale)
+    plant, order = plant_setup(loaded, model)
     path = None
     if simulation.path is not None:
         path = make_path(simulation.path, plant.robot, PathSettings(repeats=True))

@@ -26,10 +26,10 @@ from tauten.service.cli import entry
 from tauten.service.cli.app import app
 from tauten.service.cli.terminal import show_result
 from tauten.service.parent import PARENT
-from tauten.service.plant import PathError, PathSettings, find_receiver, receiver_path
+from tauten.service.plant import PathError, PathSettings, find_receiver, free_ports, receiver_path
 from tauten.service.process import StopFlag
 from tauten.service.tables import Numbers, Page
-from tauten.service.wire import Mode, Network
+from tauten.service.wire import Mode, Network, Role, session_of
 
 
 def test_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
@@ -148,6 +148,17 @@ def test_a_folder_that_cannot_be_made_says_so(
     for out in ("/dev/full", file):
         assert run_main("--log-level", "error", "demo", file, "--out", out) == 2
         assert capsys.readouterr().err == f"tauten: {out}: exists and is no folder\n"
+
+
+def test_a_plant_says_at_once_that_its_port_is_taken(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not after it has got ready, which takes up to a minute."""
+    monkeypatch.setattr("tauten.service.plant.plant.plant_setup", None)
+    file, port = write_robot(tmp_path), free_ports()
+    with session_of(Network(port), Role.PLANT, "bar"):
+        assert run_main("--log-level", "error", "plant", file, "--port", port) == 2
+    assert f"tauten: port {port + 1} on 127.0.0.1 is taken" in capsys.readouterr().err
 
 
 def helps(command: Any) -> Iterator[str]:

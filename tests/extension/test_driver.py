@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pty
 import signal
+import sys
 import threading
 import time
 import tty
@@ -18,6 +19,7 @@ import numpy as np
 import pytest
 import zenoh
 from support.processes import run_main
+from support.robots.my_package import write_package
 
 from tauten.model.numerics import Array
 from tauten.service.describing import describe
@@ -32,6 +34,7 @@ from tauten.service.wire import (
     Joints,
     Keys,
     Network,
+    Publisher,
     RobotDescription,
     Role,
     decode_health,
@@ -267,17 +270,58 @@ def test_hardware_that_fails_is_named_and_deactivated(beam_file: Path) -> None:
         (Measured(np.zeros(4), np.zeros(2)), r"gives position of shape \(4,\), expected \(2,\)"),
         (Measured(np.zeros(2), np.float64(0.0)), r"gives effort of shape \(\), expected \(2,\)"),
         (Measured(*np.zeros((2, 2)), np.zeros((1, 3))), r"gives effectors of shape \(1, 3\)"),
+        (Measured(["on", "off"], np.zeros(2)), r"gives position: could not convert .* 'on'"),
+        (Measured(np.zeros(2), [[0.0], [0.0, 1.0]]), "gives effort: .*inhomogeneous"),
+        (Measured(*np.zeros((2, 2)), gap="none"), "gives gap: could not convert"),
     ],
 )
 def test_what_is_no_measurement_of_the_robot_ends_its_driver(
     beam_file: Path, answer: Measured, message: str
 ) -> None:
-    """Two positions too many were published; others ended in a traceback."""
+    """Two positions too many were published; others ended in a traceback, as texts and ragged lists did."""
     driver = Stuck()
     driver.read = lambda: answer  # type: ignore[method-assign]
     with pytest.raises(DriverError, match=rf"the driver of beam fails: its read\(\) {message}"):
         driven(driver, beam_file)
     assert driver.calls[-1] != "read"
+
+
+def test_the_network_is_not_blamed_on_the_hardware(
+    beam_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    driver = Stuck()
+    driver.read = lambda: Measured(*np.zeros((2, 2)))  # type: ignore[method-assign]
+
+    def fails(self: Publisher, payload: bytes) -> None:
+        raise OSError("the session is closed")
+
+    monkeypatch.setattr(Publisher, "put", fails)
+    with pytest.raises(OSError, match=r"^the session is closed"):
+        driven(driver, beam_file)
+    assert driver.calls[-1] != "read"
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        ("PLUGS = 3", "my_driver:PLUGS is no function or class: found int"),
+        ("def PLUGS(port): pass", "driver plugs.parameters: 'port' is missing"),
+        ("class PLUGS:\n    read = write = print", "lacks configure, activate, deactivate"),
+    ],
+)
+def test_what_is_no_driver_is_refused(
+    made: str,
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """In one sentence; it was a traceback, where methods are missing only when they were needed."""
+    write_package(tmp_path, "my_driver", made, {"tauten.drivers": {"plugs": "my_driver:PLUGS"}})
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "my_driver", raising=False)
+    assert run_main("drive", "beam", "--driver", "plugs") == 2
+    assert message in capsys.readouterr().err
 
 
 def test_a_driver_says_what_it_needs(package: ModuleType, beam_file: Path) -> None:

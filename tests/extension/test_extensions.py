@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import shutil
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -14,7 +15,7 @@ import pytest
 from support.messages import Point, encode_point
 from support.processes import ROBOT, run_main, write_robot
 from support.qpcc_checks import assert_solves, recorded
-from support.robots.my_package import blocks
+from support.robots.my_package import blocks, write_package
 from support.robots.small_bodies import small_body
 from support.state_bases import basis_of, projected, turned_space
 
@@ -24,6 +25,7 @@ from tauten.controller.qpcc import (
     QpAnswer,
     QpccSettings,
     available_backends,
+    qp,
     qp_backend,
     solve_qpcc,
 )
@@ -277,3 +279,47 @@ def test_a_package_that_fails_when_it_is_imported_is_named(
         with pytest.raises(RobotFileError, match=f"my_package:Spread cannot be .*{sentence}"):
             extension("tauten.effectors", "spread")
         shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
+
+
+def found_anew(name: str) -> object:
+    """A QP library, whose name has not been asked for yet."""
+    qp._named.cache_clear()
+    return qp_backend(name)
+
+
+BALL = {"name": "hoop", "shape": "sphere", "parameters": {"centre": [0.0, 0.0, 1.0], "radius": 0.1}}
+
+
+@pytest.mark.parametrize(
+    ("group", "name", "use"),
+    [
+        ("contact_shapes", "sphere", lambda beam: small_body("linear", obstacles=[BALL])),
+        ("estimators", "feedback", lambda beam: make_estimator(beam, ServiceSettings())),
+        ("qp_solvers", "daqp", lambda beam: found_anew("daqp")),
+    ],
+)
+def test_a_package_cannot_take_a_name_of_tautens_own(
+    group: str,
+    name: str,
+    use: Callable[[Robot], object],
+    beam: Robot,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It was not used, and nothing was said. Without the package the name is tauten's."""
+    use(beam)
+    write_package(tmp_path, "taker", "take = print", {f"tauten.{group}": {name: "taker:take"}})
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(RobotFileError, match=f"^{name} .* by taker:take and by tauten: all but"):
+        use(beam)
+
+
+def test_two_packages_cannot_have_the_same_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One of them was used, depending on the order of folders."""
+    for one in ("a", "b"):
+        write_package(tmp_path, one, "take = print", {"tauten.drivers": {"arm": f"{one}:take"}})
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(RobotFileError, match=r"registered by [ab]:take and by [ab]:take: all but"):
+        extension("tauten.drivers", "arm")

@@ -6,7 +6,7 @@ import importlib
 import re
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
@@ -27,19 +27,26 @@ def tables() -> list[dict[str, list[dict[str, object]]]]:
     return [tomllib.loads(part) for part in text if part.startswith("[[")]
 
 
-@contextmanager
-def installed(folder: Path) -> Iterator[ModuleType]:
-    """The module of the page, beside what pip writes for its entry points, while it can be imported."""
-    code = "from __future__ import annotations\n\n" + "\n\n".join(blocks("python"))
-    (folder / f"{MODULE}.py").write_text(code, encoding="utf-8")
-    info = folder / f"{MODULE}-1.0.dist-info"
+def write_package(
+    folder: Path, module: str, code: str, groups: Mapping[str, Mapping[str, str]]
+) -> None:
+    """A module as an installed package, with entry points by group and name."""
+    (folder / f"{module}.py").write_text(code, encoding="utf-8")
+    info = folder / f"{module}-1.0.dist-info"
     info.mkdir()
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {MODULE}\nVersion: 1.0\n")
-    groups = tomllib.loads("\n".join(blocks("toml")))["project"]["entry-points"]
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
     lines = []
     for group, entries in groups.items():
         lines += [f"[{group}]", *(f"{name} = {value}" for name, value in entries.items())]
     (info / "entry_points.txt").write_text("\n".join(lines) + "\n")
+
+
+@contextmanager
+def installed(folder: Path) -> Iterator[ModuleType]:
+    """The module of the page, beside what pip writes for its entry points, while it can be imported."""
+    code = "from __future__ import annotations\n\n" + "\n\n".join(blocks("python"))
+    groups = tomllib.loads("\n".join(blocks("toml")))["project"]["entry-points"]
+    write_package(folder, MODULE, code, groups)
     sys.path.insert(0, str(folder))
     importlib.invalidate_caches()
     before = sys.modules.pop(MODULE, None)
