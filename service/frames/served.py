@@ -47,7 +47,10 @@ from tauten.service.wire import (
 )
 
 _PATIENCE = 5.0  # s for the first answers of a node
-_SILENT = 1.0  # s without a tick after which the panel says so
+_SILENT, _SILENT_PERIODS = (
+    2.0,
+    5,
+)  # s and periods without a tick, after both of which a node is missing
 _CONTACTS_AGE = 0.2  # s for which contacts belong to a surface
 
 
@@ -116,14 +119,17 @@ class ServedRobot:
     def notes(self) -> tuple[str, ...]:
         """What health warns of, and what does not arrive."""
         found = list(self._health)
-        silent = time.monotonic() - self._heard
-        if silent > _SILENT:
-            found.insert(0, f"no message of the node for {silent:.0f} s")
-        elif self._skin is None:
+        if self._skin is None:
             found.append("no surface yet: the node has no time to spare, or is of an older version")
         if self._refused:
             found.append(f"{self._refused} messages were not correct")
         return tuple(found)
+
+    @property
+    def silence(self) -> float:
+        """Time for which the node has been missing [s]; 0 while it is there."""
+        since = time.monotonic() - self._heard
+        return since if since > max(_SILENT, _SILENT_PERIODS / self.look.robot.rate) else 0.0
 
     @property
     def locked(self) -> frozenset[str]:

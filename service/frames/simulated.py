@@ -28,11 +28,12 @@ class SimulatedRobot:
     Attributes:
         look: what of the robot does not change.
         pausable: always; time is that of the simulation.
+        silence: time for which its node has been missing [s]: it has none.
         nodes: of the plant.
         plant: order of the plant, its steps and their error.
     """
 
-    pausable = True
+    pausable, silence = True, 0.0
 
     def __init__(self, setup: Setup, simulated: Setup, order: str = "full") -> None:
         """Start where model and plant settle under their loads, with every kernel compiled."""

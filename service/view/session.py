@@ -39,7 +39,7 @@ from tauten.service.view.picture import (
 )
 from tauten.service.view.program import WaypointProgram
 from tauten.service.view.web import Guard, LoopbackServer
-from tauten.service.view.words import frame_in_words, in_the_past
+from tauten.service.view.words import frame_in_words, in_the_past, without_node
 from tauten.service.wire import OperatorCommand
 
 log = logging.getLogger(__name__)
@@ -163,6 +163,9 @@ class ViewSession:
         self.program.advance(self._elapsed, self._scene.show_waypoints)
         if paused and self.source.pausable:
             return
+        if self.source.silence:  # a node that is started again is not to move the robot at once
+            self.program.end()
+            self._disarm()
         self._push()
         self._elapsed += 1.0 / self.source.look.robot.rate
         frame = self.source.advance(self.targets.goal(), due)
@@ -225,6 +228,8 @@ class ViewSession:
         panel.show_time(history.first, history.last, frame.time)
         miss = self._show_reach(missed(look, history.between(frame.time - RESTED, frame.time)))
         words = frame_in_words(look, frame, self.source.notes, miss=miss)
+        if self.source.silence:
+            words = without_node(words, self.source.silence)
         panel.say(words if self._shown is None else in_the_past(words, frame.time, history.last))
 
     def _show_reach(self, miss: Miss | None) -> Miss | None:
@@ -278,7 +283,7 @@ class ViewSession:
         self._dragged(effector, 0.01 * percent * self.source.look.robot.effectors[effector].rest[0])
 
     def _disarm(self) -> None:
-        """The dead man's switch: the browser that operated has left."""
+        """The dead man's switch: the browser that operated has left, or the node."""
         self.targets.arm(False)
         if self._pushing is not None:
             self._pushing.release()

@@ -118,6 +118,20 @@ def in_the_past(words: Words, time: float, last: float) -> Words:
     )
 
 
+def without_node(words: Words, silence: float) -> Words:
+    """What is said while the node is missing.
+
+    Args:
+        words: about the newest frame.
+        silence: time since its last message [s].
+    """
+    return Words(
+        "NO NODE: where the robot is now is not known",
+        f"no message has come for {silence:.0f} s: start the node, then switch “follow” on",
+        (f"the last was {words.title}", *words.items),
+    )
+
+
 def at_limit(look: RobotLook, frame: ViewFrame) -> list[str]:
     """Names of the actuators whose position or effort is at its upper limit."""
     return [

@@ -11,7 +11,7 @@ import pytest
 import zenoh
 from support.browsers import HEIGHT, page_of, pixels
 from support.nodes import wait_health, wait_mode
-from support.processes import Served, run_main
+from support.processes import Served, Start, run_main, wait_alive
 from support.viewers import Shown, browser, drag, showing, wait_until
 
 from tauten.model import Robot, skin_of
@@ -99,6 +99,29 @@ def test_the_buttons_reach_the_node(served: Served, shown: Shown) -> None:
     wait_mode(served, Mode.STOP)
     shown.session.source.command(OperatorCommand.RESET)
     wait_mode(served, Mode.IDLE)
+
+
+def test_a_node_that_is_started_again_does_not_move_the_robot(
+    served: Served, shown: Shown, beam: Robot, beam_file: Path, run: Start
+) -> None:
+    """It was moved at once to where the target had been before, and the page said RUN without any node."""
+    session = shown.session
+    with browser(shown) as page:
+        assert wait_until(lambda: shown.guard.browsers == 1)
+        session.arm()
+        drag(page, high(beam))
+        wait_mode(served, Mode.RUN)
+        served.process.process.kill()
+        served.process.process.wait()
+        assert wait_until(lambda: session.source.silence > 0.0)
+        assert wait_until(lambda: not session.targets.armed)
+        process = run("serve", beam_file, "--port", served.port)
+        wait_alive(served.session, served.keys.token, process)
+        assert wait_until(lambda: session.source.silence == 0.0)
+        time.sleep(1.0)
+        wait_mode(served, Mode.IDLE)
+        session.arm()  # where the effector is
+        wait_mode(served, Mode.RUN)
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import random
 from html.parser import HTMLParser
 
 from tauten.controller import Status
-from tauten.service.view.words import _STATUSES, Words
+from tauten.service.view.words import _STATUSES, Words, without_node
 
 PIECES = (
     "<", ">", "&", "'", '"', "img", "script", "=", " ", "onerror", "javascript:", "\n", "\0", "\u202e",
@@ -55,3 +55,10 @@ def test_what_is_too_long_is_cut() -> None:
     found = read(Words(items=("x" * 10**6,) * 10**3))
     assert len(found.text) < 20_000
     assert Words().html == ""
+
+
+def test_what_a_missing_node_said_last_is_not_what_it_does() -> None:
+    found = without_node(Words("RUN: follows the target", "", ("1 contact point pushes",)), 3.2)
+    assert "RUN" not in found.title + found.advice
+    assert "3 s" in found.advice
+    assert found.items == ("the last was RUN: follows the target", "1 contact point pushes")
