@@ -214,7 +214,7 @@ class Controller(RobotModel):
         if self._decision is None:
             self._prepared = None
 
-    @one_blas_thread()
+    @one_blas_thread(whole=True)
     def step(self, target: Target) -> Actuation:
         """Prepare, decide and advance: one control step towards a target as of `decide`."""
         actuation = self.decide(target)

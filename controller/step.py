@@ -126,7 +126,7 @@ class Advanced:
     solved: PredictedStep
 
 
-@one_blas_thread()
+@one_blas_thread(whole=True)
 def prepare(
     horizon: Horizon,
     space: ContactSpace,
@@ -172,7 +172,7 @@ def prepare(
         taut &= ~slack  # cables that hang slack at the end have no stiffness
 
 
-@one_blas_thread()
+@one_blas_thread(whole=True)
 def decide(
     robot: Robot,
     prepared: Prepared,
@@ -282,7 +282,7 @@ def _nearest(situation: Situation, aim: Aim, conflict: tuple[str, ...]) -> Plan:
     return replace(plan, status=Status.NOT_EXACT, conflict=(*missed, *limits))
 
 
-@one_blas_thread()
+@one_blas_thread(whole=True)
 def advance(
     robot: Robot,
     space: ContactSpace,
@@ -322,7 +322,7 @@ def _predicted_state(robot: Robot, predicted: PredictedStep) -> State:
     return robot.advance(predicted.step.state, system.v + predicted.dv, system.h)
 
 
-@one_blas_thread()
+@one_blas_thread(whole=True)
 def hold(
     robot: Robot, prepared: Prepared, command: Command, position: Array, enrichment: Enrichment
 ) -> Decision:

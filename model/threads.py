@@ -7,11 +7,14 @@ about the dense algebra of NumPy and SciPy.
 
 from __future__ import annotations
 
+import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import wraps
+from types import FrameType
 from typing import Any, ParamSpec, TypeVar
 
 import scipy.linalg  # noqa: F401  (loads the library that SciPy and compiled kernels call)
@@ -136,8 +139,9 @@ class OneBlasThread:
     before return when the last one leaves.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, whole: bool = False) -> None:
         self._before: list[Numbers] = []
+        self._around = uninterrupted if whole else nullcontext
 
     def __enter__(self) -> None:
         self._before.append(_LIBRARIES.enter())
@@ -154,12 +158,42 @@ class OneBlasThread:
         def limited(*args: P.args, **kwargs: P.kwargs) -> R:
             if _ENTERED.times > 0 and _ENTERED.modules == len(sys.modules):
                 return function(*args, **kwargs)
-            with OneBlasThread():
+            with OneBlasThread(), self._around():
                 return function(*args, **kwargs)
 
         return limited
 
 
-def one_blas_thread() -> OneBlasThread:
-    """A context and decorator, see `OneBlasThread`."""
-    return OneBlasThread()
+def one_blas_thread(whole: bool = False) -> OneBlasThread:
+    """A context and decorator, see `OneBlasThread`.
+
+    Args:
+        whole: of a decorator: Ctrl-C waits for the end of the outermost call, a second one does not. Where
+            its exception is raised while numba makes the result of a kernel, the process ends with a
+            violation of its memory.
+    """
+    return OneBlasThread(whole)
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Ctrl-C waits for the end of the block, a second one does not; without effect on another handler."""
+    usual, came = signal.default_int_handler, False
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    if not in_main_thread or signal.getsignal(signal.SIGINT) is not usual:
+        yield
+        return
+
+    def later(number: int, frame: FrameType | None) -> None:
+        nonlocal came
+        if came:
+            usual(number, frame)
+        came = True
+
+    signal.signal(signal.SIGINT, later)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
+        if came:
+            raise KeyboardInterrupt

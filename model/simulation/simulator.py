@@ -186,7 +186,7 @@ class Simulator(RobotModel):
             return self._forces.on(self._stepped[1].step.rows.contacts.found, self._space)
         return self._forces.on(self.robot.rows(self._state).contacts.found, self._space)
 
-    @one_blas_thread()
+    @one_blas_thread(whole=True)
     def step(
         self,
         position: Numbers | None = None,
@@ -218,7 +218,7 @@ class Simulator(RobotModel):
         result, movement = self._advance(command)
         return make_report(self.robot, self._state, result, 1, movement)
 
-    @one_blas_thread()
+    @one_blas_thread(whole=True)
     def move(
         self,
         position: Numbers | None = None,

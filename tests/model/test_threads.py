@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -14,7 +15,8 @@ import pytest
 from support.robots.bodies import beam_robot, box_mesh
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from tauten.model import one_blas_thread
+from tauten.controller import Controller
+from tauten.model import ObstaclePoses, Simulator, one_blas_thread
 from tauten.model.numerics import installed_backends, make_factorisation
 from tauten.model.numerics.factorisation import Pardiso, mkl
 
@@ -168,3 +170,78 @@ def test_steps_beside_another_program_take_no_longer_than_on_one_thread() -> Non
         busy.kill()
         busy.wait()
     assert min(free) < 1.5 * min(held), (free, held)
+
+
+class Pressed:
+    """Ctrl-C is pressed in the middle of the next step."""
+
+    waiting = False
+
+    def press(self) -> None:
+        """Once."""
+        if self.waiting:
+            self.waiting = False
+            signal.raise_signal(signal.SIGINT)
+
+
+class Simulated(Pressed, Simulator):
+    """Also a simulator."""
+
+    def set_obstacles(self, poses: ObstaclePoses) -> None:
+        super().set_obstacles(poses)
+        self.press()
+
+
+class Controlled(Pressed, Controller):
+    """Also a controller."""
+
+    def prepare(self) -> None:
+        super().prepare()
+        self.press()
+
+
+def test_a_step_is_whole_where_ctrl_c_is_pressed_in_it() -> None:
+    """Where the exception came while numba made a kernel's result, about one of fifty ended the process."""
+    robot = beam_robot(box_mesh(SIZE, (4, 1, 1)), SIZE)
+    pull = np.full(robot.n_a, 1e-3)
+    for name in ("step", "move"):
+        simulator, usual = Simulated(robot), Simulator(robot)
+        simulator.waiting = True
+        with pytest.raises(KeyboardInterrupt):
+            getattr(simulator, name)(position=pull)
+        getattr(usual, name)(position=pull)
+        np.testing.assert_array_equal(simulator.effector_values, usual.effector_values)
+    controller, other = Controlled(robot), Controller(robot)
+    goal, controller.waiting = other.effector_values + 1e-3, True
+    with pytest.raises(KeyboardInterrupt):
+        controller.step(goal)
+    other.step(goal)
+    for _ in range(2):
+        found, expected = controller.step(goal), other.step(goal)
+        np.testing.assert_array_equal(found.position, expected.position)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ctrl_c_waits_once_and_only_for_python_s_own_handler() -> None:
+    done = []
+
+    @one_blas_thread(whole=True)
+    def press(times: int) -> None:
+        for _ in range(times):
+            signal.raise_signal(signal.SIGINT)
+            done.append(times)
+
+    for times, passed in ((1, [1]), (2, [1, 2])):
+        with pytest.raises(KeyboardInterrupt):
+            press(times)
+        assert done == passed
+    handler = signal.signal(signal.SIGINT, lambda *_: done.append(0))
+    try:
+        press(1)
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    assert done == [1, 2, 0, 1]
+    thread = threading.Thread(target=one_blas_thread(whole=True)(done.append), args=(7,))
+    thread.start()
+    thread.join()
+    assert done[-1] == 7
