@@ -13,10 +13,10 @@ from tauten.service.cli.terminal import (
     RobotName,
     Robots,
     basis_of,
+    drawable,
     progress_bar,
     show_mesh_error,
     show_result,
-    writable,
 )
 
 
@@ -77,7 +77,7 @@ def still(
     markdown: Markdown = None,
     figure: Annotated[
         Path | None,
-        typer.Option(callback=writable, help="Figure of the resting errors over the workspace."),
+        typer.Option(callback=drawable, help="Figure of the resting errors over the workspace."),
     ] = None,
 ) -> None:
     """Whether robots come to rest at constant targets, at the best place, and never get stuck.

@@ -191,7 +191,9 @@ def read_qpcc(path: Path) -> tuple[Qpcc, Start | None]:
         with np.load(path, allow_pickle=False) as data:
             found: dict[str, Any] = {name: data[name] for name in data.files}
     except (BadZipFile, EOFError, ValueError, AttributeError, TypeError) as error:
-        raise ValueError(f"{path}: not an npz file of arrays ({error})") from error
+        raise ValueError(
+            f"{path}: not an npz file of arrays, as `tauten replay --problem` writes"
+        ) from error
     missing = [name for name in QpccArrays._fields if name not in found]
     if missing:
         raise ValueError(f"{path}: no QPCC, the arrays {', '.join(missing)} are missing")

@@ -13,9 +13,9 @@ from tauten.service.cli.terminal import (
     Json,
     Markdown,
     RobotName,
+    drawable,
     progress_bar,
     show_result,
-    writable,
 )
 
 if TYPE_CHECKING:
@@ -26,11 +26,11 @@ def check(
     robot: RobotName,
     json_file: Json = None,
     figure: Annotated[
-        Path | None, typer.Option(callback=writable, help="Picture of errors over nodes to draw.")
+        Path | None, typer.Option(callback=drawable, help="Picture of errors over nodes to draw.")
     ] = None,
     regions: Annotated[
         Path | None,
-        typer.Option(callback=writable, help="Picture of what each region selects, to draw."),
+        typer.Option(callback=drawable, help="Picture of what each region selects, to draw."),
     ] = None,
     markdown: Markdown = None,
     share: Annotated[

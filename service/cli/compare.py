@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from tauten.service.cli.terminal import Json, RobotName, show_mesh_error, writable, write_json
+from tauten.service.cli.terminal import Json, RobotName, drawable, show_mesh_error, write_json
 
 if TYPE_CHECKING:
     from tauten.model import Robot
@@ -29,7 +29,7 @@ def compare(
         list[float] | None, typer.Option(help="Tension of each cable instead [N].")
     ] = None,
     axes: Annotated[str, typer.Option(help="Axes of the picture: right, then up.")] = "xz",
-    figure: Annotated[Path, typer.Option(callback=writable, help="Picture to draw.")] = Path(
+    figure: Annotated[Path, typer.Option(callback=drawable, help="Picture to draw.")] = Path(
         "compare.png"
     ),
     json_file: Json = None,

@@ -26,7 +26,7 @@ from tauten.service.cli.states import (
     show_states,
     state_settings,
 )
-from tauten.service.cli.terminal import RobotName, progress_bar, writable
+from tauten.service.cli.terminal import RobotName, drawable, progress_bar, writable
 
 if TYPE_CHECKING:
     from tauten.reduction.contact import BasisMethod, Weighting
@@ -79,7 +79,7 @@ def reduce(
     seed: Annotated[int, typer.Option(help="Seed of random numbers.")] = 0,
     curve: Annotated[
         Path | None,
-        typer.Option(callback=writable, help="Draw the error against k into this picture."),
+        typer.Option(callback=drawable, help="Draw the error against k into this picture."),
     ] = None,
     snapshots: Annotated[
         Path | None,
@@ -221,12 +221,12 @@ def inspect(
     ] = None,
     figure: Annotated[
         Path | None,
-        typer.Option(callback=writable, help="Draw the modes on the robot into this picture."),
+        typer.Option(callback=drawable, help="Draw the modes on the robot into this picture."),
     ] = None,
     modes: Annotated[int, typer.Option(min=1, help="Modes to draw, at most.")] = 20,
     curve: Annotated[
         Path | None,
-        typer.Option(callback=writable, help="Draw the error against k into this picture."),
+        typer.Option(callback=drawable, help="Draw the error against k into this picture."),
     ] = None,
 ) -> None:
     """Show the provenance of a contact basis and the candidates that it does not cover.

@@ -21,6 +21,7 @@ from tauten.service.cli.terminal.options import (
     basis_of,
 )
 from tauten.service.cli.terminal.output import (
+    drawable,
     progress_bar,
     show_mesh_error,
     show_result,
@@ -51,6 +52,7 @@ __all__ = [
     "progress_bar",
     "show_mesh_error",
     "show_result",
+    "drawable",
     "writable",
     "write_json",
 ]

@@ -42,6 +42,27 @@ def writable(path: Path | None) -> Path | None:
         raise typer.BadParameter(f"{path} cannot be written: {folder}: {reason}") from error
 
 
+def drawable(path: Path | None) -> Path | None:
+    """Check that a picture can be drawn into a file, before what takes minutes; callback of an option.
+
+    Args:
+        path: of the file, whose ending says of which kind the picture is.
+
+    Raises:
+        typer.BadParameter: it cannot, and why.
+    """
+    if path is None:
+        return path
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    if path.is_dir():
+        raise typer.BadParameter(f"{path} is a folder: name a file, such as {path / 'figure.png'}")
+    endings = [f".{kind}" for kind in sorted(FigureCanvasBase.get_supported_filetypes())]
+    if path.suffix.lower() not in endings:
+        raise typer.BadParameter(f"{path}: a picture ends with one of {', '.join(endings)}")
+    return writable(path)
+
+
 @contextmanager
 def progress_bar(title: str) -> Iterator[Progress]:
     """A bar on stderr while a command works.
