@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from support.robots.examples import changed, example
 
+from tauten.controller import controller_setup, warm_controller
 from tauten.model import load_robot
+from tauten.model.schema import read_toml
 
 RING = example("13_ring")
 
@@ -30,3 +32,19 @@ def test_a_ring_rolls_by_friction_alone(friction: float, tmp_path: Path) -> None
     else:
         assert moved[-1] > 0.3 * RING["RADIUS"]
         np.testing.assert_allclose(moved[-1], RING["RADIUS"] * RING["turned"](simulator), rtol=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", [0.01, -0.01])
+def test_its_middle_follows_a_slow_target(way: float) -> None:
+    """At 200 Hz, at 10 mm/s; at the 50 Hz of its file decisions lose it where it tips."""
+    rate, seconds = 200.0, 1.0
+    contents = read_toml(RING["FILE"])
+    controller = warm_controller(controller_setup(contents, RING["FILE"], rate=rate))
+    start, away = controller.effector_values, []
+    for tick in range(int(1.2 * seconds * rate)):
+        goal = start.copy()
+        goal[0] += way * min((tick + 1) / (seconds * rate), 1.0)
+        assert controller.step(goal).status.usable
+        away.append(abs(controller.effector_values[0] - goal[0]))
+    assert max(away) < 0.0005 and away[-1] < 0.0002  # m
