@@ -218,17 +218,25 @@ class ConstrainedBody(TetBody):
         turning = np.zeros(0) if self.joints is None else np.repeat(self.joints.inertia, 3)
         winding = np.zeros(0 if self.drums is None else len(self.drums.motors))
         mass = np.concatenate([self.tetrahedra.mass, turning, winding])
-        return self.product.inertia.apply(mass, T, len(self.pattern.indices))
+        values = self.product.inertia.apply(mass, T, len(self.pattern.indices))
+        if self.frames.is_lumped:
+            blocks, drives = self.frames.excess_inertia(state.q[3 * len(self.coordinates.free) :])
+            values[self.product.rigid_places] -= blocks
+            values[self.product.drive_places] -= drives
+        return values
 
     def inertia_at(self, state: State) -> Array | None:
         """Centrifugal and gyroscopic forces (n,) at a state, −Tᵀ M Ṫ v [N]; None where no frame turns."""
         if len(self.frames.nodes) == 0:
             return None
-        through = self.placed(state)[1]
-        rate = self.frames.centripetal(through.levers, state.v[3 * len(self.coordinates.free) :])
+        through, first = self.placed(state)[1], 3 * len(self.coordinates.free)
+        rate = self.frames.centripetal(through.levers, state.v[first:])
         acceleration = self.coordinates.spread @ rate.ravel()  # of all nodes
         # the inertia of a beam's node is the same about all axes
-        return -through.forces(self.tetrahedra.mass * acceleration)
+        found = -through.forces(self.tetrahedra.mass * acceleration)
+        if self.frames.is_lumped:
+            found[first:] += self.frames.excess_moments(state.q[first:], state.v[first:])
+        return found
 
     def tangents(self, at: SparseAssembled, scheme: Integration) -> Iterator[Tangent]:
         """What a step tries, see `SparseBody.tangents`.

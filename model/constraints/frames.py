@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tauten.model.constraints.kernels import (
     centripetal_rates,
@@ -18,6 +19,7 @@ from tauten.model.constraints.kernels import (
     place_frames,
 )
 from tauten.model.numerics import Array, Bools, Ints, moments_at_end, rotations_between, turned
+from tauten.model.tetra import Lumping
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +89,7 @@ class Frames:
         axes: (n_drives, 3) unit directions.
         through: (n_drives, 3) points of the axes [m].
         turns: (n_drives,) bool.
+        excess: (regions, 3, 3) of second moments of their lumped masses at rest, see `Lumping` [kg m²].
         rotations: (n_turning,) first velocity of the rotation of every rigid and pinned region.
         drives: (n_drives,) velocity of every drive.
         reach: (regions,) largest displacement of a node by a unit of each region's rotation or travel [m].
@@ -100,6 +103,7 @@ class Frames:
     axes: Array
     through: Array
     turns: Bools
+    excess: Array
     rotations: Ints = field(init=False)
     drives: Ints = field(init=False)
     reach: Array = field(init=False)
@@ -112,6 +116,11 @@ class Frames:
         drives = self.n_velocities - self.n_drives + np.arange(self.n_drives)
         object.__setattr__(self, "drives", drives)
         object.__setattr__(self, "reach", self._reach())
+
+    @property
+    def is_lumped(self) -> bool:
+        """Whether the masses of any region have more inertia than its elements."""
+        return bool(self.excess.any())
 
     @property
     def n_rigid(self) -> int:
@@ -222,6 +231,35 @@ class Frames:
         rate = v[self.drives]
         return centripetal_rates(omega, rate, self.owner, levers, self.axes, self.turns)
 
+    def excess_inertia(self, q: Array) -> tuple[Array, Array]:
+        """What lumped masses have too much: inertia (n_turning, 3, 3), and (n_drives,) about axes [kg m²].
+
+        Args:
+            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
+        """
+        inertia = inertia_of(self.excess)
+        found, about = np.zeros((self.n_turning, 3, 3)), inertia[self.n_turning :]
+        (lumped,) = np.nonzero(self.excess[: self.n_turning].any(axis=(1, 2)))
+        if len(lumped):
+            turns = self.parted(q)[0][lumped, 3:]
+            R = Rotation.from_quat(turns[:, [1, 2, 3, 0]]).as_matrix()
+            found[lumped] = R @ inertia[lumped] @ R.swapaxes(1, 2)
+        return found, np.where(
+            self.turns, np.einsum("di,dij,dj->d", self.axes, about, self.axes), 0.0
+        )
+
+    def excess_moments(self, q: Array, v: Array) -> Array:
+        """Moments ω x I ω (n_velocities,) of that inertia [N m].
+
+        Args:
+            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
+            v: (n_velocities,) velocities of the regions.
+        """
+        columns, found = self.rotations[:, None] + np.arange(3), np.zeros(self.n_velocities)
+        momentum = np.einsum("rij,rj->ri", self.excess_inertia(q)[0], v[columns])
+        found[columns] = np.cross(v[columns], momentum)
+        return found
+
     def stiffness(self, levers: Array, force: Array) -> tuple[Array, Array]:
         """What turning levers add to the tangent −∂(Tᵀ f)/∂q under forces that keep their direction.
 
@@ -281,6 +319,13 @@ class Frames:
         return found
 
 
+def inertia_of(moments: Array) -> Array:
+    """Tensors of inertia tr(S) I − S (m, 3, 3) of second moments S (m, 3, 3) [kg m²]."""
+    trace = np.trace(moments, axis1=1, axis2=2)
+    found: Array = trace[:, None, None] * np.eye(3) - moments
+    return found
+
+
 def make_frames(
     rigid: list[RigidRegion],
     pinned: list[PinnedRegion],
@@ -288,6 +333,7 @@ def make_frames(
     number: Ints,
     x0: Array,
     mass: Array,
+    lumpings: list[Lumping],
 ) -> Frames:
     """The regions as arrays.
 
@@ -298,6 +344,7 @@ def make_frames(
         number: (n_nodes,) number of each node among those that are not fixed.
         x0: (n_nodes, 3) positions at rest [m].
         mass: (n_nodes,) lumped mass [kg].
+        lumpings: what lumping it has changed.
     """
     centres = np.array(
         [np.average(x0[one.nodes], axis=0, weights=mass[one.nodes]) for one in rigid]
@@ -311,6 +358,10 @@ def make_frames(
     ]
     owner = np.repeat(np.arange(len(regions)), [len(part) for part in regions])
     nodes = np.concatenate([np.zeros(0, dtype=np.int64), *regions])
+    region, excess = np.full(len(x0), -1), np.zeros((len(regions), 3, 3))
+    region[nodes] = owner
+    for one in lumpings:
+        excess += one.within(region, len(regions))
     return Frames(
         nodes=number[nodes],
         owner=owner,
@@ -320,4 +371,5 @@ def make_frames(
         axes=np.array([one.axis for one in drives]).reshape(-1, 3),
         through=through,
         turns=np.array([one.turns for one in drives], dtype=bool),
+        excess=excess,
     )

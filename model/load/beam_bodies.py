@@ -216,7 +216,7 @@ def build_beam(
     mass = np.zeros(len(mesh.nodes))
     mass[part.nodes] = made.mass
     own = replace(mesh, nodes=place.points_in_part(mesh.nodes))
-    return BodyParts(mesh, [], [], mass, len(made.ends), []), own, part
+    return BodyParts(mesh, [], [], mass, len(made.ends), [], []), own, part
 
 
 def made_beams(

@@ -318,5 +318,9 @@ def build_body(
     total = body.material.total_mass
     if total is None:
         return parts
-    shares = np.ones(len(parts.mass)) if body.material.mass == "nodes" else parts.mass
-    return replace(parts, mass=shares * (total / shares.sum()))
+    if body.material.mass == "nodes":
+        even = np.full(len(parts.mass), total / len(parts.mass))
+        return replace(parts, mass=even, lumpings=[])
+    share = total / parts.mass.sum()
+    lumpings = [replace(one, excess=share * one.excess) for one in parts.lumpings]
+    return replace(parts, mass=share * parts.mass, lumpings=lumpings)

@@ -177,7 +177,9 @@ def constrained(
     x0, dof = tetrahedra.mesh.nodes, tetrahedra.dof
     number = np.where(dof >= 0, dof // 3, -1)
     rigid, pinned, drives = constraints.rigid, constraints.pinned, constraints.drives
-    frames = make_frames(rigid, pinned, drives, number, x0, bodies.parts.mass)
+    frames = make_frames(
+        rigid, pinned, drives, number, x0, bodies.parts.mass, bodies.parts.lumpings
+    )
     joints = beam_joints(bodies.beams, constraints.frame_of(len(x0)), constraints.springs)
     paths, stations = actuators.paths, actuators.stations
     assert isinstance(stations, NodePoints)  # cables pass combinations of a few nodes each

@@ -2,7 +2,7 @@
 
 from tauten.model.tetra.body import BodyParts, body_parts, join_bodies
 from tauten.model.tetra.domains import Domains, deforming_domains, linear_domains
-from tauten.model.tetra.elements import lumped_mass
+from tauten.model.tetra.elements import Lumping, lumped_mass
 from tauten.model.tetra.nodal_body import NodalBody
 from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass
 from tauten.model.tetra.smoothed import smoothed_domains
@@ -14,6 +14,7 @@ from tauten.model.tetra.viscoelastic import make_viscoelasticity
 __all__ = [
     "BodyParts",
     "Domains",
+    "Lumping",
     "NodalBody",
     "Solid",
     "TetBody",

@@ -11,8 +11,8 @@ from tauten.model.mesh import QuadraticMesh, TetMesh, quadratic_mesh
 from tauten.model.numerics import Array, Ints
 from tauten.model.schema import ElementName
 from tauten.model.tetra.domains import Domains, linear_domains
-from tauten.model.tetra.elements import lumped_mass
-from tauten.model.tetra.quadratic import quadratic_domains, quadratic_lumped_mass
+from tauten.model.tetra.elements import Lumping, lumped_mass, lumping
+from tauten.model.tetra.quadratic import SHARES, quadratic_domains, quadratic_lumped_mass
 from tauten.model.tetra.smoothed import smoothed_domains
 
 
@@ -27,6 +27,7 @@ class BodyParts:
         mass: (n_nodes,) lumped mass [kg].
         n_elements: tetrahedra, before quadratic ones are cut.
         viscosities: of each law.
+        lumpings: what lumping the mass of its elements changes.
     """
 
     mesh: TetMesh
@@ -35,6 +36,7 @@ class BodyParts:
     mass: Array
     n_elements: int
     viscosities: list[Viscosity]
+    lumpings: list[Lumping]
 
     @property
     def is_viscous(self) -> bool:
@@ -66,16 +68,21 @@ def body_parts(
         quadratic = quadratic_mesh(mesh) if isinstance(mesh, TetMesh) else mesh
         domains = quadratic_domains(quadratic, law)
         mass = quadratic_lumped_mass(domains, density, len(quadratic.nodes))
-        return BodyParts(quadratic.split(), [domains], laws, mass, len(quadratic.tets), viscosities)
+        own = density * domains.volumes.sum(axis=1)
+        lumped = [lumping(quadratic.nodes, quadratic.tets, own, SHARES)]
+        whole, count = quadratic.split(), len(quadratic.tets)
+        return BodyParts(whole, [domains], laws, mass, count, viscosities, lumped)
     if isinstance(mesh, QuadraticMesh):
         raise ValueError(f"{element} elements need a mesh of linear tetrahedra")
-    mass = lumped_mass(mesh, density)
+    mass, count = lumped_mass(mesh, density), len(mesh.tets)
+    lumped = [lumping(mesh.nodes, mesh.tets, density * mesh.volumes, np.full(4, 0.25))]
     if element == "linear":
-        return BodyParts(mesh, [linear_domains(mesh, law)], laws, mass, len(mesh.tets), viscosities)
+        linear = [linear_domains(mesh, law)]
+        return BodyParts(mesh, linear, laws, mass, count, viscosities, lumped)
     shear, volume = zip(*(item.parts() for item in laws), strict=True)
     parts = smoothed_domains(mesh, law, "edge") + smoothed_domains(mesh, law + len(laws), "node")
     slow, slower = zip(*(item.parts() for item in viscosities), strict=True)
-    return BodyParts(mesh, parts, [*shear, *volume], mass, len(mesh.tets), [*slow, *slower])
+    return BodyParts(mesh, parts, [*shear, *volume], mass, count, [*slow, *slower], lumped)
 
 
 def join_bodies(parts: list[BodyParts], mesh: TetMesh) -> BodyParts:
@@ -84,7 +91,7 @@ def join_bodies(parts: list[BodyParts], mesh: TetMesh) -> BodyParts:
         return parts[0]
     laws: list[tuple[Law, Viscosity]] = []
     shapes: dict[tuple[int, ...], list[Domains]] = {}
-    first = 0
+    first, lumpings = 0, list[Lumping]()
     for part in parts:
         own = list(zip(part.laws, part.viscosities, strict=True))
         laws += [law for law in own if law not in laws]
@@ -92,6 +99,7 @@ def join_bodies(parts: list[BodyParts], mesh: TetMesh) -> BodyParts:
         for domains in part.domains:
             moved = replace(domains, nodes=domains.nodes + first, law=number[domains.law])
             shapes.setdefault(domains.gradients.shape[1:3], []).append(moved)
+        lumpings += [replace(one, nodes=one.nodes + first) for one in part.lumpings]
         first += len(part.mesh.nodes)
     joined = [
         Domains(
@@ -110,4 +118,5 @@ def join_bodies(parts: list[BodyParts], mesh: TetMesh) -> BodyParts:
         mass,
         sum(part.n_elements for part in parts),
         [viscosity for _, viscosity in laws],
+        lumpings,
     )

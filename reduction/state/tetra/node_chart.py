@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tauten.model.constraints import CoordinateMap, Frames
+from tauten.model.constraints import CoordinateMap, Frames, inertia_of
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.tetra import Tetrahedra
 from tauten.reduction.reduced_body import StateBasisError
@@ -277,3 +277,29 @@ class NodeChart:
                 E[nodes[:, None], three, centre + 3 * region + three] = 1.0
             columns = first + 9 * region + 3 * three[:, None] + three  # (i, j)
             E[nodes[:, None, None], three[:, None], columns] = rho[:, None, :]
+
+    def excess(self, motion: OwnMotion, chosen: Bools | None = None) -> Array:
+        """What of the mass matrix Eᵀ M E (R, R) is inertia that only lumped masses have.
+
+        Args:
+            motion: of β, from `places`.
+            chosen: (3 n_nodes,) displacements whose regions count; None: all.
+        """
+        found, frames = np.zeros((motion.size, motion.size)), self.frames
+        if frames is None:
+            return found
+        moments = frames.excess.copy()
+        if chosen is not None:
+            moments[frames.owner[~chosen[3 * frames.nodes]]] = 0.0
+        first, three = motion.straight, np.arange(3)
+        about = np.einsum(
+            "di,dij,dj->d", frames.axes, inertia_of(moments[self.turned :]), frames.axes
+        )
+        for place, drive in enumerate(motion.turning):
+            for column in (motion.modes + drive, first + place):
+                found[column, column] = about[drive]
+        first += len(motion.turning)
+        for region in range(self.turned):
+            for row in first + 9 * region + 3 * three:
+                found[np.ix_(row + three, row + three)] = moments[region]
+        return found if motion.order is None else found[np.ix_(motion.order, motion.order)]

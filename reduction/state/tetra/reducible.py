@@ -156,8 +156,10 @@ class ReducibleTetBody:
             own_motion=motion,
             sampled=sampled,
             curvature=curvature,
-            mass=E.T @ (tetrahedra.mass[:, None] * E),
-            floating=E.T @ ((loose * tetrahedra.mass)[:, None] * E) if loose.any() else None,
+            mass=E.T @ (tetrahedra.mass[:, None] * E) - chart.excess(motion),
+            floating=E.T @ ((loose * tetrahedra.mass)[:, None] * E) - chart.excess(motion, loose)
+            if loose.any()
+            else None,
             load=E.T @ tetrahedra.load,
             springs=self.reduced_springs(E),
             drums=self.drums,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from support.robots.bodies import beam_robot, box_mesh
+from support.robots.bodies import beam_robot, body_inertia, box_mesh
 from support.robots.joined import joined, push, rod
 from support.robots.small_bodies import (
     END,
@@ -148,8 +148,10 @@ def test_a_compound_pendulum_takes_implicit_eulers_steps() -> None:
     robot = constrained(
         material=STIFF, fixed=[], gravity=DOWN, attachments=[hinge], controller={"rate": 50.0}
     )
-    mass, r = robot.body.tetrahedra.mass[::3], robot.body.mesh.nodes - np.array([0.0, 0.01, 0.02])
-    about, centre = float(mass @ (r[:, 0] ** 2 + r[:, 2] ** 2)), mass @ r  # kg m², kg m
+    mass, middle, moments = body_inertia(robot.body.mesh, 1000.0)
+    r = middle - np.array([0.0, 0.01, 0.02])
+    about = moments[0, 0] + moments[2, 2] + mass * (r[0] ** 2 + r[2] ** 2)  # kg m²
+    centre = mass * r  # kg m
     h, theta, omega = robot.h, 0.0, 0.0
     simulator = Simulator(robot, contact="none")
     for _ in range(40):
@@ -203,18 +205,15 @@ def tumbled(rate: float, converged: bool) -> tuple[float, float]:
         rate: steps in a second.
         converged: whether steps are of implicit Euler and converge; otherwise they are of second order.
     """
-    robot = rigid_box(controller={"rate": rate})
-    mass, x = robot.body.tetrahedra.mass[::3], robot.body.mesh.nodes
-    r = x - np.average(x, axis=0, weights=mass)
-    tensor = np.einsum("n,nij->ij", mass, np.eye(3) * (r**2).sum(1)[:, None, None])
-    values, axes = np.linalg.eigh(tensor - np.einsum("n,ni,nj->ij", mass, r, r))
-    omega = axes @ np.array([0.5, 4.0, 1.0])
+    robot = rigid_box(box_mesh((0.1, 0.04, 0.02), (5, 2, 1)), controller={"rate": rate})
+    moments = np.diagonal(body_inertia(robot.body.mesh, 1000.0)[2])
+    values, omega = moments.sum() - moments, np.array([0.5, 4.0, 1.0])
     start = State(robot.rest().q, np.concatenate([np.zeros(3), omega]))
 
     def rate_of(_: float, w: Array) -> Array:
         return np.asarray(-np.cross(w, values * w) / values)
 
-    path = solve_ivp(rate_of, (0.0, 0.5), axes.T @ omega, rtol=1e-10, atol=1e-12)
+    path = solve_ivp(rate_of, (0.0, 0.5), omega, rtol=1e-10, atol=1e-12)
     simulator = Simulator(robot, contact="none")
     simulator.start_from(start)
     for _ in range(int(0.5 * rate)):
@@ -227,7 +226,7 @@ def tumbled(rate: float, converged: bool) -> tuple[float, float]:
     inverse = last.q[3:7] * np.array([1.0, -1.0, -1.0, -1.0])
     w, u = inverse[0], inverse[1:]
     across = np.cross(u, last.v[3:])
-    own = axes.T @ (last.v[3:] + 2.0 * w * across + 2.0 * np.cross(u, across))
+    own = last.v[3:] + 2.0 * w * across + 2.0 * np.cross(u, across)
     energy = robot.body.kinetic_energy(last) / robot.body.kinetic_energy(start)
     return energy, float(np.abs(own - path.y[:, -1]).max())
 
@@ -248,7 +247,7 @@ def test_a_tumbling_body_in_steps_of_second_order_follows_eulers_equations_to_se
     (coarse, far), (fine, near) = tumbled(50.0, converged=False), tumbled(200.0, converged=False)
     assert abs(coarse - 1.0) < 5e-5
     assert abs(fine - 1.0) < 0.1 * abs(coarse - 1.0)
-    assert near < 1e-5 * np.linalg.norm([0.5, 4.0, 1.0])
+    assert near < 3e-5 * np.linalg.norm([0.5, 4.0, 1.0])
     assert near < 0.1 * far, "a sixteenth by second order, a quarter by first"
 
 
@@ -268,7 +267,7 @@ def test_the_first_iteration_is_the_step_with_one_linearisation(
             simulator.step(effort=np.zeros(robot.n_a), converged=converged)
             ends.append(robot.points(simulator.state))
         apart.append(float(np.abs(ends[0] - ends[1]).max()))
-    assert apart[0] > 8.0 * apart[1]
+    assert apart[0] > 7.0 * apart[1]
 
 
 def test_a_glued_pair_takes_the_steps_of_one_mesh() -> None:

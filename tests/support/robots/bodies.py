@@ -42,6 +42,17 @@ def box_mesh(size: tuple[float, float, float], cells: tuple[int, int, int]) -> T
     return TetMesh(nodes, oriented(nodes, split_cells(numbers, mirror_from=cells[1])))
 
 
+def body_inertia(mesh: TetMesh, density: float) -> tuple[float, Array, Array]:
+    """Mass [kg], centre (3,) [m] and second moments ∫ ρ r rᵀ about it (3, 3) [kg m²] of a uniform body."""
+    corners = mesh.nodes[mesh.tets]
+    mass, middle = density * mesh.volumes, corners.mean(axis=1)
+    centre = mass @ middle / mass.sum()
+    r, far = corners - centre, middle - centre
+    moments = np.einsum("e,eki,ekj->ij", mass, r, r) / 20.0
+    moments += np.einsum("e,ei,ej->ij", mass, far, far) * (16.0 / 20.0)
+    return float(mass.sum()), centre, moments
+
+
 def beam_config(size: tuple[float, float, float], **changes: object) -> dict[str, object]:
     """Settings of a beam along x, held at x = 0, one cable along its lower side."""
     length, width, height = size

@@ -108,10 +108,10 @@ def constrained(
     return robot
 
 
-def rigid_box(**changes: object) -> Robot[ConstrainedBody]:
-    """The whole beam as one rigid body that nothing holds."""
+def rigid_box(mesh: TetMesh = MESH, **changes: object) -> Robot[ConstrainedBody]:
+    """A whole box as one rigid body that nothing holds."""
     body = {"name": "box", "mesh": {"file": "beam.vtu"}, "rigid": True, "free": True}
-    return constrained([MESH], mesh=None, bodies=[body], fixed=[], **changes)
+    return constrained([mesh], mesh=None, bodies=[body], fixed=[], **changes)
 
 
 def moved(robot: Robot[ConstrainedBody], state: State, dq: Array) -> State:
