@@ -22,9 +22,10 @@ from tauten.service.setup import load_setup
 setup = load_setup("finger")
 with one_blas_thread():
     ControlLoop(warm_controller(setup))
-    simulator = warm_simulator(setup.robot, PlantSettings())
-    for share in (0.25, 0.5, 0.75):
-        simulator.settle(position=share * setup.robot.limits.position_max, tolerance=1e-4)
+    for robot in (setup.robot, setup.in_full_order().robot):  # the plant takes either
+        simulator = warm_simulator(robot, PlantSettings())
+        for share in (0.25, 0.5, 0.75):
+            simulator.settle(position=share * robot.limits.position_max, tolerance=1e-4)
 PYTHON
   test -n "$(find "$1/cache" -name '*.nbi' -print -quit)"
 }
