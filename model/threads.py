@@ -7,7 +7,7 @@ about the dense algebra of NumPy and SciPy.
 
 from __future__ import annotations
 
-import signal
+import _signal  # type: ignore[import-not-found]  # enumerations of `signal` take 12 µs a call
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -178,9 +178,9 @@ def one_blas_thread(whole: bool = False) -> OneBlasThread:
 @contextmanager
 def uninterrupted() -> Iterator[None]:
     """Ctrl-C waits for the end of the block, a second one does not; without effect on another handler."""
-    usual, came = signal.default_int_handler, False
-    in_main_thread = threading.current_thread() is threading.main_thread()
-    if not in_main_thread or signal.getsignal(signal.SIGINT) is not usual:
+    usual, came = _signal.default_int_handler, False
+    in_main_thread = threading.main_thread().ident == threading.get_ident()
+    if not in_main_thread or _signal.getsignal(_signal.SIGINT) is not usual:
         yield
         return
 
@@ -190,10 +190,10 @@ def uninterrupted() -> Iterator[None]:
             usual(number, frame)
         came = True
 
-    signal.signal(signal.SIGINT, later)
+    _signal.signal(_signal.SIGINT, later)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, usual)
+        _signal.signal(_signal.SIGINT, usual)
         if came:
             raise KeyboardInterrupt
