@@ -29,8 +29,8 @@ class Beams:
         D: (e, 6) stiffnesses of the natural modes, see `profile.natural_stiffness`.
         length: (e,) [m].
         mass: (n_nodes,) lumped mass [kg].
-        inertia: (n_nodes,) lumped rotary inertia [kg m²], the same about all axes: it only matters for
-            vibrations that a control step does not resolve.
+        inertia: (n_nodes,) lumped rotary inertia [kg m²], that of the cross-sections about the beam. It is
+            the same about all axes: across the beam the masses of the nodes have nearly all of it.
     """
 
     nodes: Array
@@ -84,9 +84,10 @@ def make_beams(
     for (a, b), profile, L in zip(ends, profiles, length, strict=True):
         line = material.density * profile.area if profile.mass is None else profile.mass
         half = 0.5 * line * L
+        polar = sum(profile.bending) / profile.area  # m²
         for node in (a, b):
             mass[node] += half
-            inertia[node] += half * L**2 / 12.0
+            inertia[node] += half * polar
     D = np.array([natural_stiffness(p, material, L) for p, L in zip(profiles, length, strict=True)])
     return Beams(nodes, ends, element_axes(along / length[:, None], up), D, length, mass, inertia)
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from support.robots.bodies import beam_config, box_mesh
 
+from tauten.model.beams import Material, Profile, bar, make_beams, tube
 from tauten.model.body import natural_frequencies
 from tauten.model.load import build_robot
 from tauten.model.mesh import quadratic_mesh
@@ -34,6 +36,33 @@ def test_a_slender_cantilever_vibrates_as_beam_theory_says() -> None:
     ]
     np.testing.assert_allclose(found, sorted(theory), rtol=0.04)
     assert found[0] == pytest.approx(theory[0], rel=0.015)
+
+
+@pytest.mark.parametrize("elements", [4, 16])
+@pytest.mark.parametrize(
+    ("profile", "moments", "torsion"),
+    [
+        (tube(4e-3), (np.pi / 64 * 4e-3**4,) * 2, np.pi / 32 * 4e-3**4),
+        (tube(12e-3, 8e-3), (np.pi / 64 * (12e-3**4 - 8e-3**4),) * 2, np.pi / 32 * (12e-3**4 - 8e-3**4)),
+        (bar(12e-3, 4e-3), (12e-3 * 4e-3**3 / 12, 4e-3 * 12e-3**3 / 12), bar(12e-3, 4e-3).torsion),
+    ],
+)  # fmt: skip
+def test_a_soft_rod_twists_as_beam_theory_says(
+    profile: Profile, moments: tuple[float, float], torsion: float, elements: int
+) -> None:
+    """f = √(G J / ρ I_p) / 4 L with one end held, whatever the elements: all nodes turn about the rod."""
+    nodes = np.outer(np.linspace(0.0, LENGTH, elements + 1), [1.0, 0.0, 0.0])
+    ends = np.stack([np.arange(elements), np.arange(1, elements + 1)], axis=1)
+    material = Material(E, 0.3, DENSITY)
+    up = np.tile([0.0, 0.0, 1.0], (elements, 1))
+    beams = make_beams(nodes, ends, up, [profile] * elements, material)
+    K = np.zeros((elements + 1, elements + 1))  # of turns about the rod
+    for (a, b), stiffness in zip(ends, beams.D[:, 3], strict=True):
+        K[np.ix_([a, b], [a, b])] += stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    squares = eigh(K[1:, 1:], np.diag(beams.inertia[1:]), eigvals_only=True)
+    G = E / (2.0 * (1.0 + 0.3))
+    expected = np.sqrt(G * torsion / (DENSITY * sum(moments))) / (4.0 * LENGTH)
+    assert np.sqrt(squares[0]) / (2.0 * np.pi) == pytest.approx(expected, rel=0.01)
 
 
 def test_frequencies_are_those_of_the_dense_problem() -> None:
