@@ -81,7 +81,17 @@ def test_a_log_of_another_robot_does_not_fit(log: Path, tmp_path: Path) -> None:
         replay(log, 1e-4, str(other))
 
 
-def test_missing_ticks_are_noticed(log: Path, beam_file: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("missing", "sentence"),
+    [
+        (range(17, 18), "ticks 17 to 17 are missing$"),
+        (range(5), "ticks 0 to 4 are missing: only what serve --record records begins at tick 0"),
+    ],
+)
+def test_missing_ticks_are_noticed(
+    missing: range, sentence: str, log: Path, beam_file: Path, tmp_path: Path
+) -> None:
+    """A log of `tauten record` lacks those before it was started."""
     holed = tmp_path / "holed.mcap"
     reader = LogReader(log)
     messages = list(reader.messages())
@@ -89,10 +99,10 @@ def test_missing_ticks_are_noticed(log: Path, beam_file: Path, tmp_path: Path) -
     kinds = {"actuation": JOINTS, "tick": TICK}
     for message in messages:
         kind = kinds.get(message.key.rsplit("/", 1)[1])
-        if kind is not None and message.sequence != 17:
+        if kind is not None and message.sequence not in missing:
             recorder.write(Entry(message.key, kind, message.payload, False, 1, 1, message.sequence))
     recorder.close()
-    with pytest.raises(LogError, match="ticks 17 to 17 are missing"):
+    with pytest.raises(LogError, match=sentence):
         replay(holed, 1e-4, recorded_paths=True)
 
 
