@@ -8,7 +8,7 @@ from pathlib import Path
 from time import thread_time
 
 from tauten.controller import Controller, Status, controller_setup, target_beside, warm_controller
-from tauten.model import MeshError, RobotFileError
+from tauten.model import MeshError, Robot, RobotFileError
 from tauten.model.schema import read_toml
 from tauten.reduction import BasisError
 from tauten.reduction.state import StateBasisError
@@ -39,7 +39,8 @@ def control_findings(path: Path, slower: bool = True) -> Iterator[Finding]:
     controller = warm_controller(setup)
     yield first_decision(controller)
     seconds = step_seconds(controller, TIMED, thread_time)
-    yield step_time(seconds, controller.period, reducing(path), bool(setup.states), slower)
+    known = reducing(path), bool(setup.states), slower, setup.robot
+    yield step_time(seconds, controller.period, *known)
 
 
 def first_decision(controller: Controller) -> Finding:
@@ -73,7 +74,12 @@ def first_decision(controller: Controller) -> Finding:
 
 
 def step_time(
-    seconds: float, period: float, commands: str, reduced: bool, slower: bool = True
+    seconds: float,
+    period: float,
+    commands: str,
+    reduced: bool,
+    slower: bool = True,
+    robot: Robot | None = None,
 ) -> Finding:
     """The time of a control step against the period.
 
@@ -86,13 +92,14 @@ def step_time(
         commands: that reduce the robot (`reducing`).
         reduced: whether the model is reduced.
         slower: whether a lower rate may be advised.
+        robot: see `faster`.
     """
     rate = 1.0 / period
     model = "reduced" if reduced else "full"
     found = f"{1e3 * seconds:.1f} ms of {1e3 * period:.3g} ms on this processor, {model} model"
     if fits(rate, seconds):
         return Finding(PERIOD, "fine", found)
-    advice = faster(commands, seconds, reduced)
+    advice = faster(commands, seconds, reduced, robot)
     if not slower and not reduced:
         advice = f"{commands} makes a model whose steps do not grow with the mesh"
     return Finding(PERIOD, "doubtful", found, advice)

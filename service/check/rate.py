@@ -11,6 +11,7 @@ from time import perf_counter
 import numpy as np
 
 from tauten.controller import Controller, part_files, target_beside
+from tauten.model import Robot
 from tauten.model.load import command_name
 from tauten.model.schema import ACTUATOR_TABLES, read_toml
 
@@ -72,15 +73,19 @@ def reducing(path: Path) -> str:
     )
 
 
-def faster(commands: str, seconds: float, reduced: bool) -> str:
+def faster(commands: str, seconds: float, reduced: bool, robot: Robot | None = None) -> str:
     """How the steps of a robot come to fit its period, in one sentence.
 
     Args:
         commands: that reduce it (`reducing`).
         seconds: time of a control step.
         reduced: whether its model is reduced already.
+        robot: what moves objects by friction throws them where its actuators move farther in a tick; None:
+            nothing is known of it.
     """
     rate = f"controller.rate = {rate_for(seconds):g}"
+    if robot is not None and robot.contacts.frictional and robot.contacts.loose:
+        rate += " and every max_rate lower by the same factor (else objects are thrown)"
     if reduced:
         return f"set {rate}, or reduce with fewer modes"
     return f"{commands} makes a model with faster steps; or set {rate}"

@@ -78,7 +78,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
             setup = replace(setup, start="settled" if controller.settled else "rest")
             claim = stack.enter_context(claimed(session, keys))
             step = step_seconds(controller)
-            advice = faster(reducing(setup.path), step, bool(setup.states))
+            advice = faster(reducing(setup.path), step, bool(setup.states), setup.robot)
             check_rate(rate, step, settings.rate_requested, advice)
             loop = ControlLoop(controller, not settings.wait, setup.service, timed=True)
             typestore()

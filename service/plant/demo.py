@@ -267,7 +267,7 @@ def _copies(
 def _too_slow(step: float, rate: float, setup: Setup) -> str:
     """That the period cannot be held, by how much all is slower, and what to do."""
     own = setup.robot.integration.rate
-    advice = faster(reducing(setup.path), step, bool(setup.states))
+    advice = faster(reducing(setup.path), step, bool(setup.states), setup.robot)
     return (
         f"a control step takes {1e3 * step:.0f} ms, the period is {1e3 / own:.0f} ms: the demo runs at "
         f"{rate:g} Hz, its targets move {own / rate:.1f} times slower; {advice}"

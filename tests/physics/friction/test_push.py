@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from support.robots.examples import example
+from support.robots.examples import changed, example
 
+from tauten.controller import Controller
 from tauten.model import Simulator, load_robot
 
 PUSH = example("11_push")
@@ -27,6 +30,19 @@ def test_a_block_slides_by_what_a_finger_pushes_and_the_floor_takes() -> None:
     assert abs(places[1] - places[0]) < 2e-4 < 2e-3 < places[-1] - places[0]
     np.testing.assert_allclose(floor[0], -push, atol=1e-2 * WEIGHT)  # at rest
     assert abs(places[-1] - places[-2]) < 1e-6
+
+
+def test_a_lower_rate_with_a_lower_max_rate_throws_nothing(tmp_path: Path) -> None:
+    """Actuators go as far in a tick as at 50 Hz; with the file's max_rate the block goes twice as far."""
+    file = changed(tmp_path, "push.toml", ("rate = 50.0", "rate = 10.0"))
+    changed(tmp_path, "pusher.toml", ("max_rate = 0.02", "max_rate = 0.004"))
+    controller = Controller(load_robot(file))
+    goal, way, places = controller.effector_values, 0.01, []
+    goal[0] += way
+    for _ in range(25):
+        assert controller.step(goal).status.usable
+        places.append(controller.effector_values[0] - goal[0] + way)
+    assert 0.8 * way < places[-1] and max(places) < 1.05 * way
 
 
 @pytest.mark.slow

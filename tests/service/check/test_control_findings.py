@@ -6,8 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.robots.examples import example
 from support.robots.hanging import hanging_beam
 
+from tauten.model import load_robot
 from tauten.service.check import CheckSettings, Finding, check_robot
 from tauten.service.check.control_findings import step_time
 from tauten.service.check.rate import reducing
@@ -37,6 +39,9 @@ def test_a_period_that_is_too_short_is_doubtful_and_says_what_to_do(tmp_path: Pa
     assert "controller.rate = " in step.advice
     reduced = step_time(0.03, 0.02, "finger", reduced=True)
     assert reduced.advice == "set controller.rate = 26, or reduce with fewer modes"
+    push = load_robot(example("11_push")["FILE"])
+    pushing = step_time(0.03, 0.02, "finger", reduced=True, robot=push)
+    assert "controller.rate = 26 and every max_rate lower by the same factor" in pushing.advice
 
 
 def test_of_a_robot_of_parts_the_parts_are_reduced(tmp_path: Path) -> None:
