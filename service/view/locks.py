@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Coroutine, Iterator
 from queue import SimpleQueue
 from typing import Any
@@ -15,13 +16,19 @@ from tauten.service.link import LockOrder
 from tauten.service.process import drained
 
 _STEPS = 1000  # of a slider, from limit to limit
+_ON_ITS_WAY = 2.0  # s for which an order counts as obeyed: a node says once a second what is locked
 
 
 class LockPanel:
     """The folder *Actuators* of the panel; actuators without limits of their positions are left out."""
 
-    def __init__(self, gui: viser.GuiApi, look: RobotLook) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, look: RobotLook, now: Callable[[], float] = time.monotonic
+    ) -> None:
         """Add the inputs. Callbacks of the browser only note what happened; `orders` gives it."""
+        self._now = now
+        # when each actuator was last ordered [s], and where it is locked [SI]; None: nowhere
+        self._ordered: dict[int, tuple[float, float | None]] = {}
         self._actuators = look.robot.actuators
         self._orders: SimpleQueue[LockOrder] = SimpleQueue()
         self._sliders: dict[int, viser.GuiSliderHandle[float]] = {}
@@ -47,26 +54,31 @@ class LockPanel:
         return drained(self._orders)
 
     def show(self, position: Array, locked: frozenset[str]) -> None:
-        """Show where the actuators (n_a,) are [SI], and which are locked."""
+        """Show where the actuators (n_a,) are [SI] or were told to be, and which are locked."""
         for i, slider in self._sliders.items():
             one, box = self._actuators[i], self._boxes[i]
+            when, wanted = self._ordered.get(i, (-np.inf, None))
             is_locked = one.name in locked
+            if self._now() - when < _ON_ITS_WAY:
+                is_locked = wanted is not None
+            elif not is_locked:
+                self._ordered.pop(i, None)
+                wanted = None
             box.value = is_locked  # type: ignore[misc]  # viser types it so
-            if is_locked:
-                continue
-            shown = one.kind.position.scale * float(position[i])
+            shown = one.kind.position.scale * float(position[i] if wanted is None else wanted)
             shown = min(max(round(shown / slider.step) * slider.step, slider.min), slider.max)
             if abs(slider.value - shown) > 0.5 * slider.step:
                 slider.value = shown  # type: ignore[misc]
 
     def _order(self, number: int, locked: bool) -> None:
         one = self._actuators[number]
-        if not locked:
-            self._orders.put(LockOrder(one.name))
-            return
-        low, high = one.position
-        wanted = float(self._sliders[number].value) / one.kind.position.scale
-        self._orders.put(LockOrder(one.name, position=min(max(wanted, low), high)))
+        wanted = None
+        if locked:
+            low, high = one.position
+            wanted = float(self._sliders[number].value) / one.kind.position.scale
+            wanted = min(max(wanted, low), high)
+        self._ordered[number] = self._now(), wanted
+        self._orders.put(LockOrder(one.name, position=wanted))
 
     def _changed(self, number: int) -> Callable[[viser.GuiEvent[Any]], Coroutine[Any, Any, None]]:
         """What a browser's change of the slider or the box of an actuator calls."""
