@@ -10,8 +10,7 @@ from __future__ import annotations
 import _signal  # type: ignore[import-not-found]  # enumerations of `signal` take 12 µs a call
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
 from types import FrameType
@@ -123,10 +122,11 @@ _LIBRARIES = _Libraries()  # the numbers of threads belong to the process, so th
 
 
 class _Entered(threading.local):
-    """How often this thread of Python has entered, and under which number of modules."""
+    """How often this thread of Python has entered, under which number of modules, and if in a whole call."""
 
     times = 0
     modules = 0
+    whole = False
 
 
 _ENTERED = _Entered()
@@ -141,7 +141,7 @@ class OneBlasThread:
 
     def __init__(self, whole: bool = False) -> None:
         self._before: list[Numbers] = []
-        self._around = uninterrupted if whole else nullcontext
+        self._whole = whole
 
     def __enter__(self) -> None:
         self._before.append(_LIBRARIES.enter())
@@ -156,10 +156,36 @@ class OneBlasThread:
 
         @wraps(function)
         def limited(*args: P.args, **kwargs: P.kwargs) -> R:
+            called = whole if self._whole and not _ENTERED.whole else function
             if _ENTERED.times > 0 and _ENTERED.modules == len(sys.modules):
+                return called(*args, **kwargs)
+            with OneBlasThread():
+                return called(*args, **kwargs)
+
+        def whole(*args: P.args, **kwargs: P.kwargs) -> R:
+            """The function, and after it the exception of a Ctrl-C that came in it."""
+            came, usual = False, _signal.default_int_handler
+
+            def later(number: int, frame: FrameType | None) -> None:
+                nonlocal came
+                if came:
+                    usual(number, frame)
+                came = True
+
+            handled = _signal.getsignal(_signal.SIGINT) is usual
+            try:
+                handled = handled and _signal.signal(_signal.SIGINT, later) is usual
+            except ValueError:  # not the main thread, in which no signal is handled
+                handled = False
+            _ENTERED.whole = True
+            try:
                 return function(*args, **kwargs)
-            with OneBlasThread(), self._around():
-                return function(*args, **kwargs)
+            finally:
+                _ENTERED.whole = False
+                if handled:
+                    _signal.signal(_signal.SIGINT, usual)
+                if came:
+                    raise KeyboardInterrupt
 
         return limited
 
@@ -168,32 +194,8 @@ def one_blas_thread(whole: bool = False) -> OneBlasThread:
     """A context and decorator, see `OneBlasThread`.
 
     Args:
-        whole: of a decorator: Ctrl-C waits for the end of the outermost call, a second one does not. Where
-            its exception is raised while numba makes the result of a kernel, the process ends with a
+        whole: of a decorator: Ctrl-C waits for the end of the outermost of such calls, a second one does not.
+            Where its exception is raised while numba makes the result of a kernel, the process ends with a
             violation of its memory.
     """
     return OneBlasThread(whole)
-
-
-@contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Ctrl-C waits for the end of the block, a second one does not; without effect on another handler."""
-    usual, came = _signal.default_int_handler, False
-    in_main_thread = threading.main_thread().ident == threading.get_ident()
-    if not in_main_thread or _signal.getsignal(_signal.SIGINT) is not usual:
-        yield
-        return
-
-    def later(number: int, frame: FrameType | None) -> None:
-        nonlocal came
-        if came:
-            usual(number, frame)
-        came = True
-
-    _signal.signal(_signal.SIGINT, later)
-    try:
-        yield
-    finally:
-        _signal.signal(_signal.SIGINT, usual)
-        if came:
-            raise KeyboardInterrupt

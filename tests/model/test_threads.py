@@ -235,12 +235,15 @@ def test_ctrl_c_waits_once_and_only_for_python_s_own_handler() -> None:
         with pytest.raises(KeyboardInterrupt):
             press(times)
         assert done == passed
+    with pytest.raises(KeyboardInterrupt), one_blas_thread():  # as loops do
+        press(1)
+    assert done == [1, 2, 1]
     handler = signal.signal(signal.SIGINT, lambda *_: done.append(0))
     try:
         press(1)
     finally:
         signal.signal(signal.SIGINT, handler)
-    assert done == [1, 2, 0, 1]
+    assert done == [1, 2, 1, 0, 1]
     thread = threading.Thread(target=one_blas_thread(whole=True)(done.append), args=(7,))
     thread.start()
     thread.join()
