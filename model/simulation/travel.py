@@ -238,7 +238,7 @@ def _struck(
     counted: Bools | None = None,
     actuators: bool = True,
 ) -> bool:
-    """Whether an actuator or a contact has begun or ceased to push, or a contact to slide or to stick.
+    """Whether a cable or a contact has begun or ceased to push, or a contact to slide or to stick.
 
     The forces of a robot at rest may be rounding, whose sign must not choose the scheme: the same targets
     would give other states in a replay.
@@ -246,17 +246,20 @@ def _struck(
     Args:
         before: forces before the stage.
         stage: the stage.
-        least: displacement in the row of an actuator or contact from which on a force pushes [m].
+        least: displacement in the row of a cable or contact from which on a force pushes [m].
         counted: (m,) rows of the stage that count; None: all.
-        actuators: whether actuators count, and how contacts slide; else only whether contacts push.
+        actuators: whether cables count, and how contacts slide; else only whether contacts push.
     """
     step, after, kept = stage.last.step, stage.forces, slice(None if actuators else 0)
     places = step.layout.actuators.start, step.layout.contacts.start
     if counted is not None:
         before, after = _counted(before, step, counted), _counted(after, step, counted)
+    pulls = (
+        ~step.laws.bilateral
+    )  # nothing begins where the effort of another actuator changes its sign
     forces = (
-        (before.effort[kept], before.beta, before.extra, before.extra_beta),
-        (after.effort[kept], after.beta, after.extra, after.extra_beta),
+        ((before.effort * pulls)[kept], before.beta, before.extra, before.extra_beta),
+        ((after.effort * pulls)[kept], after.beta, after.extra, after.extra_beta),
     )
     changed = _pushes_otherwise(forces, step.compliance.W, places, least)
     rubs = actuators and before.friction is not None

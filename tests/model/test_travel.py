@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from support.robots.bodies import beam_config, box_mesh
+from support.robots.small_bodies import ROOT, RUBBER, SLIDE, constrained
 
 from tauten.model import Robot, Simulator, State
 from tauten.model.load import build_robot
@@ -107,6 +108,29 @@ def test_a_damped_oscillation_has_the_frequency_and_decay_of_its_mode(
         share = np.exp(-decay * t) * (np.cos(beat * t) + decay / beat * np.sin(beat * t))
         moved = simulator.effector[0] - light.effector(light.rest())[0]
         assert np.linalg.norm(moved - share * tip) < 0.02 * np.linalg.norm(tip)
+
+
+def test_a_force_that_changes_its_sign_leaves_the_order_of_the_steps() -> None:
+    """A slider moves the root of a bar to and fro: nothing begins where it pulls instead of pushing."""
+    robot = constrained(
+        box_mesh((0.1, 0.02, 0.02), (8, 1, 1)), fixed=[], cables=None, controller={"rate": 50.0},
+        drives=[{**SLIDE, "region": ROOT, "axis": [0.0, 0.0, 1.0]}],
+        material={**RUBBER, "young_modulus": 3e5},
+        integration={"rayleigh_stiffness": 0.05, "rayleigh_mass": 5.0},
+    )  # fmt: skip
+    tips, forces = {}, np.zeros(20)
+    for steps in (1, 2, 64):
+        simulator, found = Simulator(robot, contact="none"), []
+        for tick in range(20):
+            way = 0.01 * np.sin(4.0 * np.pi * 0.02 * (tick + 1)) ** 2
+            simulator.move(position=[way], steps=steps)
+            found.append(simulator.effector[0])
+            forces[tick] = simulator.effort[0]
+        tips[steps] = np.array(found)
+    assert (np.diff(np.sign(forces)) != 0.0).sum() >= 2
+    coarse, fine = (np.abs(tips[steps] - tips[64]).max() for steps in (1, 2))
+    assert fine < 1e-5
+    assert coarse > 3.0 * fine, "a quarter by second order, a half by first"
 
 
 def test_no_steps_are_refused(beam: Robot[NodalBody]) -> None:
