@@ -9,7 +9,7 @@ from operator import mul
 import numpy as np
 
 from tauten.controller.damping import Dampings, Energy, Objective
-from tauten.controller.friction import MET, CutPlan, no_slots, pushed_slots
+from tauten.controller.friction import MET, CutPlan, no_slots
 from tauten.controller.planning import Aim, Plan, Prepared, brings_nearer, distance_left
 from tauten.controller.qpcc import Status
 from tauten.model import (
@@ -34,14 +34,14 @@ class Carried:
     Attributes:
         dampings: how much it holds back; None: nothing is known.
         grasp: limits of contact forces, and which of them count; None: there are none.
-        cut: where the search of the last plan with friction was cut; None: it was not.
+        cuts: where the searches of the last plan were cut, see `Plan.cuts`.
         pushed: slots of the unit columns that pushed in that plan: they are known to the next one.
         sight: distance up to which contact is looked for, if more than the alarm distance [m].
     """
 
     dampings: Dampings | None
     grasp: Grasp | None
-    cut: CutPlan | None = None
+    cuts: tuple[CutPlan | None, ...] = ()
     pushed: Ints = field(default_factory=no_slots)
     sight: float = 0.0
 
@@ -49,9 +49,9 @@ class Carried:
         """The names of the limits that the contact forces of a step are beyond."""
         return () if self.grasp is None else self.grasp.exceeded(step.touching(space))
 
-    def without_plan(self, dampings: Dampings, cut: CutPlan | None) -> Carried:
+    def without_plan(self, dampings: Dampings, cuts: tuple[CutPlan | None, ...]) -> Carried:
         """The same after a decision that leads nowhere: nothing is known of what it pushed with."""
-        return replace(self, dampings=dampings, cut=cut, pushed=no_slots())
+        return replace(self, dampings=dampings, cuts=cuts, pushed=no_slots())
 
     def undamped(self) -> Carried:
         """The same for a decision among other actuators: nothing is held back."""
@@ -156,19 +156,32 @@ def sight_after(robot: Robot, prepared: Prepared, plan: Plan, aim: Aim, sight: f
         aim: targets and weights of the effector rows.
         sight: up to which this decision looked [m].
     """
+    clusters, cuts = prepared.clusters, dict(enumerate(plan.cuts))
+    numbers, found = np.arange(len(clusters.each)), []
+    for place, number in enumerate(np.flatnonzero(clusters.rubbing).tolist()):
+        own = aim.among(clusters, numbers == number)
+        cut = cuts.get(place) is not None
+        found.append(_sight_of(robot, prepared, plan, own, sight, cut, number))
+    return max(found)
+
+
+def _sight_of(
+    robot: Robot, prepared: Prepared, plan: Plan, aim: Aim, sight: float, cut: bool, number: int
+) -> float:
+    """That of the cluster of this number, whose rows `aim` counts, and whose search was cut or not."""
     alarm, step, clusters = robot.contacts.alarm_distance, prepared.farther, prepared.clusters
-    aim = aim.among(clusters, clusters.rubbing)
     W = step.compliance.W[step.layout.effectors, step.layout.actuators]  # (n_e, n_a)
     apart = distance_left(aim, prepared.held)
     if W[aim.scale > 0.0].any(axis=1).all() or apart <= MET * robot.part_size:
         return 0.0
     seeking = plan.status is Status.SEEKING_CONTACT or not step.frictional
     if seeking and not brings_nearer(robot, aim, plan, apart):
-        if plan.cut is not None:  # the next one goes on with the same contacts
+        if cut:  # the next one goes on with the same contacts
             return sight
         return min(FARTHER * max(sight, alarm), FARTHEST * robot.part_size)
     found, forces, loose = prepared.step.rows.contacts, prepared.forces, robot.contacts.loose
     now = found.rows_of(forces.extra[forces.extra_beta > 0.0])
-    then = found.rows_of(pushed_slots(plan.predicted))
+    then = found.rows_of(plan.pushed)
+    now, then = (rows[clusters.of_pairs[found.pair[rows]] == number] for rows in (now, then))
     touching = np.isin(found.pair[now], loose).any()
     return 0.0 if touching and (found.rows.delta[then] <= alarm).all() else sight

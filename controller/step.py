@@ -28,7 +28,6 @@ from tauten.controller.carried import (
 )
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.damping import Dampings
-from tauten.controller.friction import pushed_slots
 from tauten.controller.planning import (
     Aim,
     DecideSettings,
@@ -203,17 +202,17 @@ def decide(
     before, size = carried.dampings or Dampings.at_start(clusters), robot.part_size
     dampings = before.towards(goal, size, layout)
     target = layout.row_targets(values, goal)  # (n_e,)
-    given = dampings.gamma, carried.grasp, carried.cut, carried.pushed, carried.sight > 0.0
+    given = dampings.gamma, carried.grasp, None, carried.pushed, carried.sight > 0.0
     aim = Aim(target, layout.scale, layout.exact, *given)
     kept = None if locks is None else ahead_of_locks(locks, position)
     situation = Situation(robot, prepared, position, settings, kept)
-    plan = make_plan(situation, aim)
+    plan = make_plan(situation, aim, carried.cuts)
     if layout.any_exact and not plan.status.usable:
         plan = _nearest(situation, aim, plan.conflict)
     if not plan.status.usable:
         none = np.zeros(robot.n_a, np.bool_)
         found = plan.predicted, position, plan.status, plan.certificate, plan.conflict
-        return Decision(*found, none, plan, carried.without_plan(dampings, plan.cut))
+        return Decision(*found, none, plan, carried.without_plan(dampings, plan.cuts))
     planned = Command(plan.predicted.delta[robot.layout.actuators], plan.predicted.effort)
     weights = settings.epsilon * prepared.scales  # (c,)
     change = change_of(prepared, plan, aim, weights[clusters.of_actuators])
@@ -244,15 +243,14 @@ def decide(
     if jammed(robot, tick):
         none = np.zeros(robot.n_a, np.bool_)
         left = after, tick.position, Status.INFEASIBLE, certificate, conflict
-        return Decision(*left, none, plan, carried.without_plan(dampings, plan.cut))
+        return Decision(*left, none, plan, carried.without_plan(dampings, plan.cuts))
     dampings = dampings.adapted(change, size, robot.h, objectives)
-    pushed = pushed_slots(plan.predicted)
     stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.laws.held_by_force
     if locks is not None:
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
         after, tick.position, status, certificate, conflict, stalled, plan,
-        Carried(dampings, carried.grasp, plan.cut, pushed, sight),
+        Carried(dampings, carried.grasp, plan.cuts, plan.pushed, sight),
         goal, given_in(tick, supplied, robot.limits),
     )  # fmt: skip
 
@@ -267,15 +265,15 @@ def _nearest(situation: Situation, aim: Aim, conflict: tuple[str, ...]) -> Plan:
     """
     exact, robot = aim.equations, situation.robot
     none = np.zeros_like(exact)
-    alone = replace(aim, scale=np.where(exact, aim.scale, 0.0), equations=none, cut=None)
-    nearest = make_plan(situation, alone)
+    alone = replace(aim, scale=np.where(exact, aim.scale, 0.0), equations=none)
+    nearest = make_plan(situation, alone, ())
     if not nearest.status.usable:
         return nearest
     reached = nearest.predicted.delta[robot.layout.effectors]
     plan = nearest
     if (aim.scale[~exact] != 0.0).any():
-        among = replace(aim, target=np.where(exact, reached, aim.target), cut=None)
-        both = make_plan(situation, among)
+        among = replace(aim, target=np.where(exact, reached, aim.target))
+        both = make_plan(situation, among, ())
         plan = both if both.status.usable else nearest
     missed = robot.effector_layout.missed_rows(aim.target - reached)
     limits = (name for name in conflict if name not in (*missed, *NO_PIECE))

@@ -18,19 +18,13 @@ from dataclasses import replace
 import numpy as np
 
 from tauten.controller.qpcc import Qpcc
-from tauten.model import Clusters, CondensedStep, Forces, unit_start
-from tauten.model.numerics import Array
+from tauten.model import CondensedStep, Forces, unit_start
 
 WEIGHT = 0.1  # of the mean square of the slip against the square of the distance from a target
 
 
 def with_slip(
-    problem: Qpcc,
-    step: CondensedStep,
-    previous: Forces,
-    scale: Array,
-    clusters: Clusters,
-    seeking: bool = False,
+    problem: Qpcc, step: CondensedStep, previous: Forces, scale: float, seeking: bool = False
 ) -> Qpcc:
     """An inverse problem with the slip of contacts that pushed in the last step and that efforts move.
 
@@ -40,26 +34,20 @@ def with_slip(
         problem: whose last rows are those of the unit columns of the step.
         step: the step, in which contacts in range have friction.
         previous: forces of the last step.
-        scale: (n_e,) weights times units of the effector rows, of which the largest one of its
-            cluster counts for a contact.
-        clusters: of the robot.
+        scale: largest weight times unit of an effector row that the plan counts.
         seeking: whether the slip of contacts that nothing touches yet counts, too.
     """
     normal = unit_start(step, previous)[::3]  # (k,)
     u = len(problem.m) - 3 * len(normal) + 3 * np.arange(len(normal))[:, None] + np.arange(3)
     moved = problem.M[u, : len(problem.lb)].any(axis=(1, 2))  # (k,)
-    counts = ((normal > 0.0) | seeking) & moved
-    of_pairs = clusters.of_pairs[step.rows.contacts.pair[step.extra]]  # (k,)
-    for number, one in enumerate(clusters.each):
-        carrying = u[counts & (of_pairs == number), 1:].ravel()  # (2 s,)
-        if len(carrying) == 0:
-            continue
-        M, m = problem.M[carrying], problem.m[carrying]
-        weight = 2.0 * WEIGHT * scale[one.effectors].max(initial=0.0) ** 2 / len(carrying)
-        problem = replace(
-            problem,
-            Q=problem.Q + weight * (M.T @ M),
-            c=problem.c + weight * (m @ M),
-            constant=problem.constant + 0.5 * weight * float(m @ m),
-        )
-    return problem
+    carrying = u[((normal > 0.0) | seeking) & moved, 1:].ravel()  # (2 s,)
+    if len(carrying) == 0:
+        return problem
+    M, m = problem.M[carrying], problem.m[carrying]
+    weight = 2.0 * WEIGHT * scale**2 / len(carrying)
+    return replace(
+        problem,
+        Q=problem.Q + weight * (M.T @ M),
+        c=problem.c + weight * (m @ M),
+        constant=problem.constant + 0.5 * weight * float(m @ m),
+    )

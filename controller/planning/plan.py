@@ -18,6 +18,7 @@ from tauten.controller.friction import (
     CutPlan,
     PlanContacts,
     PlanSearch,
+    pushed_slots,
     with_slip,
 )
 from tauten.controller.planning.energy import capped_scales, energy_scales, scale_of_all
@@ -59,7 +60,7 @@ from tauten.model import (
     under_friction,
     unit_start,
 )
-from tauten.model.numerics import Array, Bools
+from tauten.model.numerics import Array, Bools, Ints
 
 EXACTLY = 1e-7  # of the size of the largest part, within which an exact effector meets its target
 EMPTY = (Status.INFEASIBLE, Status.NOT_FOUND)  # of a QPCC whose limits are relaxed
@@ -118,7 +119,8 @@ class Plan:
         problem: the QPCC that was solved last.
         start: where its solver started.
         held_to: (n_e,) effector rows that γ holds it back to.
-        cut: where its search was cut; None: it was not.
+        cuts: where its searches were cut, one for each cluster with friction; None: it was not.
+        pushed: slots of the unit columns that push in it, with friction.
     """
 
     predicted: PredictedStep
@@ -128,7 +130,8 @@ class Plan:
     problem: Qpcc
     start: Start
     held_to: Array
-    cut: CutPlan | None = None
+    cuts: tuple[CutPlan | None, ...]
+    pushed: Ints
 
 
 def prepared_plans(
@@ -211,7 +214,7 @@ def plan_from(situation: Situation, aim: Aim, step: CondensedStep, h: float) -> 
             chosen, kinds = np.flatnonzero(aim.equations), robot.effector_layout
             problem = exact_problem(problem, W, delta_free, met, chosen, kinds, error)
         if step.frictional:
-            problem = with_slip(problem, step, prepared.forces, counted, clusters, aim.looking)
+            problem = with_slip(problem, step, prepared.forces, float(counted.max()), aim.looking)
         others = len(problem.G)
         problem = with_force_limits(problem, aim.grasp, step, held)
         if step.frictional and len(step.extra) > 0:
@@ -236,7 +239,7 @@ def plan_from(situation: Situation, aim: Aim, step: CondensedStep, h: float) -> 
         found = predict(step, settings.enrichment, lam, left > 0 and solution.status.usable)
         if isinstance(found, PredictedStep):
             ended = solution.status, solution.certificate, solution.conflict
-            return Plan(found, *ended, problem, start, held_to, cut)
+            return Plan(found, *ended, problem, start, held_to, (cut,), pushed_slots(found))
         step, left = found, left - 1
 
 

@@ -1,7 +1,7 @@
 """Plans of robots whose contacts have friction, and the search for contact.
 
-Clusters that have no contact with friction are planned beside these, by a problem of their own: the search
-asks whether any effort moves the effectors, and how near a plan brings them.
+Each cluster that has such contacts is planned by a problem of its own, and those without by another one: the
+search asks whether any effort moves the effectors, and how near a plan brings them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tauten.controller.planning.plan import (
     plan_from,
 )
 from tauten.controller.qpcc import Status
-from tauten.model import Command, CondensedStep, Grasp, Robot, under_friction
+from tauten.model import Clusters, Command, CondensedStep, Grasp, Robot, under_friction
 from tauten.model.numerics import Bools
 
 ENDLESSLY = 1e6  # s, in which every actuator can get everywhere
@@ -29,7 +29,7 @@ NEAREST = 40  # candidates in range that a search for contact looks at
 NEARER = 1e-3  # of the distance of the effectors from their target, that a plan takes off it
 
 
-def make_plan(situation: Situation, aim: Aim) -> Plan:
+def make_plan(situation: Situation, aim: Aim, cuts: tuple[CutPlan | None, ...]) -> Plan:
     """Pose and solve (T1) until no candidate in range is predicted deeper than the tolerance.
 
     Holding is always among what the position limits allow, so that a slack cable whose path has become
@@ -40,35 +40,51 @@ def make_plan(situation: Situation, aim: Aim) -> Plan:
     that are not at their target no nearer, another one with the nearest candidates in range and without rates
     looks for contact; where that finds none and a limit of contact forces is reached, the status is OK. Where
     forces within the cones are not found, the friction of the last step is a load. A search that was cut goes
-    on where it was. Clusters without such contacts have a plan of their own, whose limits and targets are
-    theirs; where both plans are usable, one is made of them.
+    on where it was. Each cluster with friction has a plan of its own, and the others have one together; where
+    all are usable, one is made of them.
 
     Args:
         situation: what the plan starts from and what bounds it.
         aim: targets of the effector rows.
+        cuts: where the searches of the last plan were cut (`Plan.cuts`); empty: there was none.
     """
-    prepared, h = situation.prepared, situation.robot.h
+    prepared, clusters = situation.prepared, situation.prepared.clusters
     if not prepared.farther.frictional:
-        return plan_from(situation, aim, prepared.held.step, h)
-    clusters = prepared.clusters
-    if all(clusters.rubbing.tolist()):
-        return _with_friction(situation, aim)
-    one = _holding(situation, ~clusters.rubbing)
-    other, others = _holding(situation, clusters.rubbing), aim.among(clusters, ~clusters.rubbing)
-    if not _any_free(one):
-        return plan_from(situation, replace(aim, grasp=others.grasp), _loaded(prepared), h)
-    plan = _with_friction(one, aim.among(clusters, clusters.rubbing))
-    if not (plan.status.usable and _any_free(other)):
-        return plan
-    beside = plan_from(other, others, _loaded(prepared), h)
-    if not beside.status.usable:
-        return replace(beside, cut=plan.cut)
-    rows = clusters.rubbing[clusters.of_effectors], clusters.rubbing[clusters.of_actuators]
-    return _joined(plan, beside, np.concatenate(rows))
+        return plan_from(situation, aim, prepared.held.step, situation.robot.h)
+    kept = dict(enumerate(cuts))
+    if len(clusters.each) == 1:
+        return _with_friction(situation, replace(aim, cut=kept.get(0)), 0)
+    numbers, made, ends = np.arange(len(clusters.each)), list[tuple[Bools, Plan]](), []
+    others = ~clusters.rubbing
+    for place, number in enumerate(np.flatnonzero(clusters.rubbing).tolist()):
+        own, own_cut = numbers == number, kept.get(place)
+        alone = _holding(situation, ~own)
+        if _any_free(alone):
+            plan = _with_friction(alone, replace(aim.among(clusters, own), cut=own_cut), number)
+            made.append((own, plan))
+            own_cut = plan.cuts[0]
+        else:
+            others |= own  # their targets are missed by what is locked
+            own_cut = None
+        ends.append(own_cut)
+    beside = _holding(situation, ~others)
+    if others.any() and _any_free(beside):
+        grasp = aim.among(clusters, ~clusters.rubbing).grasp
+        rest = replace(aim.among(clusters, others), grasp=grasp)
+        made.append((others, plan_from(beside, rest, _loaded(prepared), situation.robot.h)))
+    unusable = [plan for _, plan in made if not plan.status.usable]
+    plan = unusable[0] if unusable else _joined(clusters, made)
+    return replace(plan, cuts=tuple(ends))
 
 
-def _with_friction(situation: Situation, aim: Aim) -> Plan:
-    """A plan with the friction of contacts, and where it brings nothing nearer one that looks for contact."""
+def _with_friction(situation: Situation, aim: Aim, number: int) -> Plan:
+    """A plan with the friction of contacts, and where it brings nothing nearer one that looks for contact.
+
+    Args:
+        situation: what the plan starts from; actuators of other clusters hold.
+        aim: targets of the effector rows; those of other clusters do not count.
+        number: of the cluster.
+    """
     robot, prepared, settings = situation.robot, situation.prepared, situation.settings
     resumed = aim.cut is not None and aim.cut.seeking
     first = replace(aim, cut=CutPlan(ALL_TRIED)) if resumed else aim
@@ -79,27 +95,29 @@ def _with_friction(situation: Situation, aim: Aim) -> Plan:
     plan = replace(plan, status=Status.OK) if met else plan
     if plan.status is Status.NOT_FOUND:
         return plan_from(situation, first, _loaded(prepared), robot.h)
-    untouched = len(plan.predicted.step.extra) == 0 and not brings_nearer(robot, aim, plan, apart)
+    contacts = step.rows.contacts
+    (own,) = np.nonzero(prepared.clusters.of_pairs[contacts.pair] == number)
+    untouched = not np.isin(plan.predicted.step.extra, own).any()
+    untouched = untouched and not brings_nearer(robot, aim, plan, apart)
     if not untouched and plan.status is not Status.SEEKING_CONTACT:
         return plan
     if not (resumed or settings.time is None or settings.time.allows()):
-        return replace(plan, cut=CutPlan(None, seeking=True))
-    near = np.argsort(step.rows.contacts.rows.delta, kind="stable")[:NEAREST]
+        return replace(plan, cuts=(CutPlan(None, seeking=True),))
+    near = own[np.argsort(contacts.rows.delta[own], kind="stable")[:NEAREST]]
     if len(near := np.setdiff1d(near, step.extra)) > 0:
         step = step.with_unit_columns(near)
     hidden = plan.status is Status.SEEKING_CONTACT
     aim = replace(aim, cut=aim.cut if resumed else None, looking=aim.looking or hidden)
     search = replace(situation, settings=replace(settings, seeking=hidden))
     seeking = plan_from(search, aim, step, ENDLESSLY)
-    cut = None if seeking.cut is None else replace(seeking.cut, seeking=True)
+    cuts = tuple([None if cut is None else replace(cut, seeking=True) for cut in seeking.cuts])
     if seeking.status.usable and brings_nearer(robot, aim, seeking, apart):
         relaxed = seeking.status is Status.RELAXED  # of the two, what a user must know
-        return replace(
-            seeking, status=Status.RELAXED if relaxed else Status.SEEKING_CONTACT, cut=cut
-        )
+        status = Status.RELAXED if relaxed else Status.SEEKING_CONTACT
+        return replace(seeking, status=status, cuts=cuts)
     if hidden and _presses_as_it_may(prepared, plan, aim.grasp):
-        return replace(plan, status=Status.OK, cut=cut)
-    return replace(plan, cut=cut)
+        return replace(plan, status=Status.OK, cuts=cuts)
+    return replace(plan, cuts=cuts)
 
 
 def _loaded(prepared: Prepared) -> CondensedStep:
@@ -109,10 +127,11 @@ def _loaded(prepared: Prepared) -> CondensedStep:
 
 
 def _holding(situation: Situation, kept: Bools) -> Situation:
-    """The same where the actuators of some clusters (c,) keep their efforts, wherever that leads."""
+    """The same where what is not locked in some clusters (c,) keeps its effort, wherever that leads."""
     robot, prepared, locks = situation.robot, situation.prepared, situation.locks
     rows, limits = kept[prepared.clusters.of_actuators], robot.limits  # (n_a,)
     locks = no_locks(len(rows)) if locks is None else locks
+    rows &= ~(locks.by_position | locks.by_force)
     least = np.where(rows, -np.inf, limits.position_min)
     most = np.where(rows, np.inf, limits.position_max)
     free = replace(limits, position_min=least, position_max=most)
@@ -127,34 +146,43 @@ def _any_free(situation: Situation) -> bool:
     return locks is None or not all((locks.by_position | locks.by_force).tolist())
 
 
-def _joined(plan: Plan, beside: Plan, own: Bools) -> Plan:
-    """One plan of two, whose clusters do not act on each other.
+def _joined(clusters: Clusters, made: list[tuple[Bools, Plan]]) -> Plan:
+    """One plan of several, in each of which some clusters (c,) are decided and the others hold.
 
-    Args:
-        plan: of the clusters with friction; its contact forces are kept.
-        beside: of the others.
-        own: (n_e + n_a,) the rows of effectors and actuators of the first.
+    Contact forces are those of the first.
     """
-    one, other, certificate = plan.predicted, beside.predicted, plan.certificate
-    delta, lam, n = one.delta.copy(), one.lam.copy(), len(own)
-    delta[:n] = np.where(own, one.delta[:n], other.delta[:n])
-    lam[:n] = np.where(own, one.lam[:n], other.lam[:n])
-    effort = np.where(own[one.step.layout.actuators], one.effort, other.effort)
-    second = beside.certificate
-    worse = replace(
-        certificate,
-        primal=max(certificate.primal, second.primal),
-        complementarity=max(certificate.complementarity, second.complementarity),
-        stationarity=max(certificate.stationarity, second.stationarity),
-    )
-    return replace(
-        plan,
-        predicted=replace(one, delta=delta, lam=lam, effort=effort),
-        status=beside.status if plan.status is Status.OK else plan.status,
-        certificate=worse,
-        conflict=(*plan.conflict, *beside.conflict),
-        held_to=np.where(own[: len(plan.held_to)], plan.held_to, beside.held_to),
-    )
+    (_, plan), *more = made
+    for own, other in more:
+        rows, actuators = own[clusters.of_effectors], own[clusters.of_actuators]
+        one, two, n = plan.predicted, other.predicted, len(rows) + len(actuators)
+        delta, lam, both = one.delta.copy(), one.lam.copy(), np.concatenate([rows, actuators])
+        delta[:n] = np.where(both, two.delta[:n], delta[:n])
+        lam[:n] = np.where(both, two.lam[:n], lam[:n])
+        effort = np.where(actuators, two.effort, one.effort)
+        known, found = plan.certificate, other.certificate
+        worse = replace(
+            known,
+            primal=max(known.primal, found.primal),
+            complementarity=max(known.complementarity, found.complementarity),
+            stationarity=max(known.stationarity, found.stationarity),
+        )
+        plan = replace(
+            plan,
+            predicted=replace(one, delta=delta, lam=lam, effort=effort),
+            status=_worse(plan.status, other.status),
+            certificate=worse,
+            conflict=tuple(dict.fromkeys((*plan.conflict, *other.conflict))),
+            held_to=np.where(rows, other.held_to, plan.held_to),
+            pushed=np.concatenate([plan.pushed, other.pushed]),
+        )
+    return plan
+
+
+def _worse(one: Status, other: Status) -> Status:
+    """Of the statuses of two usable plans the one to be known: SEEKING_CONTACT, else what is not OK."""
+    if Status.SEEKING_CONTACT in (one, other):
+        return Status.SEEKING_CONTACT
+    return other if one is Status.OK else one
 
 
 def brings_nearer(robot: Robot, aim: Aim, plan: Plan, apart: float) -> bool:

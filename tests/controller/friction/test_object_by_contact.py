@@ -137,7 +137,7 @@ def test_a_plan_is_not_held_back_to_where_an_object_slides(tmp_path: Path) -> No
         delta[: len(now)], delta[0] = now, now[0] + slides
         held = replace(prepared, held=replace(prepared.held, delta=delta))
         situation = Situation(robot, held, controller.position, controller.settings, None)
-        plan = make_plan(situation, aim)
+        plan = make_plan(situation, aim, ())
         away = plan.predicted.step.compliance.delta_free[:2] - now[:2] - [back, 0.0]
         wanted = 0.5 * np.square(away).sum()  # without the height, which has no weight
         assert plan.problem.constant == pytest.approx(wanted, rel=1e-9)
@@ -158,8 +158,7 @@ def test_slip_of_what_carries_an_object_is_weighed(tmp_path: Path) -> None:
     step = plan.predicted.step
     nothing = replace(plan.problem, Q=0.0 * plan.problem.Q, c=0.0 * plan.problem.c, constant=0.0)
     z = plan.predicted.lam[step.layout.n_e :]
-    weights = np.full(step.layout.n_e, 2.0)
-    problem = with_slip(nothing, step, prepared.forces, weights, prepared.clusters)
+    problem = with_slip(nothing, step, prepared.forces, 2.0)
     slip = plan.predicted.delta[step.layout.contacts].reshape(-1, 3)[:, 1:]  # (k, 2) m
     pushed = np.isin(step.extra, found.contacts.slots[found.pushing])
     assert pushed.sum() >= 3
@@ -180,8 +179,7 @@ def test_contacts_of_an_object_that_no_effort_moves_carry_nothing() -> None:
     decision = controller.last_decision
     assert prepared is not None and decision is not None and decision.plan is not None
     problem, step = decision.plan.problem, decision.plan.predicted.step
-    weights = np.ones(step.layout.n_e)
-    assert with_slip(problem, step, prepared.forces, weights, prepared.clusters) is problem
+    assert with_slip(problem, step, prepared.forces, 1.0) is problem
 
 
 def test_a_search_begins_at_the_forces_of_holding(

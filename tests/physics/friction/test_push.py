@@ -10,6 +10,8 @@ from support.robots.examples import changed, example
 
 from tauten.controller import Controller
 from tauten.model import Simulator, load_robot
+from tauten.model.load import make_robot
+from tauten.model.schema import Changes, read_toml
 
 PUSH = example("11_push")
 MASS, FRICTION = 1000.0 * 0.02**3, 0.3
@@ -43,6 +45,41 @@ def test_a_lower_rate_with_a_lower_max_rate_throws_nothing(tmp_path: Path) -> No
         assert controller.step(goal).status.usable
         places.append(controller.effector_values[0] - goal[0] + way)
     assert 0.8 * way < places[-1] and max(places) < 1.05 * way
+
+
+def side_by_side(count: int) -> Controller:
+    """So many fingers with a block each, 0.3 m apart."""
+    one, parts, contacts = read_toml(PUSH["FILE"]), [], []
+    for number in range(count):
+        for part in one["parts"]:
+            x, y, z = part.get("position", [0.0, 0.0, 0.0])
+            own = {"name": f"{part['name']}{number}", "position": [x, y + 0.3 * number, z]}
+            parts.append({**part, **own})
+        for contact in one["contacts"]:
+            sides = {key: contact[key] for key in ("candidates", "against")}
+            named = {
+                key: {**side, "part": f"{side['part']}{number}"}
+                for key, side in sides.items()
+                if isinstance(side, dict)
+            }
+            contacts.append({**contact, **named})
+    return Controller(
+        make_robot({**one, "parts": parts, "contacts": contacts}, PUSH["FILE"], Changes())
+    )
+
+
+def test_two_fingers_push_as_each_does_alone() -> None:
+    """They were planned by one search, in which the one whose target was nearer never moved."""
+    ways, both = [0.006, 0.002], []
+    for controller, own in ((side_by_side(2), ways), (side_by_side(1), ways[1:])):
+        start = controller.effector_values
+        for tick in range(12):
+            goal = start.copy()
+            goal[::3] += np.array(own) * (tick + 1) / 27
+            assert controller.step(goal).status.usable
+        both.append((controller.position[-1], controller.effector_values[-3] - start[-3]))
+    assert both[0] == pytest.approx(both[1], rel=0.05)
+    assert both[1][0] > 5e-4
 
 
 @pytest.mark.slow
