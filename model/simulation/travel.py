@@ -254,9 +254,8 @@ def _struck(
     places = step.layout.actuators.start, step.layout.contacts.start
     if counted is not None:
         before, after = _counted(before, step, counted), _counted(after, step, counted)
-    pulls = (
-        ~step.laws.bilateral
-    )  # nothing begins where the effort of another actuator changes its sign
+    # nothing begins where the effort of another actuator changes its sign
+    pulls = ~step.laws.bilateral
     forces = (
         ((before.effort * pulls)[kept], before.beta, before.extra, before.extra_beta),
         ((after.effort * pulls)[kept], after.beta, after.extra, after.extra_beta),
