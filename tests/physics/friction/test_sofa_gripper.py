@@ -71,6 +71,6 @@ def test_without_friction_the_cube_slips_out(reference: Path, tmp_path: Path) ->
     file = gripper_file(data, tmp_path, Course(up=-1.0, down=10.0, time=1.0), friction=0.0)
     simulator = Simulator(load_robot(file))
     start = simulator.tip
-    closed(simulator, 0.0, 0.2, 0.45)
+    closed(simulator, 0.0, 0.2, 0.8)  # s; when it leaves an unstable equilibrium depends on little
     away = np.hypot(*(simulator.tip - start)[[0, 2]])  # across the floor, in whichever direction
-    assert not simulator.contacts.pushing.any() and away > 0.02
+    assert (forces(simulator)[1] == 0.0).all() and away > 0.05
