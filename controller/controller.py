@@ -131,14 +131,15 @@ class Controller(RobotModel):
         return report
 
     def start_from(self, state: State, forces: Forces, position: Array) -> None:
-        """Start from another state than rest.
+        """Start from another state than rest; of another robot or basis a ValueError says so.
 
         Args:
             state: of the robot.
             forces: constraint forces there, with the columns of this controller's basis [N].
             position: (n_a,) positions of the actuators there [m, m³].
         """
-        self._state, self._forces, self.status = state.copy(), forces.copy(), Status.OK
+        given = self._checked_start(state, forces, self.space.k, position)
+        (self._state, self._forces, position), self.status = given, Status.OK
         self._contacts = self.robot.rows(state).contacts.found  # of the last step
         self._prepared: Prepared | None = None
         self._decision = self._stepped = None

@@ -267,8 +267,8 @@ def with_masses(beams: Beams, discs: Sequence[Disc], material: SolidMaterialSett
     for disc in discs:
         disc_mass = material.density * np.pi * disc.radius**2 * disc.thickness
         mass[disc.node] += disc_mass
-        # mean of ½ r² about the axis and ¼ r² about the two others
-        inertia[disc.node] += disc_mass * disc.radius**2 / 3.0
+        # that about its axis; across it the masses of the nodes have nearly all
+        inertia[disc.node] += 0.5 * disc_mass * disc.radius**2
     share = 1.0 if material.total_mass is None else material.total_mass / mass.sum()
     return replace(beams, mass=share * mass, inertia=share * inertia)
 

@@ -14,6 +14,12 @@ from tauten.model.contacts import ContactForces
 from tauten.model.friction import FrictionCertificate
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
+from tauten.model.simulation.commands import (
+    Numbers,
+    checked_command,
+    checked_forces,
+    checked_state,
+)
 from tauten.model.state import State
 from tauten.model.step import Forces, PredictedStep, step_certificate
 
@@ -38,6 +44,17 @@ class RobotModel(ABC):
         else:
             given, advice = type(robot).__name__, "load_robot loads one"
         raise TypeError(f"{cls.__name__} takes a Robot, found {given}: {advice}")
+
+    def _checked_start(
+        self, state: State, forces: Forces, k: int, position: Numbers
+    ) -> tuple[State, Forces, Array]:
+        """Copies of a state, forces with k columns of a basis, and positions (n_a,) of the actuators.
+
+        Raises:
+            TypeError, ValueError: these are none, or of another robot or basis, by their size.
+        """
+        given = checked_command(self._robot, position, None).position
+        return checked_state(self._robot, state), checked_forces(self._robot, k, forces), given
 
     @property
     def robot(self) -> Robot:

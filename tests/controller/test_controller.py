@@ -8,7 +8,7 @@ from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.controller import Controller
 from tauten.controller.qpcc import Status
-from tauten.model import EmptySpace, Robot, Simulator, State
+from tauten.model import EmptySpace, Robot, Simulator, State, no_forces
 from tauten.model.numerics import Array
 
 SIZE = (0.1, 0.02, 0.02)
@@ -270,6 +270,21 @@ def test_a_model_that_has_blown_up_stands_still(beam: Robot) -> None:
         np.testing.assert_array_equal(actuation.position, position)
     controller.reset()
     assert controller.step(target).status is Status.OK
+
+
+def test_a_start_of_another_robot_is_refused(beam: Robot) -> None:
+    """It failed in the next step, or held for ever."""
+    controller, n_a = Controller(beam), beam.n_a
+    state, forces = controller.state, controller.forces
+    other = State(state.q[:-3], state.v[:-3])
+    with pytest.raises(ValueError, match=r"state: found \d+ degrees of freedom, expected"):
+        controller.start_from(other, forces, np.zeros(n_a))
+    with pytest.raises(ValueError, match="forces: found"):
+        controller.start_from(state, no_forces(n_a + 1, 0), np.zeros(n_a))
+    for position in (np.zeros(n_a + 1), np.full(n_a, np.nan)):
+        with pytest.raises(ValueError, match="position: found"):
+            controller.start_from(state, forces, position)
+    assert controller.step(controller.effector).status.usable
 
 
 def test_contact_of_another_robot_is_refused(beam: Robot) -> None:

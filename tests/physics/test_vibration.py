@@ -10,8 +10,9 @@ from support.robots.bodies import beam_config, box_mesh
 from tauten.model.beams import Material, Profile, bar, make_beams, tube
 from tauten.model.body import natural_frequencies
 from tauten.model.load import build_robot
+from tauten.model.load.beam_bodies import with_masses
 from tauten.model.mesh import quadratic_mesh
-from tauten.model.schema import RobotConfig
+from tauten.model.schema import Disc, RobotConfig, SolidMaterialSettings
 
 LENGTH, WIDTH, HEIGHT = 0.2, 0.01, 0.014
 E, DENSITY = 1e6, 1000.0
@@ -63,6 +64,20 @@ def test_a_soft_rod_twists_as_beam_theory_says(
     G = E / (2.0 * (1.0 + 0.3))
     expected = np.sqrt(G * torsion / (DENSITY * sum(moments))) / (4.0 * LENGTH)
     assert np.sqrt(squares[0]) / (2.0 * np.pi) == pytest.approx(expected, rel=0.01)
+
+
+def test_a_disc_on_a_thin_rod_is_a_torsion_pendulum() -> None:
+    """f = √(G J / L I) / 2 π with I = m r² / 2 of the disc."""
+    radius, thickness, steel, density = 0.01, 0.002, 60e9, 6450.0
+    nodes, up = np.array([[0.0, 0.0, 0.0], [LENGTH, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    beams = make_beams(nodes, np.array([[0, 1]]), up, [tube(1e-3)], Material(steel, 0.3, density))
+    disc = Disc(name="disc", node=1, radius=radius, thickness=thickness, axis=(1.0, 0.0, 0.0))
+    material = SolidMaterialSettings(young_modulus=steel, poisson_ratio=0.3, density=density)
+    inertia = with_masses(beams, [disc], material).inertia[1]
+    of_disc = 0.5 * density * np.pi * radius**4 * thickness
+    stiffness = steel / 2.6 * np.pi / 32.0 * 1e-3**4 / LENGTH  # N m
+    assert beams.D[0, 3] == pytest.approx(stiffness)
+    assert np.sqrt(beams.D[0, 3] / inertia) == pytest.approx(np.sqrt(stiffness / of_disc), rel=0.01)
 
 
 def test_frequencies_are_those_of_the_dense_problem() -> None:

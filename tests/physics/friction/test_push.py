@@ -9,6 +9,7 @@ import pytest
 from support.robots.examples import changed, example
 
 from tauten.controller import Controller
+from tauten.controller.qpcc import TimeLimit
 from tauten.model import Simulator, load_robot
 from tauten.model.load import make_robot
 from tauten.model.schema import Changes, read_toml
@@ -80,6 +81,18 @@ def test_two_fingers_push_as_each_does_alone() -> None:
         both.append((controller.position[-1], controller.effector_values[-3] - start[-3]))
     assert both[0] == pytest.approx(both[1], rel=0.05)
     assert both[1][0] > 5e-4
+
+
+def test_searches_that_are_cut_go_on_each_where_it_was() -> None:
+    """The first finger cannot pull its block back, and its search takes all the time of a tick."""
+    controller = side_by_side(2)
+    goal = controller.effector_values
+    goal[::3] += [-0.006, 0.003]
+    for _ in range(8):
+        controller.prepare()
+        assert controller.decide(goal, TimeLimit(checks=5)).status.usable
+        controller.advance()
+    assert controller.position[-1] > 1e-4
 
 
 @pytest.mark.slow

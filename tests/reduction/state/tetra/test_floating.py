@@ -87,3 +87,19 @@ def test_what_is_free_falls_beside_a_reduced_robot(make: Callable[[], Robot]) ->
     np.testing.assert_allclose(small.effector[1] - rest[1], [0.0, 0.0, -fall], atol=1e-9)
     np.testing.assert_allclose(small.effector, full.effector, atol=1e-9)
     assert np.linalg.norm(small.effector[0] - rest[0]) > 1e-4
+
+
+def test_a_rigid_cube_of_a_reduced_robot_turns_with_the_inertia_of_its_shape() -> None:
+    """m a² / 6, where masses at the nodes of its one cell would have m a² / 2."""
+    moves, floats = (
+        complete(beside(cube={"rigid": True}, integration=one))
+        for one in (
+            {"scheme": "implicit-euler"},
+            {"scheme": "quasi-static"},
+        )
+    )
+    floating = floats.body.floating_mass(floats.rest())
+    for M in (moves.body.masses(moves.rest()), floating):
+        of_place, of_turn = M[-6:-3, -6:-3], M[-3:, -3:]
+        inertia = of_place[0, 0] * CUBE[0][0] ** 2 / 6.0 * np.eye(3)
+        np.testing.assert_allclose(of_turn, inertia, atol=1e-15)
