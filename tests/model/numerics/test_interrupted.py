@@ -42,7 +42,7 @@ def test_a_signal_is_heard_within_a_long_factorisation(
 ) -> None:
     """In the analysis of the pattern, and in the factorisation of a matrix."""
     monkeypatch.setattr(factorisation, "LONG", 5_000)
-    matrix = like_a_body(12)
+    matrix = like_a_body(16)
     n = matrix.shape[0]
     assert n >= factorisation.LONG
     factors = make_factorisation(matrix.indptr, matrix.indices, "pardiso")
