@@ -93,6 +93,9 @@ class Frames:
         rotations: (n_turning,) first velocity of the rotation of every rigid and pinned region.
         drives: (n_drives,) velocity of every drive.
         reach: (regions,) largest displacement of a node by a unit of each region's rotation or travel [m].
+        lumped: (l,) numbers of the rigid and pinned regions whose lumped masses have too much inertia,
+        tensors: (l, 3, 3) how much of it, at rest [kg m²],
+        about: (n_drives,) and of every drive about its axis.
     """
 
     nodes: Ints
@@ -107,6 +110,9 @@ class Frames:
     rotations: Ints = field(init=False)
     drives: Ints = field(init=False)
     reach: Array = field(init=False)
+    lumped: Ints = field(init=False)
+    tensors: Array = field(init=False)
+    about: Array = field(init=False)
 
     def __post_init__(self) -> None:
         """Compute what does not depend on the state."""
@@ -116,6 +122,12 @@ class Frames:
         drives = self.n_velocities - self.n_drives + np.arange(self.n_drives)
         object.__setattr__(self, "drives", drives)
         object.__setattr__(self, "reach", self._reach())
+        inertia = inertia_of(self.excess)
+        (lumped,) = np.nonzero(self.excess[: self.n_turning].any(axis=(1, 2)))
+        object.__setattr__(self, "lumped", lumped)
+        object.__setattr__(self, "tensors", inertia[lumped])
+        about = np.einsum("di,dij,dj->d", self.axes, inertia[self.n_turning :], self.axes)
+        object.__setattr__(self, "about", np.where(self.turns, about, 0.0))
 
     @property
     def is_lumped(self) -> bool:
@@ -237,16 +249,9 @@ class Frames:
         Args:
             q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
         """
-        inertia = inertia_of(self.excess)
-        found, about = np.zeros((self.n_turning, 3, 3)), inertia[self.n_turning :]
-        (lumped,) = np.nonzero(self.excess[: self.n_turning].any(axis=(1, 2)))
-        if len(lumped):
-            turns = self.parted(q)[0][lumped, 3:]
-            R = Rotation.from_quat(turns[:, [1, 2, 3, 0]]).as_matrix()
-            found[lumped] = R @ inertia[lumped] @ R.swapaxes(1, 2)
-        return found, np.where(
-            self.turns, np.einsum("di,dij,dj->d", self.axes, about, self.axes), 0.0
-        )
+        found = np.zeros((self.n_turning, 3, 3))
+        found[self.lumped] = self._turned_tensors(q)
+        return found, self.about
 
     def excess_moments(self, q: Array, v: Array) -> Array:
         """Moments ω x I ω (n_velocities,) of that inertia [N m].
@@ -255,9 +260,23 @@ class Frames:
             q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
             v: (n_velocities,) velocities of the regions.
         """
-        columns, found = self.rotations[:, None] + np.arange(3), np.zeros(self.n_velocities)
-        momentum = np.einsum("rij,rj->ri", self.excess_inertia(q)[0], v[columns])
-        found[columns] = np.cross(v[columns], momentum)
+        columns, found = (
+            self.rotations[self.lumped, None] + np.arange(3),
+            np.zeros(self.n_velocities),
+        )
+        omega = v[columns]  # (l, 3) rad/s
+        momentum = (self._turned_tensors(q) @ omega[:, :, None])[:, :, 0]
+        on, back = [1, 2, 0], [2, 0, 1]
+        found[columns] = omega[:, on] * momentum[:, back] - omega[:, back] * momentum[:, on]
+        return found
+
+    def _turned_tensors(self, q: Array) -> Array:
+        """`tensors` at coordinates q: (l, 3, 3) [kg m²]."""
+        if len(self.lumped) == 0:
+            return self.tensors
+        turns = self.parted(q)[0][self.lumped, 3:]
+        R = Rotation.from_quat(turns[:, [1, 2, 3, 0]]).as_matrix()
+        found: Array = R @ self.tensors @ R.swapaxes(1, 2)
         return found
 
     def stiffness(self, levers: Array, force: Array) -> tuple[Array, Array]:
