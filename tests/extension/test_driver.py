@@ -268,11 +268,22 @@ def test_hardware_that_fails_is_named_and_deactivated(beam_file: Path) -> None:
     [
         (None, "returns NoneType, expected Measured"),
         (Measured(np.zeros(4), np.zeros(2)), r"gives position of shape \(4,\), expected \(2,\)"),
-        (Measured(np.zeros(2), np.float64(0.0)), r"gives effort of shape \(\), expected \(2,\)"),
-        (Measured(*np.zeros((2, 2)), np.zeros((1, 3))), r"gives effectors of shape \(1, 3\)"),
         (Measured(["on", "off"], np.zeros(2)), r"gives position: could not convert .* 'on'"),
-        (Measured(np.zeros(2), [[0.0], [0.0, 1.0]]), "gives effort: .*inhomogeneous"),
-        (Measured(*np.zeros((2, 2)), gap="none"), "gives gap: could not convert"),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)  # each opens a session
+            for case in (
+                (
+                    Measured(np.zeros(2), np.float64(0.0)),
+                    r"gives effort of shape \(\), expected \(2,\)",
+                ),
+                (
+                    Measured(*np.zeros((2, 2)), np.zeros((1, 3))),
+                    r"gives effectors of shape \(1, 3\)",
+                ),
+                (Measured(np.zeros(2), [[0.0], [0.0, 1.0]]), "gives effort: .*inhomogeneous"),
+                (Measured(*np.zeros((2, 2)), gap="none"), "gives gap: could not convert"),
+            )
+        ),
     ],
 )
 def test_what_is_no_measurement_of_the_robot_ends_its_driver(
