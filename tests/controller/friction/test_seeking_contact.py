@@ -158,11 +158,11 @@ def test_smaller_cubes_and_those_that_lie_aside_are_lifted(
 
 
 @pytest.mark.slow
-def test_of_cubes_of_half_the_size_at_most_one_in_six_is_lost(tmp_path: Path) -> None:
-    """One finger gets below its edge and tips it; from there no descent leads back to a grasp."""
-    sizes = (0.4, 0.45, 0.48, 0.5, 0.52, 0.55)
+def test_of_small_cubes_at_most_one_in_six_is_lost(tmp_path: Path) -> None:
+    """From 10 to 15 mm; one finger gets below an edge and tips it, and no descent leads back to a grasp."""
+    sizes = np.arange(0.42, 0.65, 0.02).round(2).tolist()
     folders = [tmp_path / str(scale) for scale in sizes]
     for folder in folders:
         folder.mkdir()
     ends = [lifted(*pair, 0.0, 60) for pair in zip(folders, sizes, strict=True)]
-    assert sum(end > 0.1 for end in ends) <= 1
+    assert 6 * sum(end > 0.1 for end in ends) <= len(ends)
