@@ -158,9 +158,9 @@ def sight_after(robot: Robot, prepared: Prepared, plan: Plan, aim: Aim, sight: f
     """
     clusters, cuts = prepared.clusters, dict(enumerate(plan.cuts))
     numbers, found = np.arange(len(clusters.each)), []
-    for place, number in enumerate(np.flatnonzero(clusters.rubbing).tolist()):
+    for number in np.flatnonzero(clusters.rubbing).tolist():
         own = aim.among(clusters, numbers == number)
-        cut = cuts.get(place) is not None
+        cut = cuts.get(number) is not None
         found.append(_sight_of(robot, prepared, plan, own, sight, cut, number))
     return max(found)
 

@@ -202,8 +202,8 @@ def decide(
     before, size = carried.dampings or Dampings.at_start(clusters), robot.part_size
     dampings = before.towards(goal, size, layout)
     target = layout.row_targets(values, goal)  # (n_e,)
-    given = dampings.gamma, carried.grasp, None, carried.pushed, carried.sight > 0.0
-    aim = Aim(target, layout.scale, layout.exact, *given)
+    given = target, layout.scale, layout.exact, dampings.gamma, carried.grasp
+    aim = Aim(*given, pushed=carried.pushed, looking=carried.sight > 0.0)
     kept = None if locks is None else ahead_of_locks(locks, position)
     situation = Situation(robot, prepared, position, settings, kept)
     plan = make_plan(situation, aim, carried.cuts)

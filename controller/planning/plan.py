@@ -119,7 +119,7 @@ class Plan:
         problem: the QPCC that was solved last.
         start: where its solver started.
         held_to: (n_e,) effector rows that γ holds it back to.
-        cuts: where its searches were cut, one for each cluster with friction; None: it was not.
+        cuts: where its searches were cut, by the number of the cluster; None: it was not.
         pushed: slots of the unit columns that push in it, with friction.
     """
 

@@ -54,19 +54,18 @@ def make_plan(situation: Situation, aim: Aim, cuts: tuple[CutPlan | None, ...]) 
     kept = dict(enumerate(cuts))
     if len(clusters.each) == 1:
         return _with_friction(situation, replace(aim, cut=kept.get(0)), 0)
-    numbers, made, ends = np.arange(len(clusters.each)), list[tuple[Bools, Plan]](), []
-    others = ~clusters.rubbing
-    for place, number in enumerate(np.flatnonzero(clusters.rubbing).tolist()):
-        own, own_cut = numbers == number, kept.get(place)
+    made, ends = list[tuple[Bools, Plan]](), dict[int, CutPlan | None]()
+    numbers, others = np.arange(len(clusters.each)), ~clusters.rubbing
+    for number in np.flatnonzero(clusters.rubbing).tolist():
+        own = numbers == number
         alone = _holding(situation, ~own)
-        if _any_free(alone):
-            plan = _with_friction(alone, replace(aim.among(clusters, own), cut=own_cut), number)
-            made.append((own, plan))
-            own_cut = plan.cuts[0]
-        else:
+        if not _any_free(alone):
             others |= own  # their targets are missed by what is locked
-            own_cut = None
-        ends.append(own_cut)
+            continue
+        own_aim = replace(aim.among(clusters, own), cut=kept.get(number))
+        plan = _with_friction(alone, own_aim, number)
+        made.append((own, plan))
+        (ends[number],) = plan.cuts
     beside = _holding(situation, ~others)
     if others.any() and _any_free(beside):
         grasp = aim.among(clusters, ~clusters.rubbing).grasp
@@ -74,7 +73,7 @@ def make_plan(situation: Situation, aim: Aim, cuts: tuple[CutPlan | None, ...]) 
         made.append((others, plan_from(beside, rest, _loaded(prepared), situation.robot.h)))
     unusable = [plan for _, plan in made if not plan.status.usable]
     plan = unusable[0] if unusable else _joined(clusters, made)
-    return replace(plan, cuts=tuple(ends))
+    return replace(plan, cuts=tuple(map(ends.get, numbers.tolist())))
 
 
 def _with_friction(situation: Situation, aim: Aim, number: int) -> Plan:
