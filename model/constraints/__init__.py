@@ -13,7 +13,6 @@ from tauten.model.constraints.frames import (
     Frames,
     PinnedRegion,
     RigidRegion,
-    inertia_of,
     make_frames,
 )
 from tauten.model.constraints.joints import FrameJoints
@@ -28,7 +27,6 @@ __all__ = [
     "FrameJoints",
     "PinnedRegion",
     "RigidRegion",
-    "inertia_of",
     "make_coordinates",
     "make_frames",
     "make_product_pattern",

@@ -122,11 +122,10 @@ class Frames:
         drives = self.n_velocities - self.n_drives + np.arange(self.n_drives)
         object.__setattr__(self, "drives", drives)
         object.__setattr__(self, "reach", self._reach())
-        inertia = inertia_of(self.excess)
         (lumped,) = np.nonzero(self.excess[: self.n_turning].any(axis=(1, 2)))
         object.__setattr__(self, "lumped", lumped)
-        object.__setattr__(self, "tensors", inertia[lumped])
-        about = np.einsum("di,dij,dj->d", self.axes, inertia[self.n_turning :], self.axes)
+        object.__setattr__(self, "tensors", _inertia_of(self.excess[lumped]))
+        about = self.inertia_about_axes(self.excess)
         object.__setattr__(self, "about", np.where(self.turns, about, 0.0))
 
     @property
@@ -243,6 +242,12 @@ class Frames:
         rate = v[self.drives]
         return centripetal_rates(omega, rate, self.owner, levers, self.axes, self.turns)
 
+    def inertia_about_axes(self, moments: Array) -> Array:
+        """Inertia of the drives about their axes (n_drives,), of second moments (regions, 3, 3) [kg m²]."""
+        of_drives = _inertia_of(moments[self.n_turning :])
+        found: Array = np.einsum("di,dij,dj->d", self.axes, of_drives, self.axes)
+        return found
+
     def excess_inertia(self, q: Array) -> tuple[Array, Array]:
         """What lumped masses have too much: inertia (n_turning, 3, 3), and (n_drives,) about axes [kg m²].
 
@@ -260,13 +265,10 @@ class Frames:
             q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
             v: (n_velocities,) velocities of the regions.
         """
-        columns, found = (
-            self.rotations[self.lumped, None] + np.arange(3),
-            np.zeros(self.n_velocities),
-        )
+        columns = self.rotations[self.lumped, None] + np.arange(3)
         omega = v[columns]  # (l, 3) rad/s
         momentum = (self._turned_tensors(q) @ omega[:, :, None])[:, :, 0]
-        on, back = [1, 2, 0], [2, 0, 1]
+        found, on, back = np.zeros(self.n_velocities), [1, 2, 0], [2, 0, 1]
         found[columns] = omega[:, on] * momentum[:, back] - omega[:, back] * momentum[:, on]
         return found
 
@@ -338,7 +340,7 @@ class Frames:
         return found
 
 
-def inertia_of(moments: Array) -> Array:
+def _inertia_of(moments: Array) -> Array:
     """Tensors of inertia tr(S) I − S (m, 3, 3) of second moments S (m, 3, 3) [kg m²]."""
     trace = np.trace(moments, axis1=1, axis2=2)
     found: Array = trace[:, None, None] * np.eye(3) - moments

@@ -47,10 +47,8 @@ from tauten.service.wire import (
 )
 
 _PATIENCE = 5.0  # s for the first answers of a node
-_SILENT, _SILENT_PERIODS = (
-    2.0,
-    5,
-)  # s and periods without a tick, after both of which a node is missing
+_SILENT = 2.0  # s
+_SILENT_PERIODS = 5  # and periods without a tick, after both of which a node is missing
 _CONTACTS_AGE = 0.2  # s for which contacts belong to a surface
 
 

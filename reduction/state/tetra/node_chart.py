@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tauten.model.constraints import CoordinateMap, Frames, inertia_of
+from tauten.model.constraints import CoordinateMap, Frames
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.tetra import Tetrahedra
 from tauten.reduction.reduced_body import StateBasisError
@@ -291,10 +291,7 @@ class NodeChart:
         moments = frames.excess.copy()
         if chosen is not None:
             moments[frames.owner[~chosen[3 * frames.nodes]]] = 0.0
-        first, three = motion.straight, np.arange(3)
-        about = np.einsum(
-            "di,dij,dj->d", frames.axes, inertia_of(moments[self.turned :]), frames.axes
-        )
+        first, three, about = motion.straight, np.arange(3), frames.inertia_about_axes(moments)
         for place, drive in enumerate(motion.turning):
             for column in (motion.modes + drive, first + place):
                 found[column, column] = about[drive]
