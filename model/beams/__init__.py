@@ -5,7 +5,9 @@ from tauten.model.beams.body import BeamBody
 from tauten.model.beams.elements import (
     BeamArrays,
     assemble_beams,
+    bent_shares,
     element,
+    offset_slopes,
     stretch_functions,
     turn_functions,
 )
@@ -16,7 +18,7 @@ from tauten.model.beams.helix import (
     helix_functions,
     second_derivatives,
 )
-from tauten.model.beams.motion import follow, unit_vector
+from tauten.model.beams.motion import follow, strained_length, unit_vector
 from tauten.model.beams.profile import Material, Profile, bar, natural_stiffness, section, tube
 from tauten.model.beams.surfaces import BeamSurfaces, chain_surface, outline
 from tauten.model.beams.tree import BeamLoopError, BeamTree, make_tree
@@ -34,6 +36,7 @@ __all__ = [
     "along_helix",
     "assemble_beams",
     "bar",
+    "bent_shares",
     "chain_surface",
     "chord_change",
     "element",
@@ -43,9 +46,11 @@ __all__ = [
     "make_beams",
     "make_tree",
     "natural_stiffness",
+    "offset_slopes",
     "outline",
     "second_derivatives",
     "section",
+    "strained_length",
     "stretch_functions",
     "tube",
     "turn_functions",

@@ -17,6 +17,8 @@ import numpy as np
 
 from tauten.model.beams.elements import (
     BeamArrays,
+    offset_forces,
+    offset_slopes,
     stretch_functions,
     stretch_moment,
     stretched,
@@ -84,7 +86,8 @@ def forces_at_end(
         theta = dot(phi, phi) ** 0.5
         gamma, eta, d_gamma, d_eta, _, _ = stretch_functions(theta)
         tau, _ = turn_functions(theta)
-        P = (forces[s], forces[s + 1], forces[s + 2])
+        slopes = offset_slopes(beams, k, stretched(u, phi, gamma, eta))
+        P = offset_forces((forces[s], forces[s + 1], forces[s + 2]), slopes)
         bent = (forces[s + 3], forces[s + 4], forces[s + 5])
         N = stretched(P, phi, gamma, eta)
         M = stretched(add(bent, stretch_moment(u, phi, P, eta, d_gamma, d_eta)), phi, gamma, eta)

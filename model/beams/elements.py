@@ -13,9 +13,15 @@ n = φ / θ,
 
     ε = Γ u − (L, 0, 0),   Γ = γ (I − n nᵀ) + n nᵀ = γ I + η φ φᵀ,   γ = (θ/2) / sin(θ/2)
 
-are the stretch and shear of the helix times L. The six numbers (ε, φ) are the natural strains: stretch, two
-antisymmetric bendings with shear, torsion, two pure bendings, Argyris' natural modes. They are decoupled,
-so that the energy
+are the stretch and shear of the helix times L: e = Γ u has the offsets e_2, e_3 across the axis. Of an offset
+the share β is antisymmetric bending, the rest shear. A chord turned by it from the frame is that of a cubic,
+which is longer than the chord, so that the axis is stretched by
+
+    ε = e − (L, 0, 0) + (b_2 e_2² + b_3 e_3², 0, 0),   b = β (1 − 2 β / 5) / L
+
+to second order. Without b an element lengthens under a tension of more than 12 E I / L² for nothing, as it
+turns away from its chord. The six numbers (ε, φ) are the natural strains: stretch, two antisymmetric bendings
+with shear, torsion, two pure bendings, Argyris' natural modes. They are decoupled, so that the energy
 
     E = ½ εᵀ D_ε ε + ½ φᵀ D_φ φ                                                   (B1)
 
@@ -26,7 +32,7 @@ one element, whatever its angle. With small rotations δa, δb of the ends in th
     δφ = Γ (δb − δa)
     δw = ½ (δa + δb) − ½ τ φ x (δb − δa),   τ = tan(θ/4) / θ      turn of the frame
     δu = δp_B − δp_A + u x δw
-    δε = Γ δu + G(φ, u) δφ                                                        (B2)
+    δe = Γ δu + G(φ, u) δφ,   δε = δe + (2 b_2 e_2 δe_2 + 2 b_3 e_3 δe_3, 0, 0)    (B2)
     G(φ, u) = ∂(Γ u)/∂φ = γ' u φᵀ + η (φ·u I + φ uᵀ) + η' (φ·u) φ φᵀ
 
 where a prime is the derivative by θ divided by θ. Forces and the tangent follow by differentiation, the
@@ -68,6 +74,8 @@ from tauten.model.numerics import (
 C1, C2, C3, C4 = 1.0 / 24.0, 7.0 / 5760.0, 31.0 / 967680.0, 127.0 / 154828800.0
 C5, C6 = 73.0 / 3503554560.0, 1414477.0 / 2678117105664000.0
 C7, C8 = 8191.0 / 612141052723200.0, 16931177.0 / 49950709902213120000.0
+
+Pair = tuple[float, float]  # for axes 2 and 3
 
 
 class BeamArrays(NamedTuple):
@@ -177,6 +185,39 @@ def stretch_moment(
 
 
 @kernel
+def bent_shares(beams: BeamArrays, k: int) -> Pair:
+    """b_2 and b_3 of an element k [1/m]: β = L² D / 12 D_φ, of the bending of one plane."""
+    D, L = beams.D[k], beams.length[k]
+    beta_2, beta_3 = L * L * D[1] / (12.0 * D[5]), L * L * D[2] / (12.0 * D[4])
+    return beta_2 * (1.0 - 0.4 * beta_2) / L, beta_3 * (1.0 - 0.4 * beta_3) / L
+
+
+@kernel
+def offset_slopes(beams: BeamArrays, k: int, e: Vector3) -> Pair:
+    """Stretch of the axis of an element k by its offsets, 2 b_2 e_2 and 2 b_3 e_3.
+
+    Args:
+        beams: all elements.
+        k: number of this one.
+        e: its length with stretch and shear [m].
+    """
+    b = bent_shares(beams, k)
+    return 2.0 * b[0] * e[1], 2.0 * b[1] * e[2]
+
+
+@kernel
+def axis_change(de: Vector3, slopes: Pair) -> Vector3:
+    """δε of (B2) of a change δe [m], with the slopes of `offset_slopes`."""
+    return de[0] + slopes[0] * de[1] + slopes[1] * de[2], de[1], de[2]
+
+
+@kernel
+def offset_forces(P: Vector3, slopes: Pair) -> Vector3:
+    """The forces that do the work on δe that forces P do on δε [N], see `axis_change`."""
+    return P[0], P[1] + slopes[0] * P[0], P[2] + slopes[1] * P[0]
+
+
+@kernel
 def element(
     x: Array, Q: Array, beams: BeamArrays, k: int, exact: bool, force: Array, K: Array
 ) -> float:
@@ -191,20 +232,23 @@ def element(
         force: (12,) filled with force and moment on a, then on b: −∂E.
         K: (12, 12) filled with −∂force, symmetric part.
     """
-    a, b, D, rest = beams.ends[k, 0], beams.ends[k, 1], beams.D[k], beams.length[k]
-    e = quaternion(beams.axes, k)
-    first = product(quaternion(Q, a), e)
-    relative = product(conjugate(first), product(quaternion(Q, b), e))
+    start, end, D, rest = beams.ends[k, 0], beams.ends[k, 1], beams.D[k], beams.length[k]
+    axes = quaternion(beams.axes, k)
+    first = product(quaternion(Q, start), axes)
+    relative = product(conjugate(first), product(quaternion(Q, end), axes))
     if relative[0] < 0.0:
         relative = (-relative[0], -relative[1], -relative[2], -relative[3])
     phi = rotation_vector(relative)
     frame = product(first, normalised((1.0 + relative[0], relative[1], relative[2], relative[3])))
-    u = rotate(conjugate(frame), subtract(row(x, b), row(x, a)))
+    u = rotate(conjugate(frame), subtract(row(x, end), row(x, start)))
     theta = dot(phi, phi) ** 0.5
     gamma, eta, d_gamma, d_eta, dd_gamma, dd_eta = stretch_functions(theta)
     tau, d_tau = turn_functions(theta)
-    strain = subtract(stretched(u, phi, gamma, eta), (rest, 0.0, 0.0))
-    P = (D[0] * strain[0], D[1] * strain[1], D[2] * strain[2])
+    e = stretched(u, phi, gamma, eta)
+    b, slopes = bent_shares(beams, k), offset_slopes(beams, k, e)
+    axis = e[0] - rest + 0.5 * (slopes[0] * e[1] + slopes[1] * e[2])
+    strained = (D[0] * axis, D[1] * e[1], D[2] * e[2])
+    P = offset_forces(strained, slopes)
     bent = (D[3] * phi[0], D[4] * phi[1], D[5] * phi[2])
     N = stretched(P, phi, gamma, eta)  # ∂E for u
     M = add(bent, stretch_moment(u, phi, P, eta, d_gamma, d_eta))  # ∂E for φ
@@ -225,10 +269,11 @@ def element(
         w = subtract(scale(0.5, add(da, db)), scale(0.5 * tau, cross(phi, turn)))
         du = add(dp, cross(u, w))
         dphi = stretched(turn, phi, gamma, eta)
-        changed = add(
-            stretched(du, phi, gamma, eta), stretch_change(u, phi, dphi, eta, d_gamma, d_eta)
-        )
-        dP = (D[0] * changed[0], D[1] * changed[1], D[2] * changed[2])
+        de = add(stretched(du, phi, gamma, eta), stretch_change(u, phi, dphi, eta, d_gamma, d_eta))
+        changed = axis_change(de, slopes)
+        dP = offset_forces((D[0] * changed[0], D[1] * changed[1], D[2] * changed[2]), slopes)
+        if exact:
+            dP = add(dP, scale(2.0 * strained[0], (0.0, b[0] * de[1], b[1] * de[2])))
         dN = stretched(dP, phi, gamma, eta)
         dM = (D[3] * dphi[0], D[4] * dphi[1], D[5] * dphi[2])
         dM = add(dM, stretch_moment(u, phi, dP, eta, d_gamma, d_eta))
@@ -261,7 +306,7 @@ def element(
     for i in range(3):
         force[i], force[6 + i] = N_out[i], -N_out[i]
         force[3 + i], force[9 + i] = -a_out[i], -b_out[i]
-    return float(0.5 * (dot(P, strain) + dot(bent, phi)))
+    return float(0.5 * (dot(strained, (axis, e[1], e[2])) + dot(bent, phi)))
 
 
 @kernel

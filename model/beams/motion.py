@@ -4,7 +4,7 @@ With R the frame of the first end a of an element, r and T of `tauten.model.beam
 velocity v_a and angular velocity w_a of that end, those of the other end b are
 
     w_b = w_a + R T dφ
-    v_b = v_a + w_a x R r + R (T dε + ∂r/∂φ dφ)                                   (B4)
+    v_b = v_a + w_a x R r + R (T de + ∂r/∂φ dφ),   de of dε by (B2)                (B4)
 
 so one pass from the fixed nodes outwards gives all of them. With J the velocities and angular velocities of
 all nodes per rate of the strains, forces and moments g on the nodes are Jᵀ g for the strains, which one pass
@@ -15,7 +15,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauten.model.beams.elements import BeamArrays, stretch_functions, stretched
+from tauten.model.beams.elements import (
+    BeamArrays,
+    Pair,
+    offset_slopes,
+    stretch_functions,
+    stretched,
+)
 from tauten.model.beams.helix import along_helix, chord_change
 from tauten.model.beams.tree import element_frame
 from tauten.model.numerics import (
@@ -63,7 +69,23 @@ def follow(strains: Array, Phi: Array, beams: BeamArrays, x: Array, Q: Array, J:
             unit = unit_vector(i)
             along[i] = rotate(frame, along_helix(phi, unit))
             moved[i] = rotate(frame, chord_change(phi, e, unit))
-        follow_end(chord, along, moved, 6 * a, 6 * b, Phi[s : s + 6], J)
+        slopes = offset_slopes(beams, k, e)
+        follow_end(chord, along, moved, slopes, 6 * a, 6 * b, Phi[s : s + 6], J)
+
+
+@kernel
+def strained_length(strains: Array, beams: BeamArrays, k: int) -> Vector3:
+    """Length e of an element with stretch and shear [m].
+
+    Args:
+        strains: (6 e,) natural strains [m], [rad].
+        beams: the elements.
+        k: number of this one.
+    """
+    s, offsets = 6 * k, (0.0, strains[6 * k + 1], strains[6 * k + 2])
+    slopes = offset_slopes(beams, k, offsets)
+    longer = 0.5 * (slopes[0] * offsets[1] + slopes[1] * offsets[2])
+    return strains[s] + beams.length[k] - longer, offsets[1], offsets[2]
 
 
 @kernel
@@ -80,7 +102,7 @@ def place_end(
         Q: (n_nodes, 4) rotations, unit quaternions; the row of the outer end is output.
     """
     a, b, s = beams.ends[k, 0], beams.ends[k, 1], 6 * k
-    e = (strains[s] + beams.length[k], strains[s + 1], strains[s + 2])
+    e = strained_length(strains, beams, k)
     phi = (strains[s + 3], strains[s + 4], strains[s + 5])
     axes = quaternion(beams.axes, k)
     frame = product(quaternion(Q, a), axes)
@@ -120,6 +142,9 @@ def strain_forces(x: Array, Q: Array, load: Array, beams: BeamArrays) -> Array:
         for i in range(3):
             found[6 * k + i] = stretch[i]
             found[6 * k + 3 + i] = bend[i] + dot(chord_change(phi, e, unit_vector(i)), F)
+        slopes = offset_slopes(beams, k, e)
+        found[6 * k + 1] -= slopes[0] * stretch[0]
+        found[6 * k + 2] -= slopes[1] * stretch[0]
         lever = cross(subtract(row(x, b), row(x, a)), force)
         for i in range(3):
             load[a, i] += force[i]
@@ -129,7 +154,7 @@ def strain_forces(x: Array, Q: Array, load: Array, beams: BeamArrays) -> Array:
 
 @kernel
 def follow_end(
-    r: Vector3, along: Array, moved: Array, a: int, b: int, Phi: Array, J: Array
+    r: Vector3, along: Array, moved: Array, slopes: Pair, a: int, b: int, Phi: Array, J: Array
 ) -> None:
     """Rows b … b + 5 of J, the motion of one end of an element, from those of the other end (B4).
 
@@ -137,6 +162,7 @@ def follow_end(
         r: chord from the first to this end [m].
         along: (3, 3) columns of R T, one in each row.
         moved: (3, 3) columns of R ∂r/∂φ, one in each row.
+        slopes: see `offset_slopes`.
         a: first row of the other end.
         b: first row of this end.
         Phi: (6, r) modes of the strains of the element.
@@ -145,7 +171,8 @@ def follow_end(
     (r0, r1, r2), t, m = r, along, moved
     for j in range(J.shape[1]):
         w0, w1, w2 = J[a + 3, j], J[a + 4, j], J[a + 5, j]
-        e0, e1, e2 = Phi[0, j], Phi[1, j], Phi[2, j]
+        e1, e2 = Phi[1, j], Phi[2, j]
+        e0 = Phi[0, j] - slopes[0] * e1 - slopes[1] * e2
         p0, p1, p2 = Phi[3, j], Phi[4, j], Phi[5, j]
         J[b, j] = (
             J[a, j] + (w1 * r2 - w2 * r1) + (t[0, 0] * e0 + t[1, 0] * e1 + t[2, 0] * e2)

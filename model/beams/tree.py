@@ -16,6 +16,8 @@ import numpy as np
 from tauten.model.beams.beams import BeamError, Beams
 from tauten.model.beams.elements import (
     BeamArrays,
+    axis_change,
+    offset_slopes,
     stretch_change,
     stretch_functions,
     stretched,
@@ -138,7 +140,8 @@ def natural_strains(x: Array, Q: Array, beams: BeamArrays) -> Array:
         e = stretched(u, phi, gamma, eta)
         for i in range(3):
             strains[6 * k + i], strains[6 * k + 3 + i] = e[i], phi[i]
-        strains[6 * k] -= beams.length[k]
+        slopes = offset_slopes(beams, k, e)
+        strains[6 * k] += 0.5 * (slopes[0] * e[1] + slopes[1] * e[2]) - beams.length[k]
     return strains
 
 
@@ -191,6 +194,7 @@ def strain_rates(x: Array, Q: Array, motion: Array, beams: BeamArrays) -> Array:
         w2 = 0.5 * (da[2] + db[2]) - 0.5 * tau * across[2]
         du, dphi = add(dp, cross(u, (w0, w1, w2))), stretched(turn, phi, gamma, eta)
         de = add(stretched(du, phi, gamma, eta), stretch_change(u, phi, dphi, eta, d_gamma, d_eta))
+        changed = axis_change(de, offset_slopes(beams, k, stretched(u, phi, gamma, eta)))
         for i in range(3):
-            rates[6 * k + i], rates[6 * k + 3 + i] = de[i], dphi[i]
+            rates[6 * k + i], rates[6 * k + 3 + i] = changed[i], dphi[i]
     return rates

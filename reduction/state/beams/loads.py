@@ -2,11 +2,12 @@
 
 Loads are forces on points that move with the nodes. The points beyond an element have, in the frame of its
 first end, the positions y = r + ρ with the chord r = T(φ) e of `tauten.model.beams.helix` and ρ
-turned by exp(φ). Strain rates dε, dφ move them by V + Ω x ρ, and
+turned by exp(φ). Rates de of its length with
+stretch and shear and dφ move them by V + Ω x ρ, and
 
-    V = T dε + dT e,   Ω = T dφ                 dT and d²T: first and second change of T with dφ
+    V = T de + dT e,   Ω = T dφ                 dT and d²T: first and second change of T with dφ
     ∂²(Σ F·y) = ω·(V x F + A Ω)                                  one turn ω before the element
-              + F·(2 dT dε + d²T e)                              and within the element
+              + F·(2 dT de + d²T e + T d²e)                      and within the element
               + Ωᵀ A Ω + (Σ ρ x F)·dT dφ,   A = S − tr(S) I,   S = Σ ρ Fᵀ              (B5)
 
 so that F and S, summed over what lies beyond, are all that is needed of it. (Park, Kim and Ploen compute such
@@ -20,10 +21,13 @@ import numpy as np
 from tauten.model.beams import (
     BeamArrays,
     along_helix,
+    bent_shares,
     chord_change,
     first_derivatives,
     helix_functions,
+    offset_slopes,
     second_derivatives,
+    strained_length,
     unit_vector,
 )
 from tauten.model.numerics import (
@@ -93,7 +97,7 @@ def add_point_loads(
 
 @kernel
 def add_chord_change(f: Vector3, phi: Vector3, e: Vector3, C: Array) -> None:
-    """Add f·(2 dT dε + d²T e), a quadratic form of (dε, dφ), to the symmetric C (6, 6).
+    """Add f·(2 dT de + d²T e), a quadratic form of (de, dφ), to the symmetric C (6, 6).
 
     Args:
         f: load beyond the element, in the frame of its first end [N].
@@ -157,7 +161,7 @@ def load_terms(
     B: Array,
     C: Array,
 ) -> None:
-    """The terms of (B5) of one element: ω·B (dε, dφ) with a turn ω in space, and the form C of (dε, dφ).
+    """The terms of (B5) of one element: ω·B (de, dφ) with a turn ω in space, and the form C of (de, dφ).
 
     Args:
         frame: rotation of its first end with its axes.
@@ -195,6 +199,30 @@ def load_terms(
     add_form(s, theta, C)
     moment = (s[1, 2] - s[2, 1], s[2, 0] - s[0, 2], s[0, 1] - s[1, 0])
     add_spin_change(moment, phi, C)
+
+
+@kernel
+def in_strains(
+    slopes: tuple[float, float], shares: tuple[float, float], pull: float, B: Array, C: Array
+) -> None:
+    """Turn the terms of (B5) of (de, dφ) into those of (dε, dφ), (B2) of `tauten.model.beams.elements`.
+
+    Args:
+        slopes: see `offset_slopes`.
+        shares: see `bent_shares` [1/m].
+        pull: the load that de_1 moves [N].
+        B: (3, 6) changed.
+        C: (6, 6) changed, symmetric.
+    """
+    for j in range(2):
+        for i in range(3):
+            B[i, 1 + j] -= slopes[j] * B[i, 0]
+        for i in range(6):
+            C[i, 1 + j] -= slopes[j] * C[i, 0]
+    for j in range(2):
+        for i in range(6):
+            C[1 + j, i] -= slopes[j] * C[0, i]
+        C[1 + j, 1 + j] -= 2.0 * shares[j] * pull
 
 
 @kernel
@@ -245,10 +273,12 @@ def load_rows(
     for at in range(elements.shape[0]):
         k = elements[at]
         a, b, first = beams.ends[k, 0], beams.ends[k, 1], 6 * k
-        e = (strains[first] + beams.length[k], strains[first + 1], strains[first + 2])
+        e = strained_length(strains, beams, k)
         phi = (strains[first + 3], strains[first + 4], strains[first + 5])
         frame = product(quaternion(Q, a), quaternion(beams.axes, k))
         load_terms(frame, e, phi, F[b], S[b], B, C)
+        pull = dot(rotate(frame, along_helix(phi, unit_vector(0))), row(F, b))
+        in_strains(offset_slopes(beams, k, e), bent_shares(beams, k), pull, B, C)
         n = 6 * a + 3
         for i in range(6):
             B0, B1, B2 = B[0, i], B[1, i], B[2, i]

@@ -50,6 +50,27 @@ def test_bathe_and_bolourchi_bend(load: float) -> None:
     assert moved[-1] < 10.0 * moved[-2] ** 2 + 1e-11
 
 
+@pytest.mark.parametrize("count", [2, 8])
+@pytest.mark.parametrize("strain", [0.01, 0.1])
+def test_a_soft_rod_under_tension_is_as_long_and_as_stiff_as_theory_says(
+    count: int, strain: float
+) -> None:
+    """Tension N stretches by N / E A and stiffens it against a force F aside, also where 12 E I / L² ≪ N.
+
+    E I θ'' = (1 + ε) (N θ − F), θ(0) = 0, θ'(l) = 0.
+    """
+    L, material, profile = 0.2, Material(1e6, 0.3, 1.0), tube(4e-3)
+    N, EI = strain * 1e6 * profile.area, 1e6 * profile.bending[0]
+    frame = Frame(
+        chain(np.outer(np.linspace(0.0, L, count + 1), [1.0, 0, 0]), Z, profile, material)
+    )
+    frame.solve(tip_load(frame, np.array([N, 0.0, 1e-3 * N])))
+    k = np.sqrt((1.0 + strain) * N / EI)
+    aside = 1e-3 * (1.0 + strain) * (L - np.tanh(k * L) / k)
+    assert frame.x[-1, 0] / L - 1.0 == pytest.approx(strain, rel=1e-4)
+    assert frame.x[-1, 2] == pytest.approx(aside, rel=0.1 if count == 2 else 0.01)
+
+
 @pytest.mark.parametrize("count", [3, 16])
 def test_end_moment_rolls_a_beam_into_a_circle(count: int) -> None:
     """Every element is an exact arc, also one of 120°."""
