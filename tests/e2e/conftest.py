@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from support.processes import Process, Served, Start, start, wait_alive
+from support.processes import Process, Served, Start, client_of, start, wait_alive
 
 from tauten.service.link import close_session
 from tauten.service.plant import free_ports
-from tauten.service.wire import Keys, Network, Role, open_session
+from tauten.service.wire import Keys
 
 
 @contextmanager
@@ -20,7 +20,7 @@ def serving(beam_file: Path, folder: Path, *options: str) -> Iterator[Served]:
     port, log = free_ports(), folder / "log.mcap"
     command = ("serve", beam_file, "--port", port, "--record", log, *options)
     process = start(folder / "serve.txt", *command)
-    session = open_session(Network(port), Role.OTHER, "beam")
+    session = client_of(process, port)
     try:
         wait_alive(session, Keys("beam").token, process)
         yield Served(process, session, Keys("beam"), port, log)

@@ -56,7 +56,10 @@ while True:
 def sessions() -> Iterator[tuple[zenoh.Session, zenoh.Session]]:
     """A node's session and another one."""
     port = free_ports()
-    found = [open_session(Network(port), role, "beam") for role in (Role.NODE, Role.OTHER)]
+    found = [
+        open_session(Network(port), role, "beam", connected=False)
+        for role in (Role.NODE, Role.OTHER)
+    ]
     yield found[0], found[1]
     for session in found:
         close_session(session)

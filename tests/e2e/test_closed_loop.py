@@ -19,7 +19,7 @@ from support.nodes import (
     wait_slack,
     wait_tip,
 )
-from support.processes import Process, Served, start, wait_alive
+from support.processes import Process, Served, client_of, start, wait_alive
 
 from tauten.model import Robot
 from tauten.service.link import close_session
@@ -32,10 +32,7 @@ from tauten.service.wire import (
     Cause,
     Keys,
     Mode,
-    Network,
     OperatorCommand,
-    Role,
-    open_session,
 )
 
 TIP = "tauten/beam/effector"
@@ -94,7 +91,7 @@ def closed(beam_file: Path, tmp_path: Path) -> Iterator[tuple[Served, Process]]:
     behaving = ("--measure", "--young-scale", "1.2", "--drive", "tension")
     node = start(tmp_path / "serve.txt", *serving)
     plant = start(tmp_path / "plant.txt", "plant", beam_file, "--port", port, *behaving)
-    session = open_session(Network(port), Role.OTHER, "beam")
+    session = client_of(node, port)
     try:
         wait_alive(session, Keys("beam").token, node)
         wait_alive(session, Keys("beam").plant_token, plant)

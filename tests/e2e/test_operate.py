@@ -125,7 +125,8 @@ def test_a_recorder_beside_the_node_records_the_run(
     assert counts[0] > 30
 
 
-def test_a_command_without_a_node_is_a_sentence() -> None:
+def test_a_command_without_a_node_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tauten.service.link.commanding._PATIENCE", 0.1)
     with pytest.raises(NetworkError, match="no node serves 'beam': start it with tauten serve"):
         send_command("beam", Network(free_ports()), OperatorCommand.STOP)
 
@@ -134,7 +135,7 @@ def test_a_command_waits_for_a_node_that_is_getting_ready(monkeypatch: pytest.Mo
     """Kernels are compiled for minutes: nothing listened until then, and the command said that no node is."""
     monkeypatch.setattr("tauten.service.link.commanding._PATIENCE", 0.3)
     network, keys = Network(free_ports()), Keys("beam")
-    node = open_session(network, Role.NODE, "beam")
+    node = open_session(network, Role.NODE, "beam", connected=False)
     try:
         tokens = [node.liveliness().declare_token(keys.starting)]
         begin = time.monotonic()
@@ -142,7 +143,7 @@ def test_a_command_waits_for_a_node_that_is_getting_ready(monkeypatch: pytest.Mo
         def serve() -> None:
             tokens.append(node.liveliness().declare_token(keys.token))
 
-        threading.Timer(2.0, serve).start()
+        threading.Timer(1.2, serve).start()
         with node_of("beam", network):
             assert time.monotonic() - begin > 1.0
             assert len(tokens) == 2

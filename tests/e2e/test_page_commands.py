@@ -14,12 +14,12 @@ from pathlib import Path
 import pytest
 from support.nodes import wait_mode
 from support.processes import Process, Served, run_main, start, wait_alive
+from support.robots.examples import shipped_setup
 from support.robots.thumb import write_thumb
 
 from tauten.controller import warm_controller
 from tauten.service.link import close_session
-from tauten.service.plant import PathSettings, free_ports, make_path
-from tauten.service.setup import load_setup
+from tauten.service.plant import free_ports
 from tauten.service.wire import Keys, Mode, Network, Role, open_session
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -128,9 +128,8 @@ def test_a_robot_is_served_followed_locked_and_replayed(
     )
     lock, unlock = lines_of("docs/actuators.md", "tauten lock", "tauten unlock")
     replay = lines_of("docs/start.md", "tauten replay")[0]
-    setup = load_setup("finger")
-    warm_controller(setup)  # kernels are compiled here, where no time limit runs
-    make_path("reach", setup.robot, PathSettings())
+    # kernels are compiled here, where no time limit runs
+    warm_controller(shipped_setup("finger"))
     port = free_ports()
     here, keys = ("--port", port), Keys("finger")
     session = open_session(Network(port), Role.OTHER, "finger")

@@ -12,7 +12,15 @@ import numpy as np
 import pytest
 from support.messages import encode_point
 from support.nodes import last_health, point_at
-from support.processes import START, Served, at_ordinary_priority, run_main, start, wait_alive
+from support.processes import (
+    START,
+    Served,
+    at_ordinary_priority,
+    client_of,
+    run_main,
+    start,
+    wait_alive,
+)
 from support.robots.thumb import write_thumb
 
 from tauten.controller import Controller
@@ -25,7 +33,7 @@ from tauten.service.node import ControlLoop
 from tauten.service.node.model_watch import make_fall_back
 from tauten.service.plant import free_ports
 from tauten.service.setup import load_setup
-from tauten.service.wire import CDR, Keys, Level, Network, Role, open_session
+from tauten.service.wire import CDR, Keys, Level
 
 
 @pytest.fixture(scope="module")
@@ -196,7 +204,7 @@ def test_run_of_the_reduced_model_replays(thumb_file: Path, tmp_path: Path) -> N
     port, log = free_ports(), tmp_path / "log.mcap"
     serving = ("serve", thumb_file, "--basis", "thumb.basis", "--port", port, "--record", log)
     process = start(tmp_path / "serve.txt", *serving)
-    session = open_session(Network(port), Role.OTHER, "thumb")
+    session = client_of(process, port, "thumb")
     keys, robot = Keys("thumb"), load_robot(thumb_file)
     try:
         wait_alive(session, keys.token, process)

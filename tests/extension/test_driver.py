@@ -101,7 +101,7 @@ def board() -> Iterator[Board]:
 @contextmanager
 def node(robot: RobotDescription, port: int) -> Iterator[zenoh.Session]:
     """A session that answers as the node of a robot does."""
-    session = open_session(Network(port), Role.NODE, robot.name)
+    session = open_session(Network(port), Role.NODE, robot.name, connected=False)
     answer = robot.as_json().encode()
     questions = session.declare_queryable(
         KEYS.description, lambda query: query.reply(KEYS.description, answer)

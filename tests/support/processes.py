@@ -27,7 +27,7 @@ import zenoh
 from benchmarks.commands import app
 from support.robots.bodies import box_mesh
 from tauten.service.cli import main, run
-from tauten.service.wire import Keys, is_alive
+from tauten.service.wire import Keys, Network, Role, is_alive, open_session
 
 # late_limit: at a load of ten a node misses most deadlines, and would never follow; the clock is asserted
 # in tests that are marked `realtime`, and in those of the state machine
@@ -206,13 +206,23 @@ def start_script(output: Path, script: Path, **environment: str) -> Process:
     return Process(Forked(fork_server(), output, script=str(script), **request), output)
 
 
+def client_of(node: Process, port: int, robot: str = "beam") -> zenoh.Session:
+    """A session of a client, opened once the node serves: one that finds no node looks again seldom."""
+    end = time.monotonic() + START
+    while ": serving " not in node.output.read_text():
+        assert node.process.poll() is None, node.output.read_text()
+        assert time.monotonic() < end, "did not start"
+        time.sleep(0.02)
+    return open_session(Network(port), Role.OTHER, robot, connected=False)
+
+
 def wait_alive(session: zenoh.Session, token: str, process: Process) -> None:
     """Wait for a liveliness token."""
     end = time.monotonic() + START
     while not is_alive(session, token):
         assert process.process.poll() is None, process.output.read_text()
         assert time.monotonic() < end, "did not start"
-        time.sleep(0.05)
+        time.sleep(0.02)
 
 
 Start = Callable[..., Process]

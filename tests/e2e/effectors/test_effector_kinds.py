@@ -15,6 +15,7 @@ from support.processes import (
     Process,
     Served,
     Start,
+    client_of,
     run_main,
     start,
     wait_alive,
@@ -35,13 +36,10 @@ from tauten.service.wire import (
     Joints,
     Keys,
     Mode,
-    Network,
-    Role,
     decode_effector,
     decode_joints,
     effector_json,
     encode_effector,
-    open_session,
 )
 
 EFFECTORS = """\
@@ -77,7 +75,7 @@ def served(robot_file: Path, tmp_path: Path) -> Iterator[Served]:
     behaving = ("--measure", "--young-scale", "1.1", "--drive", "tension")
     node = start(tmp_path / "serve.txt", *serving)
     plant = start(tmp_path / "plant.txt", "plant", robot_file, "--port", port, *behaving)
-    session = open_session(Network(port), Role.OTHER, "beam")
+    session = client_of(node, port)
     try:
         wait_alive(session, Keys("beam").token, node)
         wait_alive(session, Keys("beam").plant_token, plant)

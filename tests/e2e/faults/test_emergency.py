@@ -33,6 +33,7 @@ from tauten.service.link import (
 )
 from tauten.service.link import commanding as link_commanding
 from tauten.service.link import network as link_network
+from tauten.service.link.network import loopback_config
 from tauten.service.plant import free_ports
 
 HEAVY = {"numpy", "scipy", "numba", "rosbags", "rich", "typer", "prometheus_client", "daqp"}
@@ -145,8 +146,16 @@ def test_a_stop_gets_past_silent_connections(served: Served) -> None:
     wait_mode(served, Mode.STOP)
 
 
+def hasty(first_port: int, role: Role) -> zenoh.Config:
+    """A configuration whose session, when it is closed, does not wait ten seconds for who says nothing."""
+    config = loopback_config(first_port, role)
+    config.insert_json5("transport/unicast/open_timeout", "200")
+    return config
+
+
 def test_a_node_that_does_not_answer_is_not_denied(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(link_commanding, "_PATIENCE", 0.1)
+    monkeypatch.setattr(link_network, "loopback_config", hasty)
     with socket.socket() as listening:
         listening.bind(("127.0.0.1", free_ports()))
         listening.listen()

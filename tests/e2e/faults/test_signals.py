@@ -27,6 +27,7 @@ from support.processes import (
     Process,
     Served,
     Start,
+    client_of,
     run_main,
     wait_alive,
     write_robot,
@@ -38,7 +39,7 @@ from tauten.service.log import LogReader
 from tauten.service.plant import free_ports
 from tauten.service.process import StopFlag, stop_on_signals
 from tauten.service.replay import replay
-from tauten.service.wire import Keys, Mode, Network, Role, open_session
+from tauten.service.wire import Keys, Mode
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 KEYS = Keys("beam")
@@ -135,7 +136,7 @@ def slow(tmp_path: Path, run: Start) -> Iterator[tuple[Served, Robot]]:
     file = write_robot(tmp_path, ROBOT.replace("release_time = 0.4", "release_time = 60.0"))
     port, log = free_ports(), tmp_path / "log.mcap"
     node = run("serve", file, "--port", port, "--record", log)
-    session = open_session(Network(port), Role.OTHER, "beam")
+    session = client_of(node, port)
     try:
         wait_alive(session, KEYS.token, node)
         yield Served(node, session, KEYS, port, log), load_robot(file)

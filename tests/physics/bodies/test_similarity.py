@@ -16,7 +16,7 @@ import meshio
 import numpy as np
 import pytest
 
-from tauten.controller import controller_setup, warm_controller
+from tauten.controller import Controller, controller_setup
 from tauten.model.load import shipped_folder
 from tauten.model.numerics import Array
 
@@ -67,7 +67,8 @@ def decided(name: str, s: float, folder: Path) -> tuple[list[str], Array, Array]
     setup = controller_setup(
         larger, folder / f"{name}.toml", basis="none", model="full", young_scale=s**2
     )
-    controller = warm_controller(setup)
+    controller = Controller(setup.robot, setup.contact, settings=setup.controller)
+    assert controller.settle_start().converged
     kinds = [kind.value for kind in controller.robot.actuators.kinds]
     positions, efforts, rng = [], [], np.random.default_rng(3)
     layout, start = controller.robot.effector_layout, controller.effector_values

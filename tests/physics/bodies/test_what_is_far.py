@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import tomllib
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 from support.robots.examples import EXAMPLES
 
-from tauten.controller import controller_setup, warm_controller
+from tauten.controller import Controller, ControllerSetup, controller_setup
 from tauten.model import Simulator
 from tauten.model.load import shipped_folder
 from tauten.model.numerics import Array
@@ -21,9 +22,17 @@ BALL = {
 }
 
 
+def started(setup: ControllerSetup) -> Controller:
+    """A controller at the equilibrium under the robot's loads."""
+    one = Controller(setup.robot, setup.contact, settings=setup.controller)
+    assert one.settle_start().converged
+    return one
+
+
 def decided(contents: dict[str, Any]) -> tuple[Array, Array]:
     """Positions and efforts (steps, n_a) for random targets; the file would lie beside the shipped ones."""
-    one = warm_controller(controller_setup(contents, shipped_folder() / "robot.toml"))
+    setup = controller_setup(contents, shipped_folder() / "robot.toml")
+    one = started(setup)
     layout, start = one.robot.effector_layout, one.effector_values
     rng, found = np.random.default_rng(1), []
     for _ in range(6):
@@ -32,15 +41,27 @@ def decided(contents: dict[str, Any]) -> tuple[Array, Array]:
     return np.array([one.position for one in found]), np.array([one.effort for one in found])
 
 
+def shipped(name: str) -> dict[str, Any]:
+    """The file of a shipped robot, to be decided for all of its contacts."""
+    contents = tomllib.loads((shipped_folder() / f"{name}.toml").read_text(encoding="utf-8"))
+    contents["controller"]["basis"] = "full"
+    return contents
+
+
+@cache
+def decided_alone(name: str) -> tuple[Array, Array]:
+    """What is decided for a shipped robot with nothing around it."""
+    return decided(shipped(name))
+
+
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 @pytest.mark.parametrize("name", ["trunk", "finger"])
 def test_an_obstacle_far_away_changes_no_bit(name: str, friction: float) -> None:
     """The trunk's cables become slack and taut in the steps, and the finger's notches close."""
-    contents = tomllib.loads((shipped_folder() / f"{name}.toml").read_text(encoding="utf-8"))
-    contents["controller"]["basis"] = "full"
+    contents = shipped(name)
     far = {"against": "ball", "points": 20, **({"friction": friction} if friction else {})}
     among = {**contents, "obstacles": [BALL], "contacts": [*contents.get("contacts", []), far]}
-    position, effort = decided(contents)
+    position, effort = decided_alone(name)
     assert (effort == 0.0).any() or name == "finger"
     again, efforts = decided(among)
     np.testing.assert_array_equal(again, position)
@@ -90,7 +111,7 @@ def test_an_object_far_away_changes_no_decision(name: str) -> None:
     found = []
     for contents in beside_a_cube(name):
         setup = controller_setup(contents, EXAMPLES / "world.toml", model="reduced", basis="full")
-        one, rng = warm_controller(setup), np.random.default_rng(1)
+        one, rng = started(setup), np.random.default_rng(1)
         layout, start = one.robot.effector_layout, one.effector_values
         goal = layout.moved(start, 0.004 * rng.standard_normal(len(layout.units)) / layout.units)
         found.append([one.step(goal).position for _ in range(4)])

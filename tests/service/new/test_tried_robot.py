@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from tauten.model.points import attach
 from tauten.service.check import CheckSettings, Finding, RobotCheck, check_robot
 from tauten.service.check.control_findings import step_time
 from tauten.service.check.findings import Level
-from tauten.service.new import Made, NewRobot, Trial, make_new_robot, read_part
+from tauten.service.new import Made, NewRobot, Trial, make_new_robot, mesher, meshing, read_part
 from tauten.service.new.choice import chosen_trial, compared, finer_than, verdict
 from tauten.service.new.guesses import guess_fields
 from tauten.service.new.meshing import mesh_part
@@ -27,6 +28,14 @@ from tauten.service.setup import load_setup
 
 occ = pytest.importorskip("netgen.occ", reason="tauten[mesh] is not installed")
 LENGTH = 90.0  # mm
+
+
+@pytest.fixture(scope="module", autouse=True)
+def meshed_here() -> Iterator[None]:
+    """The mesher needs no process of its own here: those of `test_new_robot` have one."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(meshing, "_run", lambda arguments, path: mesher.main(arguments))
+        yield
 
 
 def notched() -> Any:

@@ -121,8 +121,8 @@ def order(command: OperatorCommand) -> tuple[str, bytes, str]:
 @pytest.fixture(scope="module")
 def rig(beam_file: Path) -> Iterator[Rig]:
     setup, port, seen = load_setup(beam_file), free_ports(), Seen()
-    inside = open_session(Network(port), Role.NODE, "beam")
-    outside = open_session(Network(port), Role.OTHER, "beam")
+    inside = open_session(Network(port), Role.NODE, "beam", connected=False)
+    outside = open_session(Network(port), Role.OTHER, "beam", connected=False)
     node = Node(
         setup,
         ControlLoop(warm_controller(setup), settings=setup.service),

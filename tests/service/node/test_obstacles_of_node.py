@@ -111,8 +111,8 @@ class Reading(threading.Thread):
 def rig(tmp_path: Path) -> Iterator[Rig]:
     setup = load_setup(write_robot(tmp_path, ROBOT + TABLE), basis="full")
     port, log = free_ports(), tmp_path / "run.mcap"
-    inside = open_session(Network(port), Role.NODE, "beam")
-    outside = open_session(Network(port), Role.OTHER, "beam")
+    inside = open_session(Network(port), Role.NODE, "beam", connected=False)
+    outside = open_session(Network(port), Role.OTHER, "beam", connected=False)
     controller = warm_controller(setup)
     recorder = LogRecorder(log, log_metadata(setup, controller.effector_values))
     loop = ControlLoop(controller, settings=setup.service)

@@ -59,8 +59,8 @@ class Listener:
 @pytest.fixture
 def listener(beam_file: Path) -> Iterator[Listener]:
     setup, port = load_setup(beam_file), free_ports()
-    inside = open_session(Network(port), Role.NODE, "beam")
-    outside = open_session(Network(port), Role.OTHER, "beam")
+    inside = open_session(Network(port), Role.NODE, "beam", connected=False)
+    outside = open_session(Network(port), Role.OTHER, "beam", connected=False)
     node = Node(
         setup,
         ControlLoop(warm_controller(setup), settings=setup.service),

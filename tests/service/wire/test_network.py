@@ -34,7 +34,7 @@ def open_one(port: int) -> Iterator[Open]:
     sessions = []
 
     def open_it(role: Role) -> zenoh.Session:
-        sessions.append(open_session(Network(port), role, "r"))
+        sessions.append(open_session(Network(port), role, "r", connected=False))
         return sessions[-1]
 
     yield open_it
