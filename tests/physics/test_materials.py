@@ -27,6 +27,7 @@ from tauten.model.materials import (
     yeoh,
 )
 from tauten.model.numerics import Array, polar_rotations
+from tauten.model.schema import SolidMaterialSettings
 
 LAWS = [
     corotational(1e5, 0.45),
@@ -162,10 +163,18 @@ def biaxial(law: Law, stretch: float) -> float:
 
 C10, C01, C20, C30 = 1.7e4, 0.6e4, -200.0, 23.0
 INCOMPRESSIBLE = 0.49999
+
+
+def of_file(**settings: object) -> Law:
+    """The law of a table `material` of a robot file."""
+    fixed = {"poisson_ratio": INCOMPRESSIBLE, "density": 1000.0}
+    return SolidMaterialSettings.model_validate(settings | fixed).elastic_law()
+
+
 RUBBERS = [
     (neo_hookean(4.0 * C10 * (1.0 + INCOMPRESSIBLE), INCOMPRESSIBLE), (C10, 0.0, 0.0, 0.0)),
-    (mooney_rivlin(C10, C01, INCOMPRESSIBLE), (C10, 0.0, 0.0, C01)),
-    (yeoh(C10, C20, C30, INCOMPRESSIBLE), (C10, C20, C30, 0.0)),
+    (of_file(law="mooney-rivlin", c10=C10, c01=C01), (C10, 0.0, 0.0, C01)),
+    (of_file(law="yeoh", c10=C10, c20=C20, c30=C30), (C10, C20, C30, 0.0)),
 ]
 
 

@@ -142,17 +142,34 @@ def wild(robot: Robot[NodalBody]) -> State:
 MIXED = {"shear_viscosity": 20.0, "volume_viscosity": 10.0, "shares": [0.5], "times": [0.05]}
 
 
-@pytest.mark.parametrize("element", ["linear", "quadratic", "smoothed"])
-def test_viscous_forces_dissipate_and_rigid_motion_has_none(element: str) -> None:
-    robot = block(MIXED, 100.0, element)
-    state = wild(robot)
+def damping_at(robot: Robot[NodalBody], state: State) -> Array:
+    """C (n, n) of the viscosity at a state."""
     _, C = robot.body.viscosity_at(state, robot.h)
     assert C is not None
     pattern = robot.body.pattern
     dense = np.zeros((robot.n, robot.n))
     columns = np.repeat(np.arange(robot.n), np.diff(pattern.indptr))
     dense[pattern.indices, columns] = C
-    np.testing.assert_allclose(dense, dense.T, rtol=1e-10, atol=1e-12 * np.abs(C).max())
+    return dense
+
+
+@pytest.mark.parametrize("element", ["linear", "quadratic", "smoothed"])
+def test_the_power_of_viscosity_is_that_of_the_strain_rate(element: str) -> None:
+    """V (λ_v tr(E)² + 2 μ_v |E|²), here of E_11 = a, E_12 = b / 2, E_13 = c / 2."""
+    shear, volume, (a, b, c) = 20.0, 30.0, (0.3, -0.2, 0.5)
+    robot = block({"shear_viscosity": shear, "volume_viscosity": volume}, 100.0, element)
+    rest = robot.rest()
+    v = np.outer(rest.q.reshape(-1, 3)[:, 0], [a, b, c]).ravel()
+    expected = volume * a * a + 2.0 * shear * (a * a + 0.5 * (b * b + c * c))
+    assert v @ damping_at(robot, rest) @ v == pytest.approx(SIDE**3 * expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("element", ["linear", "quadratic", "smoothed"])
+def test_viscous_forces_dissipate_and_rigid_motion_has_none(element: str) -> None:
+    robot = block(MIXED, 100.0, element)
+    state = wild(robot)
+    dense = damping_at(robot, state)
+    np.testing.assert_allclose(dense, dense.T, rtol=1e-10, atol=1e-12 * np.abs(dense).max())
     assert np.linalg.eigvalsh(dense)[0] > -1e-9 * np.abs(dense).max()
     # elements without fixed nodes: forces of a rotation about any axis vanish on nodes away from x = 0
     x = state.q.reshape(-1, 3)

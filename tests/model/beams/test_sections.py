@@ -40,7 +40,6 @@ def test_stiffnesses_of_a_tube_make_the_tube(tmp_path: Path) -> None:
     by_numbers = cantilever(tmp_path, STIFFNESSES)
     assert pytest.approx(by_shape.body.beams.D) == by_numbers.body.beams.D
     assert by_numbers.body.mass == pytest.approx(by_shape.body.mass)
-    assert by_numbers.body.mass == pytest.approx(by_shape.body.mass)
 
 
 def test_a_measured_bending_stiffness_gives_the_deflection(tmp_path: Path) -> None:
@@ -57,12 +56,22 @@ def test_a_measured_bending_stiffness_gives_the_deflection(tmp_path: Path) -> No
         assert tip[axis] == pytest.approx(load * LENGTH**3 / (3.0 * stiffness), rel=1e-6)
 
 
-def test_the_scale_of_stiffness_applies_to_them(tmp_path: Path) -> None:
-    contents = {"profiles": [STIFFNESSES]}
-    robot = cantilever(tmp_path, STIFFNESSES)
-    file = {
-        "name": "benchmark", "bodies": [{"name": "frame", "beam": {"file": "beams.json"}}], **contents,
-        "material": {"young_modulus": E, "poisson_ratio": NU, "density": RHO},
+def test_measured_stiffnesses_against_shear_give_the_deflection(tmp_path: Path) -> None:
+    """δ = P L³ / 3 E I + P L / κ G A along each axis."""
+    EI, GA, load = (0.02, 0.1), {1: 3.0, 2: 0.5}, 1e-4
+    profile = {**STIFFNESSES, "axial": 1e6, "torsion": 10.0, "bending": EI, "shear": [GA[1], GA[2]]}
+    robot = cantilever(tmp_path, profile)
+    for axis, bending in ((2, EI[0]), (1, EI[1])):
+        _, (tip,) = under_force(robot, [load * np.eye(3)[axis]], 1e-12)
+        expected = load * (LENGTH**3 / (3.0 * bending) + LENGTH / GA[axis])
+        assert tip[axis] == pytest.approx(expected, rel=1e-5)
+
+
+def robot_file(material: dict[str, float]) -> dict[str, object]:
+    """A robot file beside the beams of `cantilever`."""
+    return {
+        "name": "benchmark", "bodies": [{"name": "frame", "beam": {"file": "beams.json"}}],
+        "profiles": [STIFFNESSES], "material": material,
         "fixed": [{"lower": [-1e-6] * 3, "upper": [1e-6] * 3}],
         "cables": [{
             "name": "cable", "points": [NODES[0].tolist(), NODES[-1].tolist()],
@@ -70,6 +79,11 @@ def test_the_scale_of_stiffness_applies_to_them(tmp_path: Path) -> None:
         }],
         "effectors": [{"name": "tip", "point": NODES[-1].tolist()}],
     }  # fmt: skip
+
+
+def test_the_scale_of_stiffness_applies_to_them(tmp_path: Path) -> None:
+    robot = cantilever(tmp_path, STIFFNESSES)
+    file = robot_file({"young_modulus": E, "poisson_ratio": NU, "density": RHO})
     stiffer = make_robot(file, tmp_path / "robot.toml", Changes(young_scale=3.0))
     assert isinstance(stiffer.body, BeamBody)
     assert pytest.approx(3.0 * robot.body.beams.D) == stiffer.body.beams.D
@@ -78,3 +92,11 @@ def test_the_scale_of_stiffness_applies_to_them(tmp_path: Path) -> None:
 def test_a_stiffness_that_is_none_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RobotFileError, match=r"profiles.0.section.axial: .* found 0.0"):
         cantilever(tmp_path, {**STIFFNESSES, "axial": 0.0})
+
+
+def test_beams_weigh_what_the_file_says(tmp_path: Path) -> None:
+    """The held end bears half of an element."""
+    cantilever(tmp_path, STIFFNESSES)
+    file = robot_file({"young_modulus": E, "poisson_ratio": NU, "total_mass": 0.05})
+    robot = make_robot(file, tmp_path / "robot.toml", Changes())
+    assert robot.body.moving_mass == pytest.approx(0.05 * (1.0 - 0.5 / COUNT))
