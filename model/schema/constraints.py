@@ -129,7 +129,9 @@ class AttachmentSettings(Section):
     kind: Literal["glue", "pin", "hinge"] = Field(
         description="Whether it holds firmly, holds a point, or turns about an axis."
     )
-    region: Selection = Field(description="Region, or its name, whose nodes follow.")
+    region: Selection = Field(
+        description="Region, or its name, whose nodes follow; of two soft bodies that with the finer mesh."
+    )
     to: Selection | None = Field(
         default=None,
         description="Region, or its name, whose tetrahedra or beam they follow; a hinge without it is held "

@@ -101,6 +101,37 @@ def test_a_beam_glued_to_a_beam_is_one_beam() -> None:
     assert tip(halves, [force]) == pytest.approx(tip(cantilever(), [force]), abs=1e-9)
 
 
+@pytest.mark.parametrize("element", ["linear", "smoothed"])
+@pytest.mark.parametrize("across", [3, 4])
+def test_a_finer_half_glued_to_a_coarser_one_stretches_as_one_bar(
+    element: str, across: int
+) -> None:
+    """F l / E A without lateral contraction; two cells across in the half that is followed."""
+    half, side, force = 0.05, 0.02, 0.01
+    mesh = {"file": "box.vtu", "element": element}
+    start, end = {"lower": [-1e-6] * 3, "upper": [1e-6, 1.0, 1.0]}, {"body": "fine"}
+    end |= {"lower": [half - 1e-6, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
+    limits = {"max_force": 1.0, "max_travel": 1.0, "max_rate": 1.0}
+    robot = joined(
+        [
+            {"name": "coarse", "mesh": mesh, "fixed": [start]},
+            {"name": "fine", "mesh": mesh, "position": [half, 0.0, 0.0]},
+        ],
+        {
+            "coarse": ((half, side, side), (5, 2, 2)),
+            "fine": ((half, side, side), (5, across, across)),
+        },
+        material={"young_modulus": 1e6, "poisson_ratio": 0.0, "density": 1000.0},
+        attachments=[
+            {"kind": "glue", "region": {"body": "fine", **start}, "to": everywhere("coarse")}
+        ],
+        forces=[{"name": "pull", "region": end, "direction": [1.0, 0.0, 0.0], **limits}],
+        effectors=[{"name": "tip", "kind": "centre", "region": end}],
+    )
+    longer = tip(robot, [force])[0] - 2.0 * half
+    assert longer == pytest.approx(force * 2.0 * half / (1e6 * side**2), rel=5e-3)
+
+
 def silicone(
     line: list[list[float]], attachments: list[dict[str, object]]
 ) -> Robot[ConstrainedBody]:
