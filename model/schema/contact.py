@@ -26,6 +26,7 @@ ALARM_DISTANCE = 2e-3  # m, by default between surfaces with names
 LARGEST_FRICTION = 100.0  # beyond it a contact that sticks is not told from one that is glued
 LARGEST_FORCE = 1e6  # N
 SHORTEST_LEG = 1e-3  # s, between two waypoints
+LEAST_COSINE, ROUNDING = 1e-9, 1e-12  # of half the angle between rotations
 SHAPE_NAME = r"^[A-Za-z][A-Za-z0-9_-]*$"
 
 
@@ -65,9 +66,18 @@ class WaypointSettings(Section):
         default=None, description="Rotation of the frame about its origin; by default none."
     )
 
+    def half_angle_cosine(self, other: WaypointSettings) -> float:
+        """Cosine of half the angle between both rotations; below zero where it exceeds 180°."""
+        ways = [
+            (1.0, 0.0, 0.0, 0.0) if one.rotation is None else one.rotation.unit_quaternion
+            for one in (self, other)
+        ]
+        cosine: float = sum(a * b for a, b in zip(*ways, strict=True))
+        return cosine
+
 
 class ObstaclePathSettings(Section):
-    """A motion of an obstacle, which is even between waypoints."""
+    """A motion of an obstacle, which is even between waypoints, and turns by less than 180 degrees there."""
 
     waypoints: Annotated[tuple[WaypointSettings, ...], Field(min_length=2, max_length=10_000)] = (
         Field(description="Two or more, with ascending times.")
@@ -75,7 +85,7 @@ class ObstaclePathSettings(Section):
     loop: bool = Field(
         default=False,
         description="Whether the motion starts again after the last waypoint, which is then where the first "
-        "one is; by default the obstacle stays at the last one.",
+        "one is (360 degrees are 0); by default the obstacle stays at the last one.",
     )
 
     @model_validator(mode="after")
@@ -86,8 +96,16 @@ class ObstaclePathSettings(Section):
                 f"the times of waypoints start with 0 and ascend by at least {SHORTEST_LEG:g} s, found "
                 f"{', '.join(f'{one:g}' for one in times[:5])}{', ...' if len(times) > 5 else ''}"
             )
+        for number, (one, other) in enumerate(pairwise(self.waypoints)):
+            free = any(item.rotation and item.rotation.quaternion for item in (one, other))
+            if not free and one.half_angle_cosine(other) < LEAST_COSINE:
+                raise ValueError(
+                    f"between waypoints {number} and {number + 1} the obstacle turns by 180 degrees or more, "
+                    "and would take the shorter way: put a waypoint between them"
+                )
         first, last = self.waypoints[0], self.waypoints[-1]
-        if self.loop and (first.position, first.rotation) != (last.position, last.rotation):
+        turned = abs(first.half_angle_cosine(last)) < 1.0 - ROUNDING
+        if self.loop and (first.position != last.position or turned):
             raise ValueError("a path with loop ends where it starts: repeat the first waypoint")
         return self
 

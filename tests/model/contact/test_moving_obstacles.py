@@ -31,6 +31,13 @@ def waypoints(*places: tuple[float, list[float]], **path: Any) -> dict[str, Any]
     return {"path": {"waypoints": [{"time": t, "position": p} for t, p in places], **path}}
 
 
+def turning(*angles: float, **path: Any) -> dict[str, Any]:
+    """A path that turns about z to angles, one a second [deg]."""
+    turns = [{"axis": [0.0, 0.0, 1.0], "angle_deg": angle} for angle in angles]
+    points = [{"time": float(t), "rotation": turn} for t, turn in enumerate(turns)]
+    return {"path": {"waypoints": points, **path}}
+
+
 def test_a_turned_box_has_the_distances_of_a_box() -> None:
     """Of a box that a file places and turns: those of the same box in the frame that is turned back."""
     lower, upper = [-0.01, -0.02, -0.005], [0.01, 0.02, 0.005]
@@ -110,6 +117,15 @@ def test_a_path_is_even_between_waypoints_and_ends_or_starts_again() -> None:
             again.at(time + 6.0).position, again.at(time).position, atol=1e-12
         )
     np.testing.assert_allclose(once.at(1.0).position, [0.0, 0.0, 2.0])
+
+
+def test_an_obstacle_turns_all_round_in_a_loop_as_its_waypoints_say() -> None:
+    """360° is where it started."""
+    robot = block(obstacles=floor(**turning(0.0, 120.0, 240.0, 360.0, loop=True)))
+    poses = Simulator(robot, "full").obstacles
+    for time in (0.5, 1.5, 2.5, 4.5):
+        (pose,) = poses.after(time).poses
+        np.testing.assert_allclose(pose.spin, [0.0, 0.0, 2.0 * np.pi / 3.0])
 
 
 def test_velocities_lead_from_one_pose_to_the_next() -> None:
@@ -217,6 +233,7 @@ REFUSED: dict[str, dict[str, Any]] = {
     "obstacles.0.path: a path with loop ends where it starts": waypoints(
         (0.0, [0.0] * 3), (1.0, [0.0, 0.0, 1.0]), loop=True
     ),
+    "between waypoints 1 and 2 the obstacle turns by 180 degrees or more": turning(0.0, 90.0, 300.0),
     "an obstacle has a path or a stream, not both": {
         **waypoints((0.0, [0.0] * 3), (1.0, [0.0] * 3)), "stream": {"largest_speed": 1.0}
     },
