@@ -22,6 +22,7 @@ from support.nodes import (
     ordered,
     point_at,
     recorded,
+    send_until_followed,
     streaming,
     wait_health,
     wait_mode,
@@ -90,15 +91,12 @@ def test_random_bytes_on_every_key_move_nothing(
 
 def test_a_full_disk_ends_the_log_and_not_the_node(served: Served, beam: Robot) -> None:
     ticks = served.session.declare_subscriber(KEYS.tick, zenoh.handlers.RingChannel(1000))
-    with streaming(served, point_at(beam, 0.005).xyz):
-        last_health(served)
-        last_health(served)  # a second of ticks
+    send_until_followed(served, beam, 0.005)
     pid = served.process.process.pid
     full = served.log.stat().st_size + 20_000
     resource.prlimit(pid, resource.RLIMIT_FSIZE, (full, full))
     with streaming(served, point_at(beam, 0.005).xyz):
         log = wait_health(served, lambda found: found["log"].level is Level.ERROR)["log"]
-        last_health(served)  # another second
     assert "File too large" in log.message
     assert int(log.values["dropped"]) > 0
     assert served.process.end() == 0

@@ -56,7 +56,8 @@ def test_the_port_of_zenoh_is_not_the_page_s(
     assert "--port is Zenoh's" in refusal and "--web-port" in refusal
 
 
-def test_no_node(capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_node(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tauten.service.link.commanding._PATIENCE", 0.1)
     sentence = refused(capsys, "nobody", "--no-browser", "--port", free_ports())
     assert sentence == "tauten: no node serves 'nobody': start it with tauten serve nobody"
 
@@ -106,7 +107,7 @@ def test_the_page_is_served_until_ctrl_c(run: Start, beam_file: Path) -> None:
 
 def test_the_cost_of_a_viewer_is_measured(beam_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "cost.json"
-    arguments = ("view", beam_file, "--seconds", 2, "--path", "line", "--json", file)
+    arguments = ("view", beam_file, "--seconds", 1, "--path", "line", "--json", file)
     assert run_benchmark(*arguments) == 0
     (cost,) = json.loads(file.read_text())
     assert cost["robot"] == "beam"

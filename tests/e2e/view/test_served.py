@@ -88,10 +88,7 @@ def test_the_surface_leaves_the_node_only_while_somebody_listens(served: Served)
     assert wait_until(arrived, 120.0)  # a busy machine leaves the node no time for any
     assert np.diff([1e-9 * cloud.stamp for cloud in found]).min() > 0.015  # at most 30 a second
     heard.undeclare()
-    time.sleep(1.5)  # until it is known, and health has been published
-    before = published()
-    time.sleep(1.5)
-    assert published() == before
+    assert wait_until(lambda: published() == published())  # of one second and the next
 
 
 def test_the_buttons_reach_the_node(served: Served, shown: Shown) -> None:
