@@ -16,12 +16,12 @@ from support.messages import Point, encode_point
 from support.nodes import (
     PERIOD,
     check_limits,
-    last_health,
     ordered,
     point_at,
     reached,
     recorded,
     send,
+    send_until_followed,
     streaming,
     wait_health,
     wait_mode,
@@ -113,9 +113,7 @@ def flood(served: Served, beam: Robot, count: int) -> None:
 
 
 def test_a_killed_node_leaves_a_readable_log(served: Served, beam: Robot) -> None:
-    with streaming(served, point_at(beam, 0.005).xyz):
-        last_health(served)
-        last_health(served)  # two seconds
+    send_until_followed(served, beam, 0.005, ticks=100)  # two seconds
     assert served.process.end(signal.SIGKILL) == -signal.SIGKILL
     reader = LogReader(served.log)
     ticks = [m for m in reader.messages() if m.key.endswith("/tick")]
