@@ -80,7 +80,7 @@ class Controller(RobotModel):
             qp: solves the quadratic programs; default: the library that the settings name.
 
         Raises:
-            TypeError, ValueError: no robot; `contact` is none of these, or a basis of another robot's size.
+            TypeError, ValueError, RobotFileError: no robot; another `contact`; no installed QP library.
         """
         self._robot = self._forked(robot)
         reduced = default_enrichment(self.robot.tolerance)

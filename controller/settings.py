@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field
 
 from tauten.controller.planning import FRICTION_SHARE, DecideSettings
-from tauten.controller.qpcc import Backend, QpccSettings
+from tauten.controller.qpcc import Backend, QpccSettings, qp_backend
 from tauten.model import (
     ContactSpace,
     Enrichment,
@@ -153,11 +153,13 @@ def decide_settings(
     given: ControllerSettings, robot: Robot, space: ContactSpace, enrichment: Enrichment,
     qp: Backend | None,
 ) -> DecideSettings:  # fmt: skip
-    """The settings of a robot's decisions."""
+    """The settings of a robot's decisions; where there is no QP library of the name, a RobotFileError."""
+    solver = given.qp_solver if qp is None else qp
+    qp_backend(solver)
     return DecideSettings(
         epsilon=given.regularisation,
         enrichment=enrichment,
-        qpcc=QpccSettings(qp or given.qp_solver, given.max_pivots),
+        qpcc=QpccSettings(solver, given.max_pivots),
         substeps=substeps_of(robot, given.substeps),
         friction_share=given.friction_share,
         forces=force_limits(robot.contacts, space),

@@ -122,11 +122,15 @@ _LIBRARIES = _Libraries()  # the numbers of threads belong to the process, so th
 
 
 class _Entered(threading.local):
-    """How often this thread of Python has entered, under which number of modules, and if in a whole call."""
+    """How often this thread of Python has entered, under which number of modules, and if in a whole call.
+
+    `interrupted` says whether a Ctrl-C waits for the end of that call.
+    """
 
     times = 0
     modules = 0
     whole = False
+    interrupted = False
 
 
 _ENTERED = _Entered()
@@ -164,13 +168,12 @@ class OneBlasThread:
 
         def whole(*args: P.args, **kwargs: P.kwargs) -> R:
             """The function, and after it the exception of a Ctrl-C that came in it."""
-            came, usual = False, _signal.default_int_handler
+            usual = _signal.default_int_handler
 
             def later(number: int, frame: FrameType | None) -> None:
-                nonlocal came
-                if came:
+                if _ENTERED.interrupted:
                     usual(number, frame)
-                came = True
+                _ENTERED.interrupted = True
 
             handled = _signal.getsignal(_signal.SIGINT) is usual
             try:
@@ -184,18 +187,24 @@ class OneBlasThread:
                 _ENTERED.whole = False
                 if handled:
                     _signal.signal(_signal.SIGINT, usual)
-                if came:
-                    raise KeyboardInterrupt
+                raise_interrupt()
 
         return limited
+
+
+def raise_interrupt() -> None:
+    """Raise the exception of a Ctrl-C that waits: for long calls, between two of their steps."""
+    if _ENTERED.interrupted:
+        _ENTERED.interrupted = False
+        raise KeyboardInterrupt
 
 
 def one_blas_thread(whole: bool = False) -> OneBlasThread:
     """A context and decorator, see `OneBlasThread`.
 
     Args:
-        whole: of a decorator: Ctrl-C waits for the end of the outermost of such calls, a second one does not.
-            Where its exception is raised while numba makes the result of a kernel, the process ends with a
-            violation of its memory.
+        whole: of a decorator: Ctrl-C waits for the end of the outermost of such calls, or for a
+            `raise_interrupt` in it; a second one does not. Where its exception is raised while numba makes
+            the result of a kernel, the process ends with a violation of its memory.
     """
     return OneBlasThread(whole)

@@ -21,6 +21,7 @@ import daqp
 import numpy as np
 from scipy.sparse import csc_matrix
 
+from tauten.model import of_kind
 from tauten.model.load import extension, extension_names
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
@@ -99,8 +100,11 @@ def qp_backend(solver: str | Backend) -> Backend:
 
     Raises:
         RobotFileError: the library is not installed or unknown.
+        TypeError: it is neither.
     """
-    return _named(solver) if isinstance(solver, str) else solver
+    if callable(solver):
+        return solver
+    return _named(of_kind("solver", solver, str))
 
 
 @cache

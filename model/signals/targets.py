@@ -49,7 +49,7 @@ def target_values(target: Target, names: tuple[str, ...], kinds: tuple[EffectorK
     given = [target] if isinstance(target, Pose | float | int) else target
     sizes = list(map(VALUES.__getitem__, kinds))
     try:
-        values = np.asarray(given, dtype=float)
+        values = _real(given)
     except (TypeError, ValueError, OverflowError):  # poses, or goals of several lengths
         values = _joined(given, sizes) if isinstance(given, Sequence) else np.zeros(0)
     if values.shape == (sum(sizes),):
@@ -68,19 +68,25 @@ def _joined(target: Sequence[EffectorGoal] | Sequence[float], sizes: list[int]) 
     return np.concatenate(parts) if [len(part) for part in parts] == sizes else np.zeros(0)
 
 
+def _real(given: object) -> Array:
+    """An array of real numbers; a TypeError for complex ones, whose imaginary parts NumPy would leave out."""
+    values = np.asarray(given)
+    if values.dtype.kind == "c":
+        raise TypeError(f"complex numbers of shape {values.shape}")
+    return values.astype(np.float64, copy=False)
+
+
 def _flat(goal: EffectorGoal) -> Array:
     """A goal of one effector as its values."""
     if isinstance(goal, Pose):
-        return np.concatenate(
-            [np.asarray(goal.position, float), np.asarray(goal.quaternion, float)]
-        )
-    return np.atleast_1d(np.asarray(goal, dtype=float)).ravel()
+        return np.concatenate([_real(goal.position), _real(goal.quaternion)])
+    return np.atleast_1d(_real(goal)).ravel()
 
 
 def _shape_of(target: object) -> str:
     """The shape of a target, or what it is where it has none, for errors."""
     try:
-        return f"shape {np.asarray(target, dtype=float).shape}"
+        return f"shape {_real(target).shape}"
     except (TypeError, ValueError, OverflowError):
         return shown(target)
 

@@ -47,7 +47,8 @@ class Report:
     """How a step or a settling went.
 
     Attributes:
-        converged: whether contact, and for settling the equilibrium, met its tolerance.
+        converged: whether contact, and for settling the equilibrium, met its tolerance, and the state has not
+            diverged.
         iterations: linearised steps taken, of all attempts.
         movement: largest displacement of a node in the last step [m].
         residual: complementarity of the contacts [m].

@@ -18,6 +18,7 @@ from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.state import State
 from tauten.model.step import ContactSpace, Enrichment, Forces, condense_step, forward_step
+from tauten.model.threads import raise_interrupt
 
 FIRST = 0.1  # s; of the time steps
 SHORTEST, LONGEST = 1e-3, 1.0  # s; longer ones no longer follow the motion
@@ -40,6 +41,7 @@ def relaxed(
     state = State(state.q, np.zeros_like(state.v))
     h, contacts = FIRST, space.k > 0 or enrichment.rounds > 0
     for _ in range(STEPS):
+        raise_interrupt()
         scheme = replace(robot.integration, static=False, rate=1.0 / h)
         try:
             step = condense_step(robot, space, state, forces, contacts, False, scheme)

@@ -41,6 +41,7 @@ from tauten.model.step import (
     forward_step,
 )
 from tauten.model.system import System, smaller_share
+from tauten.model.threads import raise_interrupt
 
 REACH = 0.1  # of the body, a step at most
 CLOSE = 0.8  # of the reach; a correction that takes more leaves nothing to the load
@@ -85,6 +86,7 @@ class EquilibriumSearch:
         shares, ending = self._shares(load.now), Ending.OUT_OF_ITERATIONS
         semidefinite = 0.0  # share in the tangent that is tried first
         while taken < max_iterations:
+            raise_interrupt()
             taken += 1
             try:
                 step = self._condensed(state, forces, semidefinite)

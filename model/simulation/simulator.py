@@ -47,6 +47,7 @@ LEAST_LOAD_STEP = 1.0 / 64.0  # share of the way to the command
 LOAD_STEP_ITERATIONS = 60  # of the search for a share of the load, so that smaller ones are tried
 STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
 START_ITERATIONS = 60  # of each attempt to settle before the start
+FASTEST = 2.0  # of the size of the largest part, in a period; a model that is faster has diverged
 LEFT_IN_TIME = (Ending.LIMIT_POINT, Ending.OUT_OF_ITERATIONS, Ending.BUCKLED)
 
 
@@ -216,7 +217,7 @@ class Simulator(RobotModel):
             model = self.robot, self._space, self._enrichment
             return self._taken(converged_step(*model, self._state, self._forces, command))
         result, movement = self._advance(command)
-        return make_report(self.robot, self._state, result, 1, movement)
+        return make_report(self.robot, self._state, result, 1, movement, self._ending())
 
     @one_blas_thread(whole=True)
     def move(
@@ -242,27 +243,26 @@ class Simulator(RobotModel):
         """
         steps = count("steps", steps)
         command = checked_command(self.robot, position, effort)
+        model = self._robot, self._space, self._enrichment
         before = self._moved or Command(self.position, self.effort)
         self.set_obstacles(self.obstacles.after(self.robot.h))
         try:
-            done = travel(
-                self._robot,
-                self._space,
-                self._enrichment,
-                self._state,
-                self._forces,
-                before,
-                command,
-                steps,
-            )
+            done = travel(*model, self._state, self._forces, before, command, steps)
         except FactorisationError as error:
             raise FactorisationError(diverged(self.robot, self.effort, error)) from error
         self._state, self._forces, self._moved = done.state, done.forces, command
         self._stepped = done.state, done.last
         movement = self._robot.displacement(done.start, done.way)
-        return make_report(self._robot, done.state, done.last, steps, movement)
+        return make_report(self.robot, done.state, done.last, steps, movement, self._ending())
 
-    @one_blas_thread()
+    def _ending(self) -> Ending:
+        """How a step ended, by the velocity that it left."""
+        way = self.robot.displacement(self._state, self.robot.h * self._state.v)  # in a period [m]
+        return (
+            Ending.SETTLED if way < FASTEST * self.robot.part_size else Ending.NOT_FINITE
+        )  # also NaN
+
+    @one_blas_thread(whole=True)
     def settle(
         self,
         position: Numbers | None = None,
@@ -372,7 +372,7 @@ class Simulator(RobotModel):
         self._stepped = None if end.last is None else (end.state, end.last)
         return end.report
 
-    @one_blas_thread()
+    @one_blas_thread(whole=True)
     def smooth_contact_forces(self) -> Array:
         """Normal forces of nearly least norm at the equilibrium: (n_c,) [N]; the state does not change.
 

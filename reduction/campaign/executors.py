@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -82,6 +83,15 @@ def dask_cluster(address: str, timeout: float = 10.0) -> Iterator[Executor]:
 
 
 def _begin() -> None:
-    """One thread per worker, set before MKL is loaded."""
+    """One thread per worker, set before MKL is loaded, and an end with the process that started it."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     for library in ("OMP", "MKL", "OPENBLAS"):
         os.environ[f"{library}_NUM_THREADS"] = "1"
+
+
+def _end_with_parent() -> None:
+    """Wait for the end of the process that started this one, and end: nobody takes what it computes."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

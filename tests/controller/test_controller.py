@@ -8,7 +8,7 @@ from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.controller import Controller
 from tauten.controller.qpcc import Status
-from tauten.model import EmptySpace, Robot, Simulator, State, no_forces
+from tauten.model import EmptySpace, Robot, RobotFileError, Simulator, State, no_forces
 from tauten.model.numerics import Array
 
 SIZE = (0.1, 0.02, 0.02)
@@ -114,6 +114,7 @@ def test_a_target_out_of_reach_is_approached_and_then_held(beam: Robot) -> None:
         ([0.0, "there", 0.0], "[0.0, 'there', 0.0]"),
         ([[1.0], [2.0, 3.0]], "[[1.0], [2.0, 3.0]]"),
         ([10**400, 0.0, 0.0], "[1000"),
+        (np.array([0.0, 1j, 0.0]), "array([0.+0.j, 0.+1.j, 0.+0.j])"),
     ],
     ids=str,
 )
@@ -133,6 +134,15 @@ def test_a_target_of_another_shape_is_refused_without_effect(
     after, expected = controller.step(goal), undisturbed.step(goal)
     assert after.status is Status.OK
     np.testing.assert_array_equal(after.effort, expected.effort)
+
+
+@pytest.mark.parametrize("given", ["nope", 3])
+def test_a_qp_library_that_is_none_is_refused_when_a_controller_is_made(
+    beam: Robot, given: object
+) -> None:
+    """It was named in the first step."""
+    with pytest.raises((RobotFileError, TypeError), match=r"nope|expected str, found int"):
+        Controller(beam, qp=given)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -115,6 +115,17 @@ def test_a_load_far_beyond_the_robot_leaves_a_finite_state(
     assert report.converged is (report.share == 1.0)
 
 
+@pytest.mark.parametrize("method", ["step", "move"])
+def test_a_step_to_where_no_robot_can_be_has_not_converged(beam: Robot, method: str) -> None:
+    """A bar of 10 cm whose cable is pulled by 10 m; a pull of 4 mm in one step is what it follows."""
+    simulator = Simulator(beam, contact="none")
+    assert getattr(simulator, method)(position=[0.004]).converged
+    simulator.reset()
+    report = getattr(simulator, method)(position=[10.0])
+    assert not report.converged
+    assert report.ending in (Ending.NOT_FINITE, Ending.INVERTED, Ending.LIMIT_POINT)
+
+
 @pytest.mark.parametrize("given", [0, 2.5, np.nan, "two", None])
 def test_numbers_of_steps_that_are_none_are_refused(beam: Robot, given: object) -> None:
     """NaN was silently no iteration at all."""

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +17,10 @@ from support.robots.bodies import beam_robot, box_mesh
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from tauten.controller import Controller
-from tauten.model import ObstaclePoses, Simulator, one_blas_thread
+from tauten.model import ObstaclePoses, Report, Simulator, one_blas_thread
 from tauten.model.numerics import installed_backends, make_factorisation
 from tauten.model.numerics.factorisation import Pardiso, mkl
+from tauten.model.simulation.search import EquilibriumSearch
 
 SIZE = (0.1, 0.02, 0.02)
 # What README's loop does; prints the processor time of the thread that runs the loop and of all others of the
@@ -219,6 +221,26 @@ def test_a_step_is_whole_where_ctrl_c_is_pressed_in_it() -> None:
     for _ in range(2):
         found, expected = controller.step(goal), other.step(goal)
         np.testing.assert_array_equal(found.position, expected.position)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+class Settling(Simulator):
+    """Ctrl-C is pressed in its search."""
+
+    def _attempt(self, *given: Any) -> Report:
+        signal.raise_signal(signal.SIGINT)
+        return super()._attempt(*given)
+
+
+def test_ctrl_c_ends_a_settling_between_two_of_its_steps() -> None:
+    """In a kernel it ends the process, and until the end of a settling some robots take a minute."""
+    simulator = Settling(beam_robot(box_mesh(SIZE, (4, 1, 1)), SIZE))
+    before, begun = simulator.state, []
+    with pytest.raises(KeyboardInterrupt), pytest.MonkeyPatch.context() as patched:
+        patched.setattr(EquilibriumSearch, "_condensed", lambda *_: begun.append(1))
+        simulator.settle(effort=[0.1])
+    assert not begun
+    np.testing.assert_array_equal(simulator.state.q, before.q)
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 

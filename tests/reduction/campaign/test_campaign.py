@@ -1,6 +1,8 @@
 import dataclasses
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -158,6 +160,27 @@ def test_ctrl_c_does_not_reach_workers_even_while_they_start() -> None:
         (worker,) = pool._processes  # while it imports
         os.kill(worker, signal.SIGINT)
         assert started.result(START) == worker
+
+
+ENDED = """
+import os, signal
+from tauten.reduction.campaign import executors
+
+if __name__ == "__main__":
+    with executors.processes(2) as pool:
+        print(pool.submit(os.getpid).result(), flush=True)
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_workers_end_with_the_process_that_started_them(tmp_path: Path) -> None:
+    """They stayed for ever, with a GB each, where `tauten reduce` was ended by SIGTERM or SIGKILL."""
+    script = tmp_path / "ended.py"
+    script.write_text(ENDED)
+    # ends where nobody has its output any more
+    done = subprocess.run([sys.executable, script], stdout=subprocess.PIPE, timeout=START)
+    assert done.returncode == -signal.SIGKILL
+    assert int(done.stdout) > 0
 
 
 def test_ctrl_c_saves_what_is_under_way(
