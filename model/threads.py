@@ -187,7 +187,8 @@ class OneBlasThread:
                 _ENTERED.whole = False
                 if handled:
                     _signal.signal(_signal.SIGINT, usual)
-                raise_interrupt()
+                if _ENTERED.interrupted:
+                    raise_interrupt()
 
         return limited
 

@@ -49,7 +49,8 @@ def target_values(target: Target, names: tuple[str, ...], kinds: tuple[EffectorK
     given = [target] if isinstance(target, Pose | float | int) else target
     sizes = list(map(VALUES.__getitem__, kinds))
     try:
-        values = _real(given)
+        values = np.asarray(given)
+        values = values.astype(np.float64, copy=False) if values.dtype.kind != "c" else _real(given)
     except (TypeError, ValueError, OverflowError):  # poses, or goals of several lengths
         values = _joined(given, sizes) if isinstance(given, Sequence) else np.zeros(0)
     if values.shape == (sum(sizes),):

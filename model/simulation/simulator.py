@@ -243,9 +243,9 @@ class Simulator(RobotModel):
         """
         steps = count("steps", steps)
         command = checked_command(self.robot, position, effort)
-        model = self._robot, self._space, self._enrichment
         before = self._moved or Command(self.position, self.effort)
         self.set_obstacles(self.obstacles.after(self.robot.h))
+        model = self._robot, self._space, self._enrichment
         try:
             done = travel(*model, self._state, self._forces, before, command, steps)
         except FactorisationError as error:
@@ -256,11 +256,10 @@ class Simulator(RobotModel):
         return make_report(self.robot, done.state, done.last, steps, movement, self._ending())
 
     def _ending(self) -> Ending:
-        """How a step ended, by the velocity that it left."""
+        """How a step ended, by the velocity that it left; what no actuator pulls may be thrown as fast."""
         way = self.robot.displacement(self._state, self.robot.h * self._state.v)  # in a period [m]
-        return (
-            Ending.SETTLED if way < FASTEST * self.robot.part_size else Ending.NOT_FINITE
-        )  # also NaN
+        slow = way < FASTEST * self.robot.part_size or not self._forces.effort.any()
+        return Ending.SETTLED if slow else Ending.NOT_FINITE  # also where the velocity is NaN
 
     @one_blas_thread(whole=True)
     def settle(
