@@ -21,7 +21,6 @@ import daqp
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from tauten.model import of_kind
 from tauten.model.load import extension, extension_names
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
@@ -102,9 +101,11 @@ def qp_backend(solver: str | Backend) -> Backend:
         RobotFileError: the library is not installed or unknown.
         TypeError: it is neither.
     """
-    if callable(solver):
-        return solver
-    return _named(of_kind("solver", solver, str))
+    if isinstance(solver, str):
+        return _named(solver)
+    if not callable(solver):
+        raise TypeError(f"solver: expected a name or a function, found {type(solver).__name__}")
+    return solver
 
 
 @cache
