@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 import tomllib
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -89,6 +90,7 @@ def package_versions() -> tuple[tuple[str, str], ...]:
     )
 
 
+@cache
 def package_version(package: str) -> str:
     """Version of an installed package, and of tauten also where its sources run without installation."""
     try:
