@@ -69,7 +69,8 @@ class IntegrationSettings(Section):
 
     scheme: Literal["implicit-euler", "quasi-static"] = Field(
         default="implicit-euler",
-        description="With inertia and damping (implicit-euler, default) or without (quasi-static).",
+        description="With inertia and damping (implicit-euler, default) or without them and the viscosity of "
+        "materials (quasi-static).",
     )
     rayleigh_mass: Annotated[NonNegative, Field(le=1e6)] = Field(
         default=0.0, description="Damping proportional to mass [1/s], by default 0."

@@ -209,6 +209,15 @@ def test_settling_relaxes_the_branches() -> None:
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-12)
 
 
+def test_quasi_static_steps_leave_viscosity_out() -> None:
+    """One is at the equilibrium of the elastic law."""
+    robot = block(MIXED, 100.0)
+    robot = robot.with_integration(replace(robot.integration, static=True))
+    simulator = Simulator(pulled(robot, STRESS), contact="none")
+    simulator.step(effort=[0.0])
+    assert simulator.effector[0, 0] / SIDE - 1.0 == pytest.approx(STRESS / E, rel=1e-4)
+
+
 def test_contact_bases_fit_whatever_the_viscosity() -> None:
     """They are made at rest."""
     elastic = build_robot(
