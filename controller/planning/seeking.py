@@ -26,6 +26,7 @@ from tauten.model.numerics import Bools
 
 ENDLESSLY = 1e6  # s, in which every actuator can get everywhere
 NEAREST = 40  # candidates in range that a search for contact looks at
+FAR = 1e-2  # of the size of the largest part, from where objects that are touched are grasped anew
 NEARER = 1e-3  # of the distance of the effectors from their target, that a plan takes off it
 
 
@@ -36,12 +37,13 @@ def make_plan(situation: Situation, aim: Aim, cuts: tuple[CutPlan | None, ...]) 
     shorter than its winch can follow stands in nobody's way. Where other limits leave nothing, those in
     conflict are relaxed as little as possible; the status is RELAXED then.
 
-    Where contacts in range have friction, plans count on a share of it. Where such a plan brings effectors
-    that are not at their target no nearer, another one with the nearest candidates in range and without rates
-    looks for contact; where that finds none and a limit of contact forces is reached, the status is OK. Where
-    forces within the cones are not found, the friction of the last step is a load. A search that was cut goes
-    on where it was. Each cluster with friction has a plan of its own, and the others have one together; where
-    all are usable, one is made of them.
+    Where contacts in range have friction, plans count on a share of it, and on all of it where no exact
+    forces of holding are found with the share. Where such a plan brings effectors that are not at their
+    target no nearer, and no new contact touches or an object is far from its target, another one with the
+    nearest candidates in range and without rates looks for contact; where that finds none and a limit of
+    contact forces is reached, the status is OK. Where the hold has no exact forces, the friction of the last
+    step is a load. A search that was cut goes on where it was. Each cluster with friction has a plan of its
+    own, and the others have one together; where all are usable, one is made of them.
 
     Args:
         situation: what the plan starts from and what bounds it.
@@ -92,13 +94,17 @@ def _with_friction(situation: Situation, aim: Aim, number: int) -> Plan:
     plan = plan_from(situation, first, step, robot.h)
     met = plan.status is Status.SEEKING_CONTACT and apart <= MET * robot.part_size
     plan = replace(plan, status=Status.OK) if met else plan
+    if plan.status is Status.NOT_FOUND and prepared.held.step.frictional:  # whose forces are known
+        every = replace(situation, settings=replace(settings, friction_share=1.0))
+        plan = plan_from(every, first, step, robot.h)
     if plan.status is Status.NOT_FOUND:
         return plan_from(situation, first, _loaded(prepared), robot.h)
     contacts = step.rows.contacts
     (own,) = np.nonzero(prepared.clusters.of_pairs[contacts.pair] == number)
-    untouched = not np.isin(plan.predicted.step.extra, own).any()
-    untouched = untouched and not brings_nearer(robot, aim, plan, apart)
-    if not untouched and plan.status is not Status.SEEKING_CONTACT:
+    lost = robot.contacts.loose and apart > FAR * robot.part_size
+    idle = lost or not np.isin(plan.predicted.step.extra, own).any()
+    idle &= not brings_nearer(robot, aim, plan, apart)
+    if not idle and plan.status is not Status.SEEKING_CONTACT:
         return plan
     if not (resumed or settings.time is None or settings.time.allows()):
         return replace(plan, cuts=(CutPlan(None, seeking=True),))

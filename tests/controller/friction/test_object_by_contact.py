@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 import pytest
 from support.robots.bodies import box_mesh
-from support.robots.examples import example
+from support.robots.examples import EXAMPLES, example
 from support.robots.solids import RIGID_CUBE
 
 from tauten.controller import Controller
@@ -210,3 +210,20 @@ def test_a_search_begins_at_the_forces_of_holding(
     )
     now, before = (error_of(cones_at(search.contacts, lam), r) for r in start)
     assert now <= contacts.exact < 10.0 * contacts.exact < before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "least", "most"), [(None, 7e-4, 9e-4), (1.0, -2e-4, 2e-4)])
+@pytest.mark.parametrize("way", [3e-3, 9e-3])
+def test_a_block_ends_before_its_target_where_friction_that_resists_is_left_out(
+    share: float | None, least: float, most: float, way: float
+) -> None:
+    """The finger is bent by what it has to push with and the plan leaves out; as docs/grasping.md says."""
+    controller = Controller.of(EXAMPLES / "push.toml")
+    if share is not None:
+        controller.settings = replace(controller.settings, friction_share=share)
+    start = controller.effector_values
+    for tick in range(100):
+        goal = start + np.array([way, 0.0, 0.0]) * min(tick, 40) / 40
+        assert controller.step(goal).status.usable
+    assert least < (goal - controller.effector_values)[0] < most  # m

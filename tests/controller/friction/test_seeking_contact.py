@@ -158,11 +158,24 @@ def test_smaller_cubes_and_those_that_lie_aside_are_lifted(
 
 
 @pytest.mark.slow
-def test_of_small_cubes_at_most_one_in_six_is_lost(tmp_path: Path) -> None:
+@pytest.mark.parametrize("height", [3e-3, 5e-3])
+def test_a_cube_that_has_been_lifted_is_held(height: float) -> None:
+    """It was let go, with status OK, where forces of holding are not found with a share of the friction."""
+    controller = Controller(lift())
+    start = controller.effector_values
+    for tick in range(80):
+        goal = start + np.array([0.0, 0.0, height]) * min(tick, 40) / 40
+        assert controller.step(goal).status.usable
+        if tick >= 20:
+            assert np.linalg.norm(controller.effector_values - goal) < 5e-4
+
+
+@pytest.mark.slow
+def test_of_small_cubes_at_most_one_in_twelve_is_lost(tmp_path: Path) -> None:
     """From 10 to 15 mm; one finger gets below an edge and tips it, and no descent leads back to a grasp."""
     sizes = np.arange(0.42, 0.65, 0.02).round(2).tolist()
     folders = [tmp_path / str(scale) for scale in sizes]
     for folder in folders:
         folder.mkdir()
     ends = [lifted(*pair, 0.0, 60) for pair in zip(folders, sizes, strict=True)]
-    assert 6 * sum(end > 0.1 for end in ends) <= len(ends)
+    assert 12 * sum(end > 0.1 for end in ends) <= len(ends)
