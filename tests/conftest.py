@@ -37,14 +37,14 @@ settings.load_profile("repeatable")
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """One more than there are cores where the whole suite runs: tests of processes mostly wait for them.
+    """Two more than there are cores where the whole suite runs: tests of processes mostly wait for them.
 
     None for single files, a debugger, and times of the real clock.
     """
     whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
     if whole and "realtime" not in config.option.markexpr.replace("not realtime", ""):
         config.option.loadscopereorder = False  # `pytest_collection_modifyitems` has an order
-        return min(os.cpu_count() or 1, MOST_CORES) + 1
+        return min(os.cpu_count() or 1, MOST_CORES) + 2
     config.option.dist = "no"
     return 0
 

@@ -52,7 +52,11 @@ def stream(served: Served, rest: Array, count: int) -> int:
     return begin
 
 
-@pytest.mark.parametrize("served", [("--interpolate", str(DELAY)), ()], indirect=True)
+@pytest.mark.parametrize(
+    "served",
+    [("--interpolate", str(DELAY)), pytest.param((), marks=pytest.mark.slow)],
+    indirect=True,
+)
 def test_goals_are_on_the_line_of_the_stamps(
     request: pytest.FixtureRequest, served: Served, beam_file: Path
 ) -> None:

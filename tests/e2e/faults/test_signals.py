@@ -199,7 +199,7 @@ def test_after_a_pause_no_tick_follows_an_old_target(served: Served, beam: Robot
     paused = served.process.process
     paused.send_signal(signal.SIGSTOP)
     stopped = time.time_ns()
-    follow(served, beam, 3.0)
+    follow(served, beam, 2.0)
     resumed = time.time_ns()
     paused.send_signal(signal.SIGCONT)
     send_until_followed(served, beam, 0.005)
