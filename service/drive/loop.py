@@ -40,6 +40,7 @@ from tauten.service.wire import (
     Role,
     Window,
     ask_description,
+    check_node,
     decode_joints,
     encode_effector,
     encode_float,
@@ -80,7 +81,7 @@ class DriveLoop:
             measure: whether effectors are also published as measurements, which correct a closed loop.
         """
         keys, names = Keys(robot.name), robot.effector_names
-        self._robot, self._driver = robot, driver
+        self._session, self._robot, self._driver = session, robot, driver
         self._names = tuple(one.name for one in robot.actuators)
         self._places = places_of(robot.effectors)
         self._n_v = max((place.stop for place in self._places), default=0)
@@ -107,6 +108,7 @@ class DriveLoop:
 
         Raises:
             DriverError: the hardware fails.
+            NetworkError: the node serves another robot.
         """
         clock = Clock(1.0 / self._robot.rate)
         try:
@@ -139,10 +141,13 @@ class DriveLoop:
 
         Raises:
             DriverError: the hardware fails.
+            NetworkError: the node that speaks serves another robot.
         """
         actuation = self._read_actuation()
         begin = time.perf_counter()
         if actuation is not None:
+            if not self.active:
+                check_node(self._session, self._robot)
             position = np.clip(np.array(actuation.position), *self._position_limits)
             effort = np.clip(np.array(actuation.effort), *self._effort_limits)
             with self._hardware():
@@ -278,6 +283,7 @@ def run_driver(
 
     Raises:
         DriverError: the hardware fails.
+        NetworkError: the node serves another robot.
     """
     loop = DriveLoop(session, robot, driver, measure)
     # the token is the last before the loop: who waits for the plant starts to move the model
@@ -292,7 +298,7 @@ def drive(
     """Run a driver beside the node that serves a robot, once that is alive.
 
     Raises:
-        NetworkError: no session, or no description.
+        NetworkError: no session, no description, or later a node that serves another robot.
         DriverError: the hardware cannot be used, or fails.
     """
     keys = Keys(robot)

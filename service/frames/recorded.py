@@ -11,7 +11,15 @@ from tauten.model import skin_of
 from tauten.service.describing import describe
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.log import LogError, LogReader
-from tauten.service.replay import actions, changes, recorded_setup, recorded_ticks, replay_loop
+from tauten.service.replay import (
+    CHANGED,
+    actions,
+    changes,
+    has_changed,
+    recorded_setup,
+    recorded_ticks,
+    replay_loop,
+)
 
 FRAMES = 30.0  # a second of the run at most
 
@@ -41,11 +49,8 @@ class RecordedRobot:
         vertices = self._skin.geometry(robot, robot.rest(), None).vertices
         self.look = RobotLook(describe(self._setup), vertices)
         self.notes: tuple[str, ...] = ()
-        if self._then.model.digest != robot.digest:
-            self.notes = (
-                "the robot has changed since the log was made, what is shown is the robot as it is now: "
-                "put the recorded robot file beside the log, or name the robot with --against",
-            )
+        if has_changed(self._then, robot):
+            self.notes = (CHANGED,)
 
     def frames(self) -> Iterator[ViewFrame | None]:
         """A frame of each tick; None where there would be more than 30 a second.

@@ -316,7 +316,7 @@ def simulate(
         model: its order, see `plant_setup`.
 
     Raises:
-        NetworkError: no session.
+        NetworkError: no session, or the node serves another robot.
         RobotFileError: time steps of this length lead to no state.
     """
     with ExitStack() as stack:

@@ -20,6 +20,7 @@ from tauten.service.wire import (
     Network,
     RobotDescription,
     Role,
+    check_node,
     effector_json,
     encode_effector,
     session_of,
@@ -58,7 +59,7 @@ def stream(
     """Send targets, once the robot's node is alive; returns how many.
 
     Raises:
-        NetworkError: no session.
+        NetworkError: no session, or the node serves another robot.
     """
     keys = Keys(robot.name)
     key = keys.targets(robot.effector_names)[settings.effector]
@@ -66,6 +67,7 @@ def stream(
         tokens = [keys.token, *([keys.plant_token] if settings.await_plant else [])]
         if not all(wait_for(session, token, stop) for token in tokens):
             return 0
+        check_node(session, robot)
         kind = robot.effectors[settings.effector].kind
         encoding = f"{JSON if settings.json else CDR};{MESSAGE_TYPES[kind]}"
         publisher = session.declare_publisher(key, encoding=encoding, express=True)

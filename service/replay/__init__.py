@@ -4,9 +4,11 @@ from tauten.service.replay.distance import Distances, distance_rows, measure_dis
 from tauten.service.replay.recorded_setup import recorded_setup
 from tauten.service.replay.replay_report import write_report
 from tauten.service.replay.replaying import (
+    CHANGED,
     Replay,
     actions,
     changes,
+    has_changed,
     recorded_ticks,
     replay,
     replay_loop,
@@ -27,6 +29,7 @@ from tauten.service.replay.report import (
 from tauten.service.replay.run import RecordedRun, Series, read_run
 
 __all__ = [
+    "CHANGED",
     "Distances",
     "FOLLOWED",
     "RecordedRun",
@@ -37,6 +40,7 @@ __all__ = [
     "actions",
     "apart",
     "changes",
+    "has_changed",
     "distance_rows",
     "errors_to_goal",
     "make_report",

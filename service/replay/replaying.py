@@ -6,6 +6,7 @@ result does not depend on the speed of the machine.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
@@ -16,7 +17,7 @@ import numpy as np
 
 from tauten.controller import Order, warm_controller
 from tauten.controller.qpcc import write_qpcc
-from tauten.model import Actuators, EffectorLayout, one_blas_thread
+from tauten.model import Actuators, EffectorLayout, Robot, one_blas_thread
 from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
 from tauten.service.describing import describe
@@ -41,6 +42,13 @@ from tauten.service.wire import (
     decode_joints,
     decode_obstacle,
     decode_tick,
+)
+
+log = logging.getLogger(__name__)
+
+CHANGED = (
+    "the robot has changed since the log was made, this is the robot as it is now: put the recorded robot "
+    "file beside the log, or name the robot with --against"
 )
 
 
@@ -132,6 +140,8 @@ def replay(
     metadata = reader.read_metadata()
     recorded = recorded_setup(path, metadata)
     setup = recorded.load(against, model, recorded_paths)
+    if against is None and has_changed(recorded.description, setup.robot):
+        log.warning("%s: %s", path, CHANGED)
     with one_blas_thread():
         return _compare(reader, setup, recorded.description, tolerance)
 
@@ -341,6 +351,12 @@ def _courses(recorded: Iterator[RecordedTick], setup: Setup) -> Courses:
         effort=np.array(effort).reshape(shape).swapaxes(0, 1),
         status=tuple(status),
     )
+
+
+def has_changed(then: RunDescription, robot: Robot) -> bool:
+    """Whether the robot of a log is another one now: its model, or the effectors that goals are for."""
+    kinds = tuple(one.kind for one in then.effectors)
+    return then.model.digest != robot.digest or kinds != robot.effector_layout.kinds
 
 
 def changes(reader: LogReader, then: RunDescription, setup: Setup) -> Iterator[str]:

@@ -92,7 +92,7 @@ from tauten.service.wire.obstacles import (
     encode_wrench,
 )
 from tauten.service.wire.publisher import Publisher
-from tauten.service.wire.questions import ask_description, wait_for
+from tauten.service.wire.questions import ask_description, check_node, wait_for
 from tauten.service.wire.tick import Positions, Tick, decode_tick, encode_tick
 
 __all__ = [
@@ -151,6 +151,7 @@ __all__ = [
     "WRENCH",
     "Window",
     "ask_description",
+    "check_node",
     "contact_cloud",
     "decode_cloud",
     "decode_command",

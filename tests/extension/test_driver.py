@@ -10,7 +10,6 @@ import threading
 import time
 import tty
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -18,13 +17,13 @@ from types import ModuleType
 import numpy as np
 import pytest
 import zenoh
+from support.nodes import answering as node
 from support.processes import run_main
 from support.robots.my_package import write_package
 
 from tauten.model.numerics import Array
 from tauten.service.describing import describe
 from tauten.service.drive import Driver, DriverError, Measured, drive, make_driver
-from tauten.service.link import close_session
 from tauten.service.plant import free_ports
 from tauten.service.process import StopFlag, stop_on_signals
 from tauten.service.setup import load_setup
@@ -36,11 +35,9 @@ from tauten.service.wire import (
     Network,
     Publisher,
     RobotDescription,
-    Role,
     decode_health,
     encode_joints,
     from_cdr,
-    open_session,
 )
 
 PATIENCE = 60.0  # s
@@ -96,23 +93,6 @@ def board() -> Iterator[Board]:
     os.close(device)
     os.close(line)
     thread.join(PATIENCE)
-
-
-@contextmanager
-def node(robot: RobotDescription, port: int) -> Iterator[zenoh.Session]:
-    """A session that answers as the node of a robot does."""
-    session = open_session(Network(port), Role.NODE, robot.name, connected=False)
-    answer = robot.as_json().encode()
-    questions = session.declare_queryable(
-        KEYS.description, lambda query: query.reply(KEYS.description, answer)
-    )
-    token = session.liveliness().declare_token(KEYS.token)
-    try:
-        yield session
-    finally:
-        token.undeclare()  # type: ignore[no-untyped-call]
-        questions.undeclare()  # type: ignore[no-untyped-call]
-        close_session(session)
 
 
 def wait(what: Callable[[], bool]) -> None:

@@ -16,6 +16,7 @@ from support.messages import Point, decode_point, encode_point, point_json
 from support.processes import Served
 from tauten.model import Robot, Simulator
 from tauten.service.codec.messages import POINT
+from tauten.service.link import close_session
 from tauten.service.log import LogReader
 from tauten.service.wire import (
     CDR,
@@ -23,11 +24,16 @@ from tauten.service.wire import (
     Cause,
     Diagnostic,
     Joints,
+    Keys,
     Mode,
+    Network,
+    RobotDescription,
+    Role,
     Tick,
     decode_health,
     decode_joints,
     decode_tick,
+    open_session,
 )
 
 PERIOD = 0.02
@@ -223,3 +229,20 @@ def wait_mode(served: Served, mode: Mode, cause: Cause | None = None) -> Tick:
     tick = decode_tick(wait_for(served, served.keys.tick, there, f"mode {mode} {cause or ''}"))
     assert isinstance(tick, Tick)
     return tick
+
+
+@contextmanager
+def answering(robot: RobotDescription, port: int) -> Iterator[zenoh.Session]:
+    """A session that answers as the node of a robot does."""
+    session = open_session(Network(port), Role.NODE, robot.name, connected=False)
+    keys, answer = Keys(robot.name), robot.as_json().encode()
+    questions = session.declare_queryable(
+        keys.description, lambda query: query.reply(keys.description, answer)
+    )
+    token = session.liveliness().declare_token(keys.token)
+    try:
+        yield session
+    finally:
+        token.undeclare()  # type: ignore[no-untyped-call]
+        questions.undeclare()  # type: ignore[no-untyped-call]
+        close_session(session)

@@ -65,6 +65,17 @@ def test_a_stiffer_robot_is_found_out(log: Path, tmp_path: Path) -> None:
     assert replay(log, 1.0, str(tmp_path / "beam.toml")).same
 
 
+def test_a_replay_says_before_it_begins_that_the_robot_has_changed(
+    log: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Of other effectors it said, after a minute, how many goals a tick has."""
+    shutil.copy(log, tmp_path)
+    write_robot(tmp_path, HEAVY[: HEAVY.rindex("[[effectors]]")])
+    with pytest.raises(LogError, match="goals for 2 effectors, the robot has 1"):
+        replay(tmp_path / log.name, tolerance=0.0)
+    assert "the robot has changed since the log was made" in caplog.text
+
+
 def test_a_log_that_was_cut_is_replayed_as_far_as_it_goes(log: Path, tmp_path: Path) -> None:
     cut = tmp_path / "cut.mcap"
     data = log.read_bytes()
