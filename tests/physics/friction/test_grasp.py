@@ -35,7 +35,7 @@ def test_a_cube_is_held_where_friction_suffices(
     changed(tmp_path, "cube.toml", (f"density = {DENSITY}", f"density = {mass * DENSITY}"))
     scale = (f"friction = {FRICTION}", f"friction = {friction * FRICTION}")
     robot = load_robot(changed(tmp_path, "grasp.toml", scale))
-    *_, simulator = GRASP["carry"](robot, until=GRASP["TOP"] if friction > 0.5 else 0.45)
+    *_, simulator = GRASP["carry"](robot, until=GRASP["TOP"] if friction > 0.5 else 0.35)
     height = GRASP["cube"](simulator).mean(axis=0)[2]
     weight = mass * DENSITY * EDGE**3 * 9.81
     force = GRASP["grip"](simulator)
