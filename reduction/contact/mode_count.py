@@ -111,15 +111,22 @@ def _mean_energy(rows: Sequence[Sequence[BasisQuality]]) -> Array:
     return errors
 
 
-def choose_k(curve: Curve, tolerance: float) -> int:
+def choose_k(curve: Curve, tolerance: float, needed: bool = True) -> int:
     """The smallest k whose held-out effector error is within the tolerance [m].
 
+    Args:
+        curve: errors against k.
+        tolerance: [m].
+        needed: whether an error beyond it is refused; otherwise the best k is taken then.
+
     Raises:
-        ChoiceError: no k is; names the best one.
+        ChoiceError: no k is within the tolerance; names the best one.
     """
     good = np.flatnonzero(curve.tip <= tolerance)
     if len(good) == 0:
         best = int(np.argmin(curve.tip))
+        if not needed:
+            return int(curve.k[best])
         raise ChoiceError(
             f"no k up to {curve.k[-1]} has a held-out effector error within {1e3 * tolerance:.3g} mm: "
             f"the best is {1e3 * curve.tip[best]:.3g} mm with k = {curve.k[best]}; raise the tolerance"

@@ -40,7 +40,8 @@ class ReduceSettings:
     """Settings for making a basis from snapshots.
 
     Attributes:
-        k: number of modes; "auto" for the smallest within `tolerance`.
+        k: number of modes; "auto" for the smallest within `tolerance`, and without one, where none is within
+            1/1000 of the robot, for that with the least error.
         method: see `fit_each`.
         weighting: of the snapshots, see `snapshot_weights`.
         tolerance: held-out effector error that "auto" allows [m]; None for 1/1000 of the robot.
@@ -185,7 +186,8 @@ def make_basis(
             )
         if k == "auto":
             assert curve is not None
-            k = choose_k(curve, settings.tolerance or TOLERANCE * robot.size)
+            given = settings.tolerance
+            k = choose_k(curve, given or TOLERANCE * robot.size, needed=given is not None)
             fewer = curve.k[curve.k < k].tolist()  # as good a start as in the curve
         report(0.0, f"{k} contact modes")
         fit = fit_each(S, problems, (*fewer, k), method, seed)[-1]

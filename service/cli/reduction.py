@@ -29,7 +29,7 @@ from tauten.service.cli.states import (
 from tauten.service.cli.terminal import RobotName, drawable, progress_bar, writable
 
 if TYPE_CHECKING:
-    from tauten.reduction.contact import BasisMethod, Weighting
+    from tauten.reduction.contact import BasisMethod, Reduction, Weighting
 
 
 def reduce(
@@ -72,7 +72,9 @@ def reduce(
     k: Annotated[str, typer.Option(help='Number of modes, or "auto".')] = "auto",
     tolerance: Annotated[
         float | None,
-        typer.Option(help='Effector error that "auto" accepts in m; default: 1/1000 of the robot.'),
+        typer.Option(
+            help='Effector error that "auto" accepts in m; default: 1/1000 of the robot, or the least.'
+        ),
     ] = None,
     method: Annotated[str, typer.Option(help="energy, hals, hals-nndsvd, als, greedy.")] = "energy",
     weighting: Annotated[str, typer.Option(help="Weights of snapshots: equal or force.")] = "equal",
@@ -174,20 +176,29 @@ def reduce(
     saved = made.basis.save(target)
     if curve is not None and made.curve is not None:
         draw_curve(made.curve, curve, made.basis.k)
-    origin = made.basis.provenance
-    skipped = f"; {made.skipped} equilibria did not converge" if made.skipped else ""
-    held = origin.tip_error_as_held
-    equal = "" if held is None else f", {1e3 * held:.3g} mm at equal efforts where efforts are held"
-    typer.echo(
-        f"{saved}: {origin.k} modes of {origin.snapshots} snapshots by {origin.method}, "
-        f"effector error to first order {1e3 * origin.tip_error:.3g} mm at most{equal}{skipped}"
-    )
+    typer.echo(f"{saved}: {_summary(made)}")
     path = saved.with_suffix(".states")
     if states:
         with _resumable(folder):
             space, narrower = made.basis.fitted(moved), campaigns.narrower(found)
             save_states(moved, good, space, chosen, path, allowed, narrower)
     _use(robot, saved, path if states else None, write)
+
+
+def _summary(made: Reduction) -> str:
+    """Number of modes and their errors; where k was chosen, also those on equilibria that were held out."""
+    origin, parts = made.basis.provenance, list[str]()
+    error = 1e3 * origin.tip_error
+    parts.append(f"{origin.k} modes of {origin.snapshots} snapshots by {origin.method}, ")
+    parts.append(f"effector error to first order {error:.3g} mm at most")
+    if made.curve is not None and origin.k in made.curve.k:
+        unseen = float(made.curve.tip[made.curve.k == origin.k][0])
+        parts.append(f", {1e3 * unseen:.3g} mm on those that were held out")
+    if (held := origin.tip_error_as_held) is not None:
+        parts.append(f", {1e3 * held:.3g} mm at equal efforts where efforts are held")
+    if made.skipped:
+        parts.append(f"; {made.skipped} equilibria did not converge")
+    return "".join(parts)
 
 
 def _use(robot: str, basis: Path | None, states: Path | None, write: bool) -> None:

@@ -85,6 +85,7 @@ def test_auto_takes_the_smallest_good_k(curve: Curve) -> None:
         ChoiceError, match=r"no k up to 8 .* within 1e-06 mm: the best is .* k = [48]"
     ):
         choose_k(curve, 1e-9)
+    assert choose_k(curve, 1e-9, needed=False) == curve.k[np.argmin(curve.tip)]
 
 
 def test_no_k_within_the_rank(thumb_ramp: Snapshots, thumb_problems: Problems) -> None:
