@@ -89,8 +89,8 @@ def closed(beam_file: Path, tmp_path: Path) -> Iterator[tuple[Served, Process]]:
     port, log = free_ports(), tmp_path / "log.mcap"
     serving = ("serve", beam_file, "--port", port, "--record", log, "--closed-loop")
     behaving = ("--measure", "--young-scale", "1.2", "--drive", "tension")
-    node = start(tmp_path / "serve.txt", *serving, freed=True)
-    plant = start(tmp_path / "plant.txt", "plant", beam_file, "--port", port, *behaving, freed=True)
+    node = start(tmp_path / "serve.txt", *serving)
+    plant = start(tmp_path / "plant.txt", "plant", beam_file, "--port", port, *behaving)
     session = client_of(node, port)
     try:
         wait_alive(session, Keys("beam").token, node)

@@ -9,7 +9,6 @@ connection.
 
 from __future__ import annotations
 
-import atexit
 import gc
 import json
 import os
@@ -18,10 +17,9 @@ import select
 import signal
 import socket
 import sys
-import threading
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NoReturn, TextIO
+from typing import Any, TextIO
 
 import numba
 
@@ -45,15 +43,6 @@ def warm(robot: str) -> None:
     gc.freeze()
 
 
-def end(code: int) -> NoReturn:
-    """End as the interpreter does, but for freeing what all copies share, which takes half a second."""
-    threading._shutdown()  # type: ignore[attr-defined]
-    atexit._run_exitfuncs()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(code)
-
-
 def become(request: dict[str, Any]) -> None:
     """Run the command of a request in this process, as `python -m tauten.service` does, or its script."""
     sink = os.open(request["output"], os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
@@ -71,12 +60,7 @@ def become(request: dict[str, Any]) -> None:
         runpy.run_path(request["script"], run_name="__main__")
         return
     sys.argv = ["tauten", *request["arguments"]]
-    try:
-        main()
-    except SystemExit as ended:
-        if request.get("freed") or not isinstance(ended.code, int | None):
-            raise
-        end(ended.code or 0)
+    main()
 
 
 def exit_code(process: int) -> int | None:

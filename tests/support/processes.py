@@ -189,16 +189,9 @@ class Process:
         return self.process.wait(START)
 
 
-def start(output: Path, *arguments: object, freed: bool = False) -> Process:
-    """Start a `tauten` command.
-
-    Args:
-        output: file for what it prints.
-        arguments: after `tauten`.
-        freed: whether it frees its memory in the end, as an interpreter does; that takes half a second.
-    """
-    words = [str(a) for a in arguments]
-    return Process(Forked(fork_server(), output, arguments=words, freed=freed), output)
+def start(output: Path, *arguments: object) -> Process:
+    """Start a `tauten` command."""
+    return Process(Forked(fork_server(), output, arguments=[str(a) for a in arguments]), output)
 
 
 def start_script(output: Path, script: Path, **environment: str) -> Process:
