@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
@@ -24,6 +25,8 @@ from tauten.reduction.campaign.snapshots import (
     join_snapshots,
 )
 from tauten.reduction.provenance import package_versions
+
+log = logging.getLogger(__name__)
 
 CHUNK = 20  # equilibria in a chunk: a killed campaign loses a few seconds of work
 
@@ -160,7 +163,9 @@ def _work(ledger: _Ledger, executor: Executor, advance: Callable[[int], None]) -
             for future in wait(pending, 0.0 if to_begin else None, FIRST_COMPLETED).done:
                 send(collect(future))
     except KeyboardInterrupt:
-        for future in [future for future in pending if not future.cancel()]:
+        begun = [future for future in pending if not future.cancel()]
+        log.info("interrupted: what is under way in %d processes is finished and kept", len(begun))
+        for future in begun:
             with suppress(Exception):  # of workers that Ctrl-C has ended too; computed again
                 collect(future)
         raise

@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from io import TextIOWrapper
 
 from tauten.service.parent import PARENT, end_with
 
@@ -41,8 +42,11 @@ def run(program: Callable[[], object]) -> None:
     """Run a program of commands: errors of the set-up become one sentence and exit code 2.
 
     Where a script runs a command in the background, its shell has SIGINT ignored; commands obey Ctrl-C there
-    too. SIGHUP stays ignored where `nohup` did that.
+    too. SIGHUP stays ignored where `nohup` did that. Characters that a terminal does not have become "?".
     """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # None where it is closed
+            stream.reconfigure(errors="replace")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     try:

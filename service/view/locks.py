@@ -27,8 +27,8 @@ class LockPanel:
     ) -> None:
         """Add the inputs. Callbacks of the browser only note what happened; `orders` gives it."""
         self._now = now
-        # when each actuator was last ordered [s], and where it is locked [SI]; None: nowhere
-        self._ordered: dict[int, tuple[float, float | None]] = {}
+        # when each actuator was last ordered [s], where it is locked [SI], None: nowhere, how near it came
+        self._ordered: dict[int, tuple[float, float | None, float]] = {}
         self._actuators = look.robot.actuators
         self._orders: SimpleQueue[LockOrder] = SimpleQueue()
         self._sliders: dict[int, viser.GuiSliderHandle[float]] = {}
@@ -57,13 +57,17 @@ class LockPanel:
         """Show where the actuators (n_a,) are [SI] or were told to be, and which are locked."""
         for i, slider in self._sliders.items():
             one, box = self._actuators[i], self._boxes[i]
-            when, wanted = self._ordered.get(i, (-np.inf, None))
+            when, wanted, nearest = self._ordered.get(i, (-np.inf, None, np.inf))
             is_locked = one.name in locked
             if self._now() - when < _ON_ITS_WAY:
                 is_locked = wanted is not None
-            elif not is_locked:
-                self._ordered.pop(i, None)
-                wanted = None
+            elif wanted is not None:
+                away = abs(float(position[i]) - wanted)
+                self._ordered[i] = when, wanted, min(nearest, away)
+                # it goes elsewhere where somebody else has locked it there
+                if not is_locked or away > nearest + slider.step / one.kind.position.scale:
+                    del self._ordered[i]
+                    wanted = None
             box.value = is_locked  # type: ignore[misc]  # viser types it so
             shown = one.kind.position.scale * float(position[i] if wanted is None else wanted)
             shown = min(max(round(shown / slider.step) * slider.step, slider.min), slider.max)
@@ -77,7 +81,7 @@ class LockPanel:
             low, high = one.position
             wanted = float(self._sliders[number].value) / one.kind.position.scale
             wanted = min(max(wanted, low), high)
-        self._ordered[number] = self._now(), wanted
+        self._ordered[number] = self._now(), wanted, np.inf
         self._orders.put(LockOrder(one.name, position=wanted))
 
     def _changed(self, number: int) -> Callable[[viser.GuiEvent[Any]], Coroutine[Any, Any, None]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import signal
@@ -64,6 +65,7 @@ def test_a_parent_that_is_none_is_ignored(number: str, monkeypatch: pytest.Monke
 
 LOADED = """
 import json
+import os
 import sys
 from tauten.service.cli import main
 for words in json.loads(sys.argv[1]):
@@ -76,6 +78,15 @@ print(*sys.modules, file=sys.stderr)
 """
 OF_A_MODEL = {"numpy", "scipy", "numba", "matplotlib", "osqp", "qpsolvers", "viser"}
 OF_A_MODEL |= {"daqp", "proxsuite", "meshio", "rosbags", "mcap", "prometheus_client"}
+
+
+def test_what_a_terminal_has_no_characters_for_is_printed_all_the_same() -> None:
+    """`tauten check` ended in a traceback of Python where the terminal's encoding has no arrow."""
+    program = "from tauten.service.cli.entry import run; run(lambda: print('wall \u2192 thicker'))"
+    environment = os.environ | {"PYTHONIOENCODING": "latin-1"}
+    command = [sys.executable, "-c", program]
+    done = subprocess.run(command, env=environment, capture_output=True, check=True)
+    assert done.stdout == b"wall ? thicker\n"
 
 
 def loaded_by(*commands: tuple[str, ...]) -> tuple[list[str], list[str]]:

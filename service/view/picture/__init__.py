@@ -3,6 +3,7 @@
 from tauten.service.view.picture.arrows import Arrows
 from tauten.service.view.picture.cameras import (
     FIELD_OF_VIEW,
+    PANEL,
     PRESETS,
     SHEET,
     Preset,
@@ -20,6 +21,7 @@ from tauten.service.view.picture.surroundings import above, scale_text
 __all__ = [
     "Arrows",
     "FIELD_OF_VIEW",
+    "PANEL",
     "ForceNumbers",
     "PRESETS",
     "ReachDrawing",

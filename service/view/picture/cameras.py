@@ -18,7 +18,9 @@ FIELD_OF_VIEW = np.radians(40.0)  # from bottom to top
 _SAME = 1e-3  # of the robot's size, within which two places of a camera are the same
 SHEET = 0.42  # of a phone's window, under the panel
 _HEIGHT, _WIDTH = 0.5, 0.45  # of the window, that the robot takes
+PANEL = 335  # pixels of the window's width under the panel, where that is beside the robot
 _FIRST = 1.5  # width of a window over its height, which all browsers start with
+_USUAL = 1400  # pixels of its width
 _NARROW = 0.8  # aspect below which the panel is at the bottom of the window, as on a phone
 
 
@@ -35,13 +37,16 @@ class Camera:
     look_at: Array
 
 
-def camera_of(look: RobotLook, preset: Preset, aspect: float = _FIRST) -> Camera:
-    """The camera that shows a robot at rest half as high as the window, or nearly half as wide.
+def camera_of(
+    look: RobotLook, preset: Preset, aspect: float = _FIRST, width_in_pixels: int = _USUAL
+) -> Camera:
+    """The camera that shows a robot at rest half as high as the window, or nearly half as wide as is free.
 
     Args:
         look: of the robot.
         preset: from where.
         aspect: width of the window over its height; narrow ones have the panel at the bottom.
+        width_in_pixels: of the window, whose others have the panel at their right side.
     """
     up = np.array(upwards(look.robot.gravity))
     right, back = sideways(up)
@@ -62,10 +67,13 @@ def camera_of(look: RobotLook, preset: Preset, aspect: float = _FIRST) -> Camera
     narrow = aspect < _NARROW
     free = 1.0 - SHEET if narrow else 1.0  # of the window's height
     tangent = np.tan(0.5 * FIELD_OF_VIEW)
-    half = max(height / (_HEIGHT * free), width / (_WIDTH * aspect), 0.2 * look.robot.size)
+    beside = 0.0 if narrow else min(PANEL / max(width_in_pixels, 1), 0.5)  # of the window's width
+    aspect_free = aspect * (1.0 - beside)
+    half = max(height / (_HEIGHT * free), width / (_WIDTH * aspect_free), 0.2 * look.robot.size)
     distance = 0.5 * half / tangent + 0.5 * depth
     shift = -0.5 * (1.0 - free) * 2.0 * distance * tangent  # of the middle of the free part
-    look_at = middle + shift * y
+    # and what is nearest is in the middle beside the panel
+    look_at = middle + shift * y + 0.5 * beside * aspect * half * x
     return Camera(look_at + distance * out, look_at)
 
 
@@ -97,7 +105,7 @@ def place_first(server: viser.ViserServer, look: RobotLook) -> None:
 
 def show_preset(client: viser.ClientHandle, look: RobotLook, preset: Preset) -> None:
     """Move the camera of one browser."""
-    wanted = camera_of(look, preset, client.camera.aspect)
+    wanted = camera_of(look, preset, client.camera.aspect, client.camera.image_width)
     with client.atomic():
         client.camera.position = wanted.position
         client.camera.look_at = wanted.look_at

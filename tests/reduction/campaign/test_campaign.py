@@ -150,14 +150,14 @@ def test_workers_do_not_change_the_result_and_do_not_hear_ctrl_c_while_they_star
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [])
     with executors.processes(2) as pool:
-        started = pool.submit(os.getpid)
+        pool.submit(os.getpid)
         assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == before
         (worker,) = pool._processes  # while it imports
         os.kill(worker, signal.SIGINT)
         found = run_campaign(thumb, design, tmp_path, pool, show_progress=False)
+        assert pool._processes[worker].is_alive()
     np.testing.assert_array_equal(found.converged, snapshots.converged)
     np.testing.assert_allclose(found.q, snapshots.q, atol=1e-9)
-    assert started.result(START) == worker
     np.testing.assert_allclose(found.lam, snapshots.lam, atol=1e-6)
 
 
@@ -183,13 +183,15 @@ def test_workers_end_with_the_process_that_started_them(tmp_path: Path) -> None:
 
 
 def test_ctrl_c_saves_what_is_under_way(
-    thumb: Robot[NodalBody], design: Design, tmp_path: Path
+    thumb: Robot[NodalBody], design: Design, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     """The interrupt comes when the first of three chunks is back: all three are kept."""
+    caplog.set_level("INFO")
     with pytest.raises(KeyboardInterrupt), InterruptedThreads(chunks=3) as threads:
         run_campaign(thumb, design, tmp_path, threads, show_progress=False)
     starts = sorted(path.name for path in tmp_path.iterdir())
     assert starts == [f"run{run:04d}-000000.snapshots" for run in range(3)]
+    assert "interrupted: what is under way" in caplog.text
 
 
 def test_ctrl_c_in_the_only_process_keeps_what_is_done(

@@ -14,7 +14,7 @@ from tauten.service.describing import describe
 from tauten.service.frames import RobotLook
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
-from tauten.service.view.picture import FIELD_OF_VIEW, PRESETS, SHEET, RobotScene, camera_of
+from tauten.service.view.picture import FIELD_OF_VIEW, PANEL, PRESETS, SHEET, RobotScene, camera_of
 from tauten.service.view.picture.surroundings import cell_size, ground_height, length_text
 
 BALL = """
@@ -65,12 +65,17 @@ def test_the_robot_is_whole_in_the_free_part_of_the_window(
     shown = in_window(finger.vertices.astype(float), camera.position, camera.look_at, aspect)
     low, high = shown.min(axis=0), shown.max(axis=0)
     free = 2.0 * (1.0 - SHEET if aspect < 1.0 else 1.0)
+    beside = 2.0 * (0.0 if aspect < 1.0 else PANEL / 1400.0)
+    assert high[0] < 1.0 - beside, "not behind the panel"
     assert abs(low[0]) < 0.75
     assert abs(high[0]) < 0.75
     assert high[1] < 1.0
     assert low[1] > 1.0 - free, "not behind the panel of a phone"
     if preset == "front" and aspect > 1.0:
         assert (high[1] - low[1]) / 2.0 == pytest.approx(0.5, abs=0.06), "half the window"
+        assert 0.5 * (low[0] + high[0]) == pytest.approx(-0.5 * beside, abs=0.05), (
+            "beside the panel"
+        )
 
 
 def test_cells_of_the_ground_are_round_numbers_with_a_unit() -> None:

@@ -44,6 +44,13 @@ def test_a_slider_stays_where_it_was_put_until_the_node_has_said_what_is_locked(
         assert shown(moved, name) == (5.0, True)
         now += 5.0
         assert shown(moved, name) == (5.0, True)
+        for at in (4e-3, 5e-3, 5e-3):
+            assert shown(np.full(2, at), name) == (5.0, True)
+        assert shown(np.full(2, 6e-3), name) == (
+            6.0,
+            True,
+        )  # somebody else has locked it farther away
+        assert shown(np.full(2, 8e-3), name) == (8.0, True)
         put(5.0, locked=False)
         assert shown(moved, name) == (3.0, False)
         now += 5.0
