@@ -84,7 +84,8 @@ def load_setup(
     Args:
         robot: name of a shipped robot or path of a robot file.
         rate: another control rate than the file's [Hz].
-        basis: another basis than the file's; "none" for no contact, "full" for pointwise contact.
+        basis: another basis than the file's; "none" for no contact, "full" for pointwise contact. A file
+            .basis here comes before one of this name beside the robot file.
         model: another model than the file's.
         accept_error: accept a state basis with a larger error than the robot file allows.
         young_scale: of Young's modulus; a robot of another stiffness than the file's has no state basis.
@@ -98,6 +99,8 @@ def load_setup(
     path = robot_path(robot)
     contents = read_toml(path)
     service = validated(ServiceSettings, contents.get("service", {}), path, "service")
+    if basis is not None and basis.endswith(".basis") and Path(basis).is_file():
+        basis = str(Path(basis).resolve())
     made = controller_setup(contents, path, rate, basis, model, accept_error, young_scale)
     for note in unused_tables(contents, path):
         log.warning("%s: %s", path, note)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -136,3 +137,15 @@ def test_bases_of_other_names_are_found_with_and_without_suffix(tmp_path: Path) 
         assert setup.states
     with pytest.raises(BasisError, match="no contact basis 'thumb'"):
         load_setup(path, basis="thumb")
+
+
+def test_a_basis_of_a_shipped_robot_made_here_is_used_and_not_the_shipped_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`tauten reduce finger` writes finger.basis here; --basis finger.basis took that of the package."""
+    shipped = ContactBasis.load("finger")
+    fewer = replace(shipped.provenance, k=3)
+    ContactBasis(shipped.Psi[:, :3].copy(), fewer).save(tmp_path / "finger.basis")
+    monkeypatch.chdir(tmp_path)
+    assert load_setup("finger", basis="finger.basis").basis_modes == 3
+    assert load_setup("finger", basis="finger").basis_modes == shipped.k
