@@ -94,7 +94,8 @@ def _with_friction(situation: Situation, aim: Aim, number: int) -> Plan:
     plan = plan_from(situation, first, step, robot.h)
     met = plan.status is Status.SEEKING_CONTACT and apart <= MET * robot.part_size
     plan = replace(plan, status=Status.OK) if met else plan
-    if plan.status is Status.NOT_FOUND and prepared.held.step.frictional:  # whose forces are known
+    known = prepared.held.step.frictional and settings.friction_share < 1.0
+    if plan.status is Status.NOT_FOUND and known:  # the forces of holding with all of the friction
         every = replace(situation, settings=replace(settings, friction_share=1.0))
         plan = plan_from(every, first, step, robot.h)
     if plan.status is Status.NOT_FOUND:
@@ -103,7 +104,7 @@ def _with_friction(situation: Situation, aim: Aim, number: int) -> Plan:
     (own,) = np.nonzero(prepared.clusters.of_pairs[contacts.pair] == number)
     lost = robot.contacts.loose and apart > FAR * robot.part_size
     idle = lost or not np.isin(plan.predicted.step.extra, own).any()
-    idle &= not brings_nearer(robot, aim, plan, apart)
+    idle = idle and not brings_nearer(robot, aim, plan, apart)
     if not idle and plan.status is not Status.SEEKING_CONTACT:
         return plan
     if not (resumed or settings.time is None or settings.time.allows()):

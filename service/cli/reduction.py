@@ -188,9 +188,8 @@ def reduce(
 def _summary(made: Reduction) -> str:
     """Number of modes and their errors; where k was chosen, also those on equilibria that were held out."""
     origin, parts = made.basis.provenance, list[str]()
-    error = 1e3 * origin.tip_error
     parts.append(f"{origin.k} modes of {origin.snapshots} snapshots by {origin.method}, ")
-    parts.append(f"effector error to first order {error:.3g} mm at most")
+    parts.append(f"effector error to first order {1e3 * origin.tip_error:.3g} mm at most")
     if made.curve is not None and origin.k in made.curve.k:
         unseen = float(made.curve.tip[made.curve.k == origin.k][0])
         parts.append(f", {1e3 * unseen:.3g} mm on those that were held out")

@@ -65,7 +65,6 @@ def test_a_parent_that_is_none_is_ignored(number: str, monkeypatch: pytest.Monke
 
 LOADED = """
 import json
-import os
 import sys
 from tauten.service.cli import main
 for words in json.loads(sys.argv[1]):

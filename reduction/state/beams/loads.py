@@ -2,8 +2,8 @@
 
 Loads are forces on points that move with the nodes. The points beyond an element have, in the frame of its
 first end, the positions y = r + ρ with the chord r = T(φ) e of `tauten.model.beams.helix` and ρ
-turned by exp(φ). Rates de of its length with
-stretch and shear and dφ move them by V + Ω x ρ, and
+turned by exp(φ). Rates de of its length with stretch and shear and dφ move them by
+V + Ω x ρ, and
 
     V = T de + dT e,   Ω = T dφ                 dT and d²T: first and second change of T with dφ
     ∂²(Σ F·y) = ω·(V x F + A Ω)                                  one turn ω before the element
