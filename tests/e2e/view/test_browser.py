@@ -63,8 +63,14 @@ def test_the_mouse_moves_the_target_and_the_robot(page: Page, shown: Shown, beam
     grip = rest + np.array([0.0, 0.0, 0.2 * beam.size])  # on the arrow upwards
     (client,) = shown.server.get_clients().values()
 
+    def drawn() -> bool:
+        """Whether the arrow is seen: before, the page takes it for one at the origin of the scene."""
+        x, y = (round(one) for one in on_page(grip, client.camera.position, client.camera.look_at))
+        near = pixels(page)[y - 5 : y + 6, x - 5 : x + 6]
+        return bool((near[..., 2] > near[..., 0] + 0.4).any())  # it is blue
+
     def dragged() -> bool:
-        """Drag the arrow by 30 pixels; before the page takes that for a gizmo it turns the camera."""
+        """Drag the arrow by 30 pixels."""
         x, y = on_page(grip, client.camera.position, client.camera.look_at)
         page.mouse.move(x, y)
         time.sleep(0.5)
@@ -75,7 +81,8 @@ def test_the_mouse_moves_the_target_and_the_robot(page: Page, shown: Shown, beam
         page.mouse.up()
         return bool(shown.session.targets.of(0)[2] > rest[2] + 1e-3)
 
-    assert wait_until(dragged, 120.0)  # gizmos take input as soon as the page has drawn them
+    assert wait_until(drawn, 120.0)
+    assert wait_until(dragged, 60.0)
     target = shown.session.targets.of(0)[:3]
     assert abs(target[0] - rest[0]) < 1e-9  # along the arrow only
 
@@ -155,7 +162,8 @@ def test_the_mouse_pulls_the_simulated_robot_with_ctrl(
 ) -> None:
     (client,) = shown.server.get_clients().values()
     rest = beam.effector(beam.rest())[0]
-    x, y = on_page(np.array([0.08, 0.0, 0.01]), client.camera.position, client.camera.look_at)
+    free = np.array([0.088, 0.0, 0.01])  # on the skin, between the arrows of the two gizmos
+    x, y = on_page(free, client.camera.position, client.camera.look_at)
 
     def pulled() -> bool:
         """Pull the skin upwards; a page takes drags of it once it has drawn it."""
