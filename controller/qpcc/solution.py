@@ -12,7 +12,7 @@ from tauten.model.numerics import Array, Bools
 class Status(Enum):
     """How a solve ended; the value is the advice to the person who reads it."""
 
-    OK = "stationary point within tolerance"
+    OK = "stationary point within tolerance; with friction the best point that was found"
     FEASIBLE_ONLY = "feasible but not shown stationary: raise the pivot limit or the time budget"
     NOT_FOUND = (
         "no feasible point found, nor shown that there is none: raise max_pivots or time_limit"
@@ -39,7 +39,7 @@ class Status(Enum):
 
     @cached_property
     def ok(self) -> bool:
-        """Whether the point is stationary."""
+        """Whether the point is stationary, or with friction the best of a search that was not cut."""
         return self is Status.OK
 
     @cached_property
@@ -55,7 +55,8 @@ class Certificate:
     Attributes:
         primal: largest violation of bounds and limits, relative to the problem's scale.
         complementarity: largest min(β_i, δ_i) after scaling both, 0 ≤ δ ⟂ β ≥ 0 (9).
-        stationarity: norm of the projected gradient of the Lagrangian, relative.
+        stationarity: norm of the projected gradient of the Lagrangian, relative. Of a decision with friction:
+            square root of the share of the objective by which it promises to fall nearby, to first order.
         deepest_gap: smallest predicted gap over all candidates in range [m]; +inf without any.
             Negative values are penetrations.
         extra_columns: unit columns added to the basis for this step.
