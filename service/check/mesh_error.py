@@ -28,7 +28,8 @@ class LoadError:
     Attributes:
         effort: difference of the tension that differs most, positive where the mesh is too stiff; relative
             to the largest tension of the reference, or to a quarter of its largest under any load.
-        tip: largest distance of an effector from the reference [m].
+        tip: largest difference of an effector's change since rest from that of the reference, in metres by
+            the units of `EffectorLayout` [m].
         contact: relative difference of the contact force, as for tension; None where nothing touches.
     """
 

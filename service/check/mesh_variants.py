@@ -91,7 +91,8 @@ class LoadedState:
     Attributes:
         converged: whether it was found.
         effort: (n_a,) effort of every actuator, where they have several units in shares of its limit.
-        tip: (3 p,) of every effector [m].
+        tip: (3 q,) change of the effectors since rest, three for each part with weight, in metres by the
+            units of `EffectorLayout` [m].
         contact_force: sum of all contact forces [N].
     """
 
@@ -230,8 +231,24 @@ def equilibria(robot: Robot, loads: tuple[Load, ...], antagonists: bool) -> Iter
         yield LoadedState(
             converged,
             tuple((simulator.effort / unit).tolist()),
-            tuple(simulator.effector.ravel().tolist()),
+            tuple(moved_since_rest(robot, simulator.effector_values).tolist()),
             float(simulator.lam_c.sum()),
         )
         if not converged:
             simulator.reset()
+
+
+def moved_since_rest(robot: Robot, values: Array) -> Array:
+    """How far effectors have moved since rest, in metres by their units: (3 q,), see `LoadedState`.
+
+    Where regions have other nodes on another mesh, their means differ at rest already: that is no error.
+
+    Args:
+        robot: on any mesh.
+        values: (n_v,) of its effectors.
+    """
+    layout = robot.effector_layout
+    change = layout.difference(values, robot.effector_values(robot.rest()))  # (n_e,)
+    weighted = np.where(layout.weights > 0.0, change, 0.0)
+    moved: Array = layout.in_metres(weighted[:, None]).ravel()
+    return moved
