@@ -15,6 +15,7 @@ from tauten.service.log import LogError, logged_description
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import RunDescription
 
+_PATH = "robot_path"  # an entry of the node's logs, not of those of `tauten record`
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # of bases beside robot files and of shipped ones
 
 
@@ -26,11 +27,13 @@ class RecordedSetup:
         log: the file.
         file: path of the robot file when it was recorded; "" for a shipped robot.
         description: of the robot.
+        by_node: whether the node has written it, rather than `tauten record` beside it.
     """
 
     log: Path
     file: str
     description: RunDescription
+    by_node: bool
 
     def load(
         self, against: str | None = None, model: Order | None = None, allowed: bool = False
@@ -43,9 +46,15 @@ class RecordedSetup:
             allowed: whether files that are not beside the log may be opened.
 
         Raises:
-            LogError: the recorded file lies elsewhere, and recorded paths are not allowed.
+            LogError: the log is none of a node, or the recorded file lies elsewhere, and recorded paths are
+                not allowed.
             RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
         """
+        if not self.by_node:
+            raise LogError(
+                f"{self.log}: a log of tauten record, whose messages are in the order of their arrival, "
+                "cannot be replayed: record the run with tauten serve --record"
+            )
         if against is None:
             name, basis = self.robot_file(allowed), self.contact_basis(allowed)
         else:
@@ -99,10 +108,10 @@ def recorded_setup(log: Path, metadata: dict[str, str]) -> RecordedSetup:
     Raises:
         LogError: a missing or wrong entry; the message names it.
     """
-    description, file = logged_description(log, metadata), metadata.get("robot_path", "")
+    description, file = logged_description(log, metadata), metadata.get(_PATH, "")
     if "\0" in file + description.basis.name:
         raise LogError(f"{log}: its metadata: a path has a zero byte")
-    return RecordedSetup(log, file, description)
+    return RecordedSetup(log, file, description, by_node=_PATH in metadata)
 
 
 def _is_shipped(file: str, robot: str) -> bool:

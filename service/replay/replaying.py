@@ -216,9 +216,7 @@ def recorded_ticks(reader: LogReader, setup: Setup, robot: str) -> Iterator[Reco
                 raise LogError(f"{reader.path}: a damaged tick: {tick.detail}")
             _check_goal(tick, setup.robot.effector_layout, reader.path)
             if tick.index != count:
-                late = ": only what serve --record records begins at tick 0" if count == 0 else ""
-                gap = f"ticks {count} to {tick.index - 1} are missing{late}"
-                raise LogError(f"{reader.path}: {gap}")
+                raise LogError(f"{reader.path}: ticks {count} to {tick.index - 1} are missing")
             count += 1
             read = tuple(order for when, order in orders if when <= tick.index)
             orders = [item for item in orders if item[0] > tick.index]
