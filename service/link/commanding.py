@@ -85,7 +85,10 @@ def _unanswered(robot: str, network: Network) -> str:
     try:
         socket.create_connection((HOST, port), timeout=0.5).close()
     except OSError:
-        return f"no node serves {robot!r}: start it with tauten serve {robot}"
+        return (
+            f"no node serves {robot!r} on port {port}: start it with tauten serve and the robot's name or "
+            "file, or give the --port on which it is served"
+        )
     return (
         f"{silence}, but something listens on its port {port}: the node may have too many connections or no "
         "processor time; try again, or press the robot's emergency stop"

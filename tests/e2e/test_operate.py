@@ -127,7 +127,7 @@ def test_a_recorder_beside_the_node_records_the_run(
 
 def test_a_command_without_a_node_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tauten.service.link.commanding._PATIENCE", 0.1)
-    with pytest.raises(NetworkError, match="no node serves 'beam': start it with tauten serve"):
+    with pytest.raises(NetworkError, match=r"no node serves 'beam' on port \d+: start it"):
         send_command("beam", Network(free_ports()), OperatorCommand.STOP)
 
 

@@ -58,8 +58,11 @@ def test_the_port_of_zenoh_is_not_the_page_s(
 
 def test_no_node(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tauten.service.link.commanding._PATIENCE", 0.1)
-    sentence = refused(capsys, "nobody", "--no-browser", "--port", free_ports())
-    assert sentence == "tauten: no node serves 'nobody': start it with tauten serve nobody"
+    port = free_ports()
+    assert refused(capsys, "nobody", "--no-browser", "--port", port) == (
+        f"tauten: no node serves 'nobody' on port {port}: start it with tauten serve and the robot's name or "
+        "file, or give the --port on which it is served"
+    )
 
 
 def test_no_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
