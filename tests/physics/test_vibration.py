@@ -78,6 +78,13 @@ def test_a_disc_on_a_thin_rod_is_a_torsion_pendulum() -> None:
     stiffness = steel / 2.6 * np.pi / 32.0 * 1e-3**4 / LENGTH  # N m
     assert beams.D[0, 3] == pytest.approx(stiffness)
     assert np.sqrt(beams.D[0, 3] / inertia) == pytest.approx(np.sqrt(stiffness / of_disc), rel=0.01)
+    total = 3.0 * (
+        density * np.pi * (radius**2 * thickness + 0.25e-6 * LENGTH)
+    )  # three times as heavy
+    weighed = material.model_copy(update={"total_mass": total})
+    heavy = with_masses(beams, [disc], weighed)
+    assert heavy.mass.sum() == pytest.approx(total)
+    assert heavy.inertia[1] == pytest.approx(3.0 * inertia)
 
 
 def test_frequencies_are_those_of_the_dense_problem() -> None:

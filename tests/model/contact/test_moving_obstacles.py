@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -82,6 +83,23 @@ def test_a_floor_that_rises_lifts_a_block_at_its_speed(how: str) -> None:
     simulator.reset()
     assert simulator.obstacles.poses[0].position[2] == 0.0
     assert simulator.obstacles.time == 0.0
+
+
+def test_the_surface_moves_as_its_nearest_point_does() -> None:
+    """Of a turning floor below a block: v + ω x r of the point straight below each candidate."""
+    robot = block(obstacles=floor(), contact={"alarm_distance": 0.05, "distance": 0.003})
+    place, velocity, spin = (
+        [0.01, 0.02, -0.008],
+        np.array([0.1, 0.2, 0.3]),
+        np.array([1.0, 2.0, 0.5]),
+    )
+    poses = replace(robot.obstacles, poses=(pose_at(place, velocity=velocity, spin=spin),))
+    x = robot.body.mesh.nodes
+    found = robot.contacts.placed(poses).detect(x)
+    np.testing.assert_allclose(found.gap, found.point[:, 2] + 0.008 - 0.003, atol=1e-12)
+    assert found.surface is not None
+    below = found.point * [1.0, 1.0, 0.0] + [0.0, 0.0, -0.008]
+    np.testing.assert_allclose(found.surface, velocity + np.cross(spin, below - place), atol=1e-12)
 
 
 def test_the_force_of_a_floor_is_the_weight_at_an_equilibrium() -> None:

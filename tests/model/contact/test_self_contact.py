@@ -74,6 +74,36 @@ def test_defaults_come_from_the_mesh(robot: Robot[NodalBody]) -> None:
     assert robot.n_c == pytest.approx(area / edge**2, rel=0.1)
 
 
+def test_the_default_range_is_that_of_the_finer_surface_and_the_distance(tmp_path: Path) -> None:
+    """Half of the smaller mean edge, so that no candidate looks farther than its surface is resolved."""
+    two = """\
+[contact]
+distance = 2e-4
+
+[[surfaces]]
+name = "end"
+box = { lower = [0.04, -1.0, -1.0], upper = [1.0, 1.0, 1.0] }
+
+[[contacts]]
+candidates = "end"
+against = "itself"
+
+[[contacts]]
+"""
+    nodes, tets = hairpin()
+    nodes[:, 0] *= nodes[:, 0] / LENGTH  # coarser towards the end
+    meshio.Mesh(nodes, {"tetra": tets}).write(tmp_path / "hairpin.vtu")
+    file = tmp_path / "hairpin.toml"
+    file.write_text(HAIRPIN.replace("[[contacts]]\n", two), encoding="utf-8")
+    robot = load_robot(file)
+    lengths = []
+    for pair in robot.contacts.pairs:
+        corners = nodes[pair.triangles]
+        lengths.append(np.linalg.norm(corners[:, [1, 2, 0]] - corners, axis=2).mean())
+    assert max(lengths) > 1.1 * min(lengths)
+    assert robot.contacts.alarm_distance == pytest.approx(0.5 * min(lengths) + 2e-4, rel=0.05)
+
+
 def test_at_rest_only_the_slit_is_in_range(robot: Robot[NodalBody]) -> None:
     """Not the other side of a leaf, 4 mm away through material, nor what is beside a candidate."""
     found = robot.contacts.detect(robot.body.mesh.nodes)

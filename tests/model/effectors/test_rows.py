@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.effectors import ALL_KINDS, BEAM_KINDS, END, beams, disturbed, moved, solid
+from support.effectors import ALL_KINDS, BEAM_KINDS, END, SIZE, beams, disturbed, moved, solid
 
 from tauten.model import Robot, RobotFileError, State
 
@@ -62,6 +62,48 @@ def test_values_at_rest_are_geometry() -> None:
         by_name["sensor"], np.linalg.norm(np.diff(route, axis=0), axis=1).sum()
     )
     np.testing.assert_allclose(by_name["room"], 0.06 * 0.01 * 0.01)
+
+
+def test_errors_count_in_metres_by_the_size_and_the_volume() -> None:
+    """A radian like the diagonal of the robot, a cubic metre V^(-2/3) times at a volume V at rest."""
+    robot = solid()
+    layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
+    units = {name: layout.units[layout.rows_of(i)] for i, name in enumerate(layout.names)}
+    np.testing.assert_allclose(units.pop("tool"), [1.0] * 3 + [np.linalg.norm(SIZE)] * 3)
+    np.testing.assert_allclose(units.pop("room"), (0.06 * 0.01 * 0.01) ** (-2.0 / 3.0))
+    for found in units.values():
+        np.testing.assert_array_equal(found, 1.0)
+    fuller = rest.copy()
+    fuller[-1] += 1e-8  # m³, over 330 mm²
+    assert layout.error(fuller, rest) == pytest.approx(1e-8 / 6e-6 ** (2.0 / 3.0))
+
+
+@pytest.mark.parametrize("of", ["tetrahedra", "beams"])
+def test_weight_and_forces_on_effectors_are_the_derivatives_of_their_work(
+    tmp_path: Path, of: str
+) -> None:
+    """A force acts where the effector is; that on a frame on the mean of its region, so it has none here."""
+    rng = np.random.default_rng(7)
+    robot: Robot = solid() if of == "tetrahedra" else beams(tmp_path, BEAM_KINDS)
+    state = disturbed(robot, rng, 1e-3)
+    force = rng.standard_normal((len(robot.effector_names), 3))
+    force[[kind == "frame" for kind in robot.effector_layout.kinds]] = 0.0
+    gravity, none = np.array([3.0, -5.0, 8.0]), np.zeros(3)
+    bare = robot.loaded(none, np.zeros(force.size))
+    for loaded, pushed in (
+        (robot.loaded(none, force.ravel()), force),
+        (robot.loaded(gravity, np.zeros(force.size)), None),
+    ):
+        outer = loaded.forces(state)[0] - bare.forces(state)[0]
+        for _ in range(3):
+            dq = 1e-5 * rng.standard_normal(robot.n)
+            ends = [moved(robot, state, sign * dq) for sign in (0.5, -0.5)]
+            lost, before = (loaded.potential(at) - bare.potential(at) for at in ends)
+            assert before - lost == pytest.approx(float(outer @ dq), rel=1e-4)
+            if pushed is not None:
+                after, start = (robot.effector(at) for at in ends)
+                work = float(np.vdot(pushed, after - start))
+                assert work == pytest.approx(float(outer @ dq), rel=1e-4)
 
 
 @pytest.mark.parametrize(

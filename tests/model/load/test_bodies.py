@@ -138,6 +138,25 @@ def test_scale_and_materials_of_each_body() -> None:
     assert share == pytest.approx(4.0 * volume)
 
 
+@pytest.mark.parametrize("element", ["linear", "quadratic", "smoothed"])
+def test_a_region_weighs_by_its_own_density(element: str) -> None:
+    """Mass and centre of mass of what a beam gains whose outer half is three times as dense."""
+    heavy = {
+        **RUBBER,
+        "density": 3000.0,
+        "region": {"lower": [0.05, 0.0, 0.0], "upper": [0.1, 0.02, 0.02]},
+    }
+    settings = beam_config(SIZE, mesh={"file": "b.vtu", "element": element})
+    found, even = (
+        build_robot(validated(RobotConfig, one, "robot.toml"), MESH, "robot.toml")
+        for one in ({**settings, "materials": [heavy]}, settings)
+    )
+    added = (found.body.tetrahedra.mass - even.body.tetrahedra.mass)[::3]
+    half = 2000.0 * np.prod(SIZE) / 2.0
+    assert added.sum() == pytest.approx(half)
+    assert added @ found.rest().q[::3] == pytest.approx(half * 0.075)
+
+
 def test_the_total_mass_replaces_densities() -> None:
     material = {"young_modulus": 1e6, "poisson_ratio": 0.3, "total_mass": 0.25}
     tables = [finger_table(angle) for angle in ANGLES]
