@@ -254,7 +254,7 @@ class Controller(RobotModel):
             return self._repeat()
         locks = self._step_locks()
         if locks is not None and (locks.by_position | locks.by_force).all():
-            return self._keep(locks, None)
+            return self._keep(locks, None, goal=goal)
         settings = self.settings if time is None else replace(self.settings, time=time)
         given = self._robot, self._prepared, goal, self._left.position
         decision = self._last_decision = decide(*given, settings, locks, self._carried)
@@ -369,14 +369,14 @@ class Controller(RobotModel):
         return self._keep(resting(self._locks, self._left.position), status, conflict)
 
     def _keep(
-        self, locks: Command, status: Status | None, conflict: tuple[str, ...] = ()
-    ) -> Actuation:
-        """A step without a target, in which locked actuators go where `locks` says and others are held."""
+        self, locks: Command, status: Status | None, conflict: tuple[str, ...] = (), goal: Array | None = None
+    ) -> Actuation:  # fmt: skip
+        """A step in which locked actuators go where `locks` says and others are held, whatever the goal."""
         if self._prepared is None:
             return self._repeat()
         left, enrichment = self._left, self.settings.enrichment
         held = with_locks(self.robot.actuators.laws.held(left.position, left.effort), locks)
-        decision = hold(self.robot, self._prepared, held, left.position, enrichment)
+        decision = hold(self.robot, self._prepared, held, left.position, enrichment, goal)
         if not np.isfinite(decision.predicted.dv).all():
             return self._repeat()
         if status is None:

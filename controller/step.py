@@ -29,6 +29,7 @@ from tauten.controller.carried import (
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.damping import Dampings
 from tauten.controller.planning import (
+    EXACTLY,
     Aim,
     DecideSettings,
     Horizon,
@@ -209,6 +210,8 @@ def decide(
     plan = make_plan(situation, aim, carried.cuts)
     if layout.any_exact and not plan.status.usable:
         plan = _nearest(situation, aim, plan.conflict)
+    if kept is not None and layout.any_exact:
+        plan = _beside_locks(situation, plan, target)
     if not plan.status.usable:
         none = np.zeros(robot.n_a, np.bool_)
         found = plan.predicted, position, plan.status, plan.certificate, plan.conflict
@@ -280,6 +283,26 @@ def _nearest(situation: Situation, aim: Aim, conflict: tuple[str, ...]) -> Plan:
     return replace(plan, status=Status.NOT_EXACT, conflict=(*missed, *limits))
 
 
+def _beside_locks(situation: Situation, plan: Plan, target: Array) -> Plan:
+    """The plan, NOT_EXACT where exact rows (n_e,) are missed because what moves them is locked."""
+    clusters, locks = situation.prepared.clusters, situation.locks
+    if plan.status is not Status.OK or locks is None:
+        return plan
+    free = clusters.of_actuators[~(locks.by_position | locks.by_force)]
+    idle = ~np.isin(clusters.of_effectors, free)  # (n_e,)
+    missed = _missed(situation.robot, plan.predicted, target, idle)
+    return replace(plan, status=Status.NOT_EXACT, conflict=missed) if missed else plan
+
+
+def _missed(robot: Robot, found: PredictedStep, target: Array, among: Bools) -> tuple[str, ...]:
+    """Names of those of some exact rows (n_e,) that are away from their target after a step."""
+    layout = robot.effector_layout
+    errors = np.where(among & layout.exact, target - found.delta[robot.layout.effectors], 0.0)
+    if np.abs(layout.scale * errors).max() <= EXACTLY * robot.part_size:
+        return ()
+    return layout.missed_rows(errors)
+
+
 @one_blas_thread(whole=True)
 def advance(
     robot: Robot,
@@ -322,7 +345,12 @@ def _predicted_state(robot: Robot, predicted: PredictedStep) -> State:
 
 @one_blas_thread(whole=True)
 def hold(
-    robot: Robot, prepared: Prepared, command: Command, position: Array, enrichment: Enrichment
+    robot: Robot,
+    prepared: Prepared,
+    command: Command,
+    position: Array,
+    enrichment: Enrichment,
+    goal: Array | None = None,
 ) -> Decision:
     """The step of a robot whose actuators keep what is given of them.
 
@@ -338,12 +366,19 @@ def hold(
         command: position or effort that each actuator keeps, or moves to in this step.
         position: (n_a,) positions of the actuators commanded last [m].
         enrichment: when unit columns are added.
+        goal: (n_v,) values of the effectors that were asked for: the status is NOT_EXACT where exact ones
+            miss theirs; None: none were.
     """
     reach = reach_of(position, robot.limits, robot.h)
     reach = reach_held(reach, position, command, prepared.forces.effort, robot.limits)
     tick = take_tick(prepared.step, enrichment, prepared.forces, command, reach, robot.limits)
     conflict = exceeded(robot, tick)
     status = Status.INFEASIBLE if conflict else Status.OK
+    layout = robot.effector_layout
+    if goal is not None and layout.any_exact and not conflict:
+        target = layout.row_targets(prepared.step.rows.effectors.values, goal)
+        conflict = _missed(robot, tick.solved, target, layout.exact)
+        status = Status.NOT_EXACT if conflict else status
     certificate = hold_certificate(tick.solved, tick.command, robot.limits, robot.actuators)
     stalled = stalled_locks(command, tick, robot)
     found = tick.solved, tick.position, status, certificate, conflict, stalled

@@ -22,7 +22,14 @@ from tauten.controller.planning.locks import (
     unlocked,
     with_locks,
 )
-from tauten.controller.planning.plan import Plan, Prepared, Situation, distance_left, prepared_plans
+from tauten.controller.planning.plan import (
+    EXACTLY,
+    Plan,
+    Prepared,
+    Situation,
+    distance_left,
+    prepared_plans,
+)
 from tauten.controller.planning.seeking import brings_nearer, make_plan
 from tauten.controller.planning.settings import FRICTION_SHARE, DecideSettings
 
@@ -34,6 +41,7 @@ __all__ = [
     "DecideSettings",
     "distance_left",
     "energy_scale",
+    "EXACTLY",
     "FRICTION_SHARE",
     "held_taut",
     "Horizon",

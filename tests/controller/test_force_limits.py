@@ -325,8 +325,8 @@ def test_the_largest_force_of_a_part_is_kept_in_a_robot_of_parts(tmp_path: Path)
     assert reduced_robot(thumb, StateBasis.load("finger")).contacts.sums == own.sums
 
 
-def test_limits_of_one_robot_relax_nothing_of_another_beside_it(tmp_path: Path) -> None:
-    """The plan of the other one had the limits of these contacts, too, which none of its efforts changes."""
+def exact_pusher_beside(tmp_path: Path) -> Controller:
+    """A robot that pushes a block with limited forces, and beside it one whose tip has exact targets."""
     for name in ("push.toml", "pusher.toml", "pusher.vtu", "block.toml", "block.vtu"):
         shutil.copy(EXAMPLES / name, tmp_path)
     tip = '[[effectors]]\nname = "tip"\npoint = [0.0, 0.0, 0.006]\nexact = true\nweight = [1.0, 0.0, 0.0]\n'
@@ -335,7 +335,12 @@ def test_limits_of_one_robot_relax_nothing_of_another_beside_it(tmp_path: Path) 
     contents = read_toml(tmp_path / "push.toml")
     contents["parts"].append({"name": "other", "robot": "other.toml", "position": [0.3, 0.3, 0.0]})
     contents["contacts"][0]["max_force"] = 0.015
-    controller = Controller(make_robot(contents, tmp_path / "push.toml", Changes()))
+    return Controller(make_robot(contents, tmp_path / "push.toml", Changes()))
+
+
+def test_limits_of_one_robot_relax_nothing_of_another_beside_it(tmp_path: Path) -> None:
+    """The plan of the other one had the limits of these contacts, too, which none of its efforts changes."""
+    controller = exact_pusher_beside(tmp_path)
     start, statuses, pressed = controller.effector_values, [], False
     for tick in range(14):
         way = np.array([4e-4, 0.0, 0.0]) * min(tick, 10)
@@ -385,3 +390,24 @@ def test_each_side_of_a_grasp_presses_with_half_a_newton(tmp_path: Path) -> None
             found = controller.contacts
             sides = [found.normal_force[found.contacts.pair == pair].sum() for pair in (0, 1)]
         assert all(0.48 < side < 0.84 for side in sides)
+
+
+@pytest.mark.parametrize("parts", [("other",), ("other", "pusher")])
+def test_an_exact_target_is_missed_by_name_where_all_that_moves_it_is_locked(
+    tmp_path: Path, parts: tuple[str, ...]
+) -> None:
+    """Also beside a robot that has friction and is decided, and where nothing is decided at all."""
+    controller = exact_pusher_beside(tmp_path)
+    start = controller.effector_values
+    for name in controller.robot.actuators.names:
+        if name.startswith(parts):
+            controller.lock(name, position=0.0)
+    sagged = [controller.step(start).status for _ in range(5)]
+    assert sagged[-1] is Status.NOT_EXACT  # by a little
+    goal = start + np.array([0.0, 0.0, 0.0, 1e-3, 0.0, 0.0])
+    for _ in range(50):  # until it hangs still
+        actuation = controller.step(goal)
+        assert actuation.status is Status.NOT_EXACT
+        assert actuation.conflict == ("x of effector other_tip",)
+    goal[3:] = controller.effector_values[3:]
+    assert controller.step(goal).status is Status.OK
