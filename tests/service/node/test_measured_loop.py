@@ -122,3 +122,45 @@ def test_an_enable_tries_again(beam: Robot) -> None:
     rig.measured.after_command(OperatorCommand.ENABLE)
     assert set(rig.follow(targets)[50:]) == {Cause.NONE}
     assert rig.loop.state.mode is Mode.RUN
+
+
+class Late:
+    """A measured loop on its own, with the model and the measurements moved from rest along x [m]."""
+
+    def __init__(self, robot: Robot, settings: ServiceSettings) -> None:
+        self.rest = robot.effector_values(robot.rest())
+        self.rings = [Ring() for _ in robot.effector_names]
+        subscriber = EffectorSubscriber(
+            self.rings, robot.frame, robot.effector_layout, self.rest, 1.0, timeout=10.0
+        )
+        self.loop = MeasuredLoop(robot, settings, subscriber)
+
+    def correction(self, now: float, model: float, measured: float) -> Array:
+        """Of a measurement that arrives now [s], along x: one of each effector [m]."""
+        along = np.tile([1.0, 0.0, 0.0], len(self.rings))
+        for ring, xyz in zip(
+            self.rings, (self.rest + measured * along).reshape(-1, 3), strict=True
+        ):
+            ring.samples.append(Sample(encode_point(Point(0, "", tuple(xyz.tolist())))))
+        self.loop.subscriber.read(now, 1.8e9)
+        assert self.loop.correct(now, self.rest + model * along) is Cause.NONE
+        return self.loop.correction[::3]
+
+
+def test_a_late_measurement_is_compared_with_the_model_of_its_time(beam: Robot) -> None:
+    """A robot that moves as its model does needs no correction, however late that is seen."""
+    late, speed = Late(beam, ServiceSettings(measurement_delay=0.1)), 0.05  # m/s
+    for tick in range(60):
+        now = 0.02 * tick
+        found = late.correction(now, speed * now, speed * max(now - 0.1, 0.0))
+        assert np.abs(found).max() < 0.3 * speed * 0.1
+
+
+def test_a_correction_after_a_pause_counts_the_timeout_and_not_the_pause(beam: Robot) -> None:
+    """dc/dt = g (x_e − x_m − c) over the time between two measurements, or the timeout."""
+    settings = ServiceSettings(measurement_timeout=0.25, feedback_gain=2.0)
+    late, expected = Late(beam, settings), 0.0
+    for now, seconds in ((0.0, 0.25), (0.1, 0.1), (5.0, 0.25)):
+        expected += (1.0 - np.exp(-2.0 * seconds)) * (-1e-3 - expected)
+        found = late.correction(now, 0.0, 1e-3)
+        np.testing.assert_allclose(found, expected, rtol=1e-9)

@@ -13,7 +13,7 @@ from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.service.node.inputs import NodeInputs
 from tauten.service.settings import ServiceSettings
-from tauten.service.wire import CDR
+from tauten.service.wire import CDR, Cause, Keys
 
 SIZE = (0.1, 0.02, 0.02)
 RATE = 1.2  # Hz
@@ -69,3 +69,19 @@ def test_fast_nodes_have_the_timeouts_of_their_file_and_slow_ones_three_periods(
     slow = settings.lasting(0.1)
     assert (slow.target_timeout, slow.measurement_timeout) == pytest.approx((0.5, 0.3))
     assert settings.lasting(2.0).target_timeout == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(("age", "cause"), [(12.0, Cause.NONE), (18.0, Cause.UNMEASURED)])  # s
+def test_measurements_that_are_always_late_have_the_timeout_beside_their_delay(
+    age: float, cause: Cause
+) -> None:
+    robot = beam_robot(box_mesh(SIZE, (4, 1, 1)), SIZE)
+    session = Session()
+    settings = ServiceSettings(measurement_timeout=5.0, measurement_delay=10.0)
+    inputs = NodeInputs(session, robot, settings, True, None)  # type: ignore[arg-type]
+    rest = robot.effector_values(robot.rest())
+    x, y, z = rest.tolist()
+    (key,) = Keys(robot.name).measurements(robot.effector_names)
+    point = Point(time.time_ns() - round(1e9 * age), robot.frame, (x, y, z))
+    session.samples[str(key)].append(Sample(encode_point(point)))
+    assert inputs.read_measurements(rest, True, 0) is cause

@@ -8,8 +8,16 @@ import numpy as np
 import pytest
 from support.messages import Point, encode_point, point_json, point_layout
 
+from tauten.model.signals.effector_layout import layout_of
 from tauten.service.codec.messages import MAX_PAYLOAD
-from tauten.service.wire import CDR, EFFECTOR_RING, JSON, EffectorSubscriber
+from tauten.service.wire import (
+    CDR,
+    EFFECTOR_RING,
+    JSON,
+    EffectorMessage,
+    EffectorSubscriber,
+    encode_effector,
+)
 from tauten.service.wire.effector_subscriber import CLOCKS_AGREE
 
 LAYOUT = point_layout(["tip", "middle"])
@@ -218,3 +226,46 @@ def test_times_of_clocks_that_do_not_agree_are_not_used_for_the_age(
     assert len(targets.read(1.0, WALL)) == 1
     assert targets.latest(1.5, HERE) is not None
     assert targets.latest(1.51, HERE) is None
+
+
+@pytest.mark.parametrize(("age", "accepted"), [(0.45, 1), (0.55, 0)])
+def test_a_target_is_too_old_from_the_timeout_on(
+    targets: EffectorSubscriber, queues: list[Queue], age: float, accepted: int
+) -> None:
+    queues[0].put((0.01, 0.0, -0.1), stamp=int(1e9 * (WALL - age)))
+    assert len(targets.read(1.0, WALL)) == accepted
+
+
+def test_the_oldest_of_all_effectors_counts_as_the_age(
+    targets: EffectorSubscriber, queues: list[Queue]
+) -> None:
+    queues[0].put((0.01, 0.0, -0.1))
+    targets.read(1.0, WALL)
+    queues[1].put((0.0, 0.11, 0.0))
+    targets.read(1.2, WALL)
+    assert targets.oldest(1.3) == pytest.approx(0.3)
+
+
+def test_lines_between_targets_are_those_of_the_times_when_they_were_made(
+    queues: list[Queue],
+) -> None:
+    """Two targets that arrive together were made 0.1 s apart: between them lies what was wanted then."""
+    targets = EffectorSubscriber(queues, "base", LAYOUT, REST, 0.3, 0.5, delay=0.15)
+    for age, x in ((0.2, 0.01), (0.1, 0.02)):
+        queues[0].put((x, 0.0, -0.1), stamp=int(1e9 * (WALL - age)))
+    targets.read(1.0, WALL)
+    found = targets.latest(1.0, HERE)
+    assert found is not None
+    assert found[0] == pytest.approx(0.015, abs=1e-7)
+
+
+@pytest.mark.parametrize(("volume", "accepted"), [(15.9e-6, 1), (16.1e-6, 0)])
+def test_a_volume_is_out_of_reach_by_what_it_counts_in_metres(volume: float, accepted: int) -> None:
+    """8 ml changed by 8 ml over a surface of 4 cm² count 2 cm, which are the reach here."""
+    unit = np.array([8e-6 ** (-2.0 / 3.0)])
+    layout = layout_of(("air",), ("volume",), np.ones(1), unit, np.zeros(1, np.bool_))
+    queue = Queue()
+    targets = EffectorSubscriber([queue], "base", layout, np.array([8e-6]), 0.02, 0.5)
+    message = EffectorMessage(0, "base", (volume,))
+    queue.samples.append(Sample(encode_effector("volume", "air", message)))
+    assert len(targets.read(1.0, WALL)) == accepted
