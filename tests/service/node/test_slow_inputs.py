@@ -85,3 +85,27 @@ def test_measurements_that_are_always_late_have_the_timeout_beside_their_delay(
     point = Point(time.time_ns() - round(1e9 * age), robot.frame, (x, y, z))
     session.samples[str(key)].append(Sample(encode_point(point)))
     assert inputs.read_measurements(rest, True, 0) is cause
+
+
+def test_no_effector_is_corrected_whose_target_no_longer_arrives() -> None:
+    """It stays where the model has it; the correction would push it away from there."""
+    ends = [
+        {"name": name, "point": [x, 0.01, 0.01]} for name, x in (("tip", 0.1), ("middle", 0.05))
+    ]
+    robot = beam_robot(box_mesh(SIZE, (4, 1, 1)), SIZE, effectors=ends)
+    session, settings = Session(), ServiceSettings(target_timeout=5.0)
+    inputs = NodeInputs(session, robot, settings, True, None)  # type: ignore[arg-type]
+    rest, keys = robot.effector_values(robot.rest()), Keys(robot.name)
+    for key, x in zip(keys.measurements(robot.effector_names), (0.101, 0.051), strict=True):
+        point = Point(0, robot.frame, (x, 0.01, 0.01))
+        session.samples[str(key)].append(Sample(encode_point(point)))
+    assert inputs.read_measurements(rest, True, 0) is Cause.NONE
+    target = Point(0, robot.frame, (0.1, 0.01, 0.012))
+    session.samples[str(keys.targets(robot.effector_names)[0])].append(Sample(encode_point(target)))
+    assert inputs.read_targets(0)
+    goal = inputs.goal(rest)
+    assert goal is not None and goal.correction is not None
+    assert goal.correction[0] < -1e-4  # measured farther out than the model is
+    np.testing.assert_array_equal(goal.correction[3:], 0.0)
+    np.testing.assert_array_equal(goal.corrected[3:], rest[3:])
+    np.testing.assert_allclose(goal.corrected[:3], [0.1 + goal.correction[0], 0.01, 0.012])

@@ -141,6 +141,24 @@ def test_many_small_jumps_in_a_tick_are_no_way_round_the_largest_speed(sender: S
     assert found is None or found[0] < 2e-4 + STREAM.largest_speed * 0.1
 
 
+@pytest.mark.parametrize(("times", "accepted"), [(0.95, 2), (1.05, 1)])
+@pytest.mark.parametrize("turns", [False, True])
+def test_an_obstacle_is_no_faster_than_it_may_be(
+    sender: Sender, times: float, accepted: int, turns: bool
+) -> None:
+    """A tenth of a second after the first pose, at a share of the largest speed or spin."""
+    sender.put(0.0, (0.0, 0.0, 0.1))
+    sender.read(0.0)
+    way, angle = times * 0.1 * STREAM.largest_speed, times * 0.1 * STREAM.largest_spin
+    if turns:
+        half = 0.5 * angle
+        sender.put(0.1, (0.0, 0.0, 0.1), (float(np.cos(half)), 0.0, float(np.sin(half)), 0.0))
+    else:
+        sender.put(0.1, (way, 0.0, 0.1))
+    sender.read(0.1)
+    assert sender.subscriber.counts.accepted == accepted
+
+
 nan = float("nan")
 HOSTILE: dict[str, tuple[tuple[object, ...], str]] = {
     "not finite": ((0.05, (nan, 0.0, 0.0)), "not_finite"),
