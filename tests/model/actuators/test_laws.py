@@ -70,6 +70,23 @@ def test_gains_and_pretensions_count_in_limits_and_efforts() -> None:
     )
 
 
+def test_springs_of_a_coupling_count_with_its_gains_and_pretensions() -> None:
+    """The motor of a coupling turns by what the winches of its cables would, each times its gain."""
+    springs = ({"stiffness": 300.0, "pretension": 0.5}, {"stiffness": 700.0, "pretension": 0.2})
+    cables = [
+        {**one, "spring": spring} for one, spring in zip((CABLE, UPPER), springs, strict=True)
+    ]
+    drum = {**DRUM, "gains": [2.0, -0.5], "pretensions": [3.0, 1.0]}
+    motor = Simulator(pneumatic_robot(cables=cables, chambers=[], couplings=[drum]), "none")
+    pair = Simulator(pneumatic_robot(cables=cables, chambers=[]), "none")
+    assert motor.settle(effort=[-1.0]).converged
+    assert pair.settle(effort=[1.0, 1.5]).converged
+    np.testing.assert_allclose(motor.effector, pair.effector, atol=1e-6)
+    assert motor.position[0] == pytest.approx(
+        2.0 * pair.position[0] - 0.5 * pair.position[1], abs=1e-6
+    )
+
+
 def test_pretensions_that_exclude_rest_are_refused() -> None:
     with pytest.raises(RobotFileError, match=r"couplings\.drum: the limits of its members allow"):
         antagonists(pretensions=[2.0, -1.0])
