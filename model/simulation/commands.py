@@ -44,15 +44,16 @@ def checked_command(robot: Robot, position: Numbers | None, effort: Numbers | No
     return command
 
 
-def diverged(robot: Robot, effort: Array, error: Exception) -> str:
+def diverged(robot: Robot, efforts: Sequence[Array], error: Exception) -> str:
     """What to say of a state that has diverged under a command.
 
     Args:
         robot: whose actuators they are.
-        effort: (n_a,) the last efforts that are known [N, Pa].
+        efforts: (n_a,) each, those that are known; the largest of each actuator counts [N, Pa].
         error: of the step.
     """
-    limit = robot.limits.largest_effort
+    limit, known = robot.limits.largest_effort, np.array(efforts)  # (k, n_a)
+    effort = known[np.abs(known).argmax(axis=0), np.arange(robot.n_a)]
     excess = np.abs(effort) / np.where(limit > 0.0, limit, np.inf)
     if not (excess > 1.0).any():
         return f"robot {robot.name}: the state has diverged ({error})"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -238,8 +239,8 @@ class Simulator(RobotModel):
 
         Raises:
             ValueError: as of `step`, or `steps` below 1.
-            FactorisationError: the state has diverged; where efforts before it were beyond their limits, the
-                text names the largest.
+            FactorisationError: the state has diverged; where efforts before it, or of one step through the
+                period, are beyond their limits, the text names the largest.
         """
         steps = count("steps", steps)
         command = checked_command(self.robot, position, effort)
@@ -249,7 +250,12 @@ class Simulator(RobotModel):
         try:
             done = travel(*model, self._state, self._forces, before, command, steps)
         except FactorisationError as error:
-            raise FactorisationError(diverged(self.robot, self.effort, error)) from error
+            efforts, start = [self.effort], (self._state, self._forces)
+            with suppress(FactorisationError):
+                self._advance(command)
+                efforts.append(self.effort)
+            self._state, self._forces = start
+            raise FactorisationError(diverged(self.robot, efforts, error)) from error
         self._state, self._forces, self._moved = done.state, done.forces, command
         self._stepped = done.state, done.last
         movement = self._robot.displacement(done.start, done.way)
