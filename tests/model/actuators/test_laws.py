@@ -16,6 +16,7 @@ from support.robots.bodies import (
 
 from tauten.model import Simulator
 from tauten.model.schema import RobotFileError
+from tauten.model.signals import Command, Laws, Springs
 
 UPPER = {**CABLE, "name": "upper", "points": [[0.01, 0.01, 0.018], [0.1, 0.01, 0.018]]}
 DRUM: dict[str, object] = {
@@ -184,3 +185,25 @@ def test_a_cavity_that_no_actuator_uses_changes_nothing() -> None:
     assert cable.settle(position=[0.004]).converged
     assert both.settle(position=[0.004, np.nan], effort=[np.nan, 0.0]).converged
     np.testing.assert_allclose(cable.effector, both.effector, atol=1e-9)
+
+
+def test_the_merit_of_an_actuator_falls_by_the_work_of_its_effort() -> None:
+    """By δ: −λ of a given effort, −(p − δ − s) / f of a spring, the weight of a given position."""
+    position, effort = np.array([0.0, 0.02, 0.03, 0.01, 0.01]), np.array([7.0, 0.0, 0.0, 0.0, 0.0])
+    by_force = np.array([True, False, False, False, False])
+    springs = Springs(
+        np.array([0.0, 0.01, 0.02, 0.0, 0.0]), np.array([0.0, 0.003, -0.002, 0.0, 0.0])
+    )
+    laws = Laws(np.array([False, True, False, True, False]), by_force, springs)
+    command, weights = Command.either(by_force, position, effort), np.full(5, 90.0)
+    pulled = {0: -7.0, 1: -(0.02 - 0.005 - 0.003) / 0.01, 2: -(0.03 - 0.005 + 0.002) / 0.02,
+              3: -90.0, 4: -90.0}  # fmt: skip
+    beyond = {0: -7.0, 1: -(0.02 - 0.05 - 0.003) / 0.01, 2: 0.0, 3: 90.0, 4: 0.0}
+    for at, slopes in ((0.005, pulled), (0.05, beyond)):  # m, cables are slack at the second one
+        for actuator, slope in slopes.items():
+            ends = []
+            for step in (1e-6, -1e-6):
+                delta = np.full(5, at)
+                delta[actuator] += step
+                ends.append(laws.penalty(command, delta, weights))
+            assert (ends[0] - ends[1]) / 2e-6 == pytest.approx(slope, rel=1e-6, abs=1e-6)
