@@ -220,8 +220,8 @@ def test_a_glued_pair_is_one_mesh() -> None:
     assert np.abs(pair.body.nodes(first.state) - one.body.nodes(second.state)[order]).max() < 1e-10
 
 
-def test_two_bodies_hinged_along_an_edge_turn_freely_about_it() -> None:
-    """A rigid plate hangs from a soft one: glued along a line it hangs straight down."""
+def hinged_plate(radius: float) -> Robot[ConstrainedBody]:
+    """A rigid plate beside a soft one, glued within a radius of an edge [m]; nodes are 1 cm apart."""
     plate = {
         "name": "plate", "mesh": {"file": "b"}, "position": [0.1, 0.0, 0.0],
         "material": {**RUBBER, "young_modulus": 1e9},
@@ -230,18 +230,28 @@ def test_two_bodies_hinged_along_an_edge_turn_freely_about_it() -> None:
     soft["fixed"] = [{"lower": [0.0, 0.0, 0.0], "upper": [0.09, 0.02, 0.02]}]
     hinge = {
         "kind": "hinge", "region": {"kind": "all", "body": "plate"}, "to": {"kind": "all", "body": "soft"},
-        "axis": [0.0, 1.0, 0.0], "through": [0.1, 0.0, 0.02], "radius": 1e-6,
+        "axis": [0.0, 1.0, 0.0], "through": [0.1, 0.0, 0.02], "radius": radius, "max_distance": 0.05,
     }  # fmt: skip
     mesh = box_mesh(SIZE, (10, 2, 2))
-    robot = constrained(
+    return constrained(
         [mesh, mesh], mesh=None, fixed=[], bodies=[soft, plate], attachments=[hinge],
         gravity=[0.0, 0.0, -G], material={**RUBBER, "young_modulus": 1e9},
         integration={"rayleigh_mass": 20.0},
     )  # fmt: skip
+
+
+def test_a_hinge_ties_what_lies_within_its_radius() -> None:
+    """Three nodes on the axis; with a little more than 1 cm those beside and below it, three each, too."""
+    assert hinged_plate(1e-6).n - hinged_plate(0.0101).n == 3 * 6
+
+
+def test_two_bodies_hinged_along_an_edge_turn_freely_about_it() -> None:
+    """A rigid plate hangs from a soft one: glued along a line it hangs straight down."""
+    robot = hinged_plate(1e-6)
     simulator = Simulator(robot, contact="none")
     for _ in range(400):
         simulator.step(effort=[0.0])
-    x = robot.body.nodes(simulator.state)[len(mesh.nodes) :]
+    x = robot.body.nodes(simulator.state)[robot.n_nodes // 2 :]
     centre = x.mean(axis=0)
     assert abs(centre[0] - 0.1) < 2e-3
     assert centre[2] == pytest.approx(0.02 - np.hypot(0.05, 0.01), abs=1e-3)

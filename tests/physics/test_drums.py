@@ -101,6 +101,9 @@ def test_work_of_the_motor_is_the_energy_stored() -> None:
         assert simulator.settle(position=[position], effort=[np.nan]).converged
         energy.append(robot.potential(simulator.state))
         effort.append(simulator.effort[0])
+    assert robot.potential(robot.rest()) == pytest.approx(
+        0.0, abs=1e-12
+    )  # energies count from there
     work = float(np.trapezoid(effort, positions))
     assert work == pytest.approx(energy[-1] - energy[0], rel=3e-4)
 
