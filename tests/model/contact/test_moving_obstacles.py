@@ -85,6 +85,18 @@ def test_a_floor_that_rises_lifts_a_block_at_its_speed(how: str) -> None:
     assert simulator.obstacles.time == 0.0
 
 
+def test_a_pose_in_a_part_that_is_turned_moves_as_in_the_part() -> None:
+    """Whether the part is placed first or the time passes first, the obstacle is at the same place."""
+    turn = np.roll(Rotation.from_rotvec([0.4, -0.9, 0.3]).as_quat(), 1)
+    place = pose_at([0.3, -0.1, 0.2], turn)
+    moving = pose_at([0.05, 0.02, 0.0], [0.9, 0.1, -0.2, 0.3], [0.1, -0.2, 0.05], [1.0, 2.0, -0.5])
+    first, second = moving.within(place).after(0.2), moving.after(0.2).within(place)
+    np.testing.assert_allclose(first.position, second.position, atol=1e-12)
+    np.testing.assert_allclose(first.Q, second.Q, atol=1e-12)
+    expected = Rotation.from_rotvec([0.4, -0.9, 0.3]).as_matrix() @ moving.after(0.2).Q
+    np.testing.assert_allclose(second.Q, expected, atol=1e-12)
+
+
 def test_the_surface_moves_as_its_nearest_point_does() -> None:
     """Of a turning floor below a block: v + ω x r of the point straight below each candidate."""
     robot = block(obstacles=floor(), contact={"alarm_distance": 0.05, "distance": 0.003})
