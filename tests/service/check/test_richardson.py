@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tauten.service.check import LoadedState
+from tauten.service.check.mesh_error import load_error
 from tauten.service.check.references import Reference, richardson, sources_of
 
 
@@ -35,3 +36,16 @@ def test_ways_to_a_reference_are_named_once_that_of_most_loads_first() -> None:
     assert sources_of((None, None)) == ""
     assert sources_of((b, None, b)) == "b"
     assert sources_of((a, b, b, c)) == "b; under other loads a or c"
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_mesh_is_too_stiff_where_it_needs_more_effort_of_either_sign(sign: float) -> None:
+    """A pressure that sucks counts as one that blows: 10 % more of it is +10 %."""
+    reference = LoadedState(True, (sign * 2.0, 0.5), (0.0, 0.0, 0.0), 0.0)
+    state = LoadedState(True, (sign * 2.2, 0.45), (0.003, 0.004, 0.0), 0.0)
+    found = load_error(state, reference, (2.0, 0.0))
+    assert found.effort == pytest.approx(0.1)
+    assert found.tip == pytest.approx(0.005)
+    assert found.contact is None
+    softer = load_error(reference, state, (2.2, 0.0))
+    assert softer.effort == pytest.approx(-0.2 / 2.2)
