@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tauten.service.cli.terminal import Port, ServedName, ZenohConfig
+from tauten.service.cli.terminal import Port, ServedName, ZenohConfig, writable
 
 if TYPE_CHECKING:
     from tauten.service.link import LockOrder
@@ -145,17 +145,18 @@ def contacts(
 
 def record(
     robot: ServedName,
-    file: Annotated[Path, typer.Argument(help="MCAP file to make.")],
+    file: Annotated[Path, typer.Argument(callback=writable, help="MCAP file to make.")],
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:
     """Record all messages of a robot's processes until Ctrl-C; replay needs `serve --record` instead."""
-    from tauten.service.link import Network
+    from tauten.service.link import Network, node_of
     from tauten.service.log import record_robot
     from tauten.service.process import stop_on_signals
 
-    with stop_on_signals() as stop:
-        count = record_robot(robot, file, Network(port, zenoh_config), stop)
+    # until the node is alive, Ctrl-C interrupts the wait
+    with node_of(robot, Network(port, zenoh_config)) as session, stop_on_signals() as stop:
+        count = record_robot(session, robot, file, stop)
     typer.echo(f"{file}: {count} messages")
 
 

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import zenoh
 
-from tauten.service.link import node_of
 from tauten.service.log.described import description_metadata
 from tauten.service.log.recorder import Entry, LogRecorder
 from tauten.service.process import StopFlag
@@ -26,7 +25,6 @@ from tauten.service.wire import (
     TEXT,
     TICK,
     Keys,
-    Network,
     Rejection,
     Ring,
     ask_description,
@@ -58,36 +56,35 @@ def message_kinds(keys: Keys, effectors: dict[str, str]) -> dict[str, str]:
     }
 
 
-def record_robot(robot: str, path: Path, network: Network, stop: StopFlag) -> int:
+def record_robot(session: zenoh.Session, robot: str, path: Path, stop: StopFlag) -> int:
     """Record a robot until `stop` is raised; returns the number of messages.
 
     Args:
+        session: to the robot's node, which is alive.
         robot: name.
         path: of the new MCAP file.
-        network: of the robot.
         stop: raised to stop.
 
     Raises:
-        NetworkError: no node, or one that does not describe itself.
+        NetworkError: a node that does not describe itself.
         OSError: the log cannot be created.
     """
     keys, count = Keys(robot), 0
-    with node_of(robot, network) as session:
-        source = session.declare_subscriber(keys.all, zenoh.handlers.RingChannel(_RING))
-        description = ask_description(session, keys)
-        effectors = {one.name: MESSAGE_TYPES[one.kind] for one in description.effectors}
-        kinds = message_kinds(keys, effectors)
-        recorder = LogRecorder(path, description_metadata(description))
-        log.info("recording %s to %s", robot, path)
-        try:
-            while not stop.requested and not recorder.fault:
-                time.sleep(_PAUSE)
-                for key, kind, payload, json in arrived(source, kinds, _RING):
-                    seen = time.time_ns()
-                    recorder.write(Entry(key, kind, payload, json, seen, seen, 0))
-                    count += 1
-        finally:
-            recorder.close()
+    source = session.declare_subscriber(keys.all, zenoh.handlers.RingChannel(_RING))
+    description = ask_description(session, keys)
+    effectors = {one.name: MESSAGE_TYPES[one.kind] for one in description.effectors}
+    kinds = message_kinds(keys, effectors)
+    recorder = LogRecorder(path, description_metadata(description))
+    log.info("recording %s to %s", robot, path)
+    try:
+        while not stop.requested and not recorder.fault:
+            time.sleep(_PAUSE)
+            for key, kind, payload, json in arrived(source, kinds, _RING):
+                seen = time.time_ns()
+                recorder.write(Entry(key, kind, payload, json, seen, seen, 0))
+                count += 1
+    finally:
+        recorder.close()
     return count
 
 

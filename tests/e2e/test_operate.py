@@ -6,6 +6,7 @@ import json
 import logging
 import os
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -106,7 +107,8 @@ def test_a_recorder_beside_the_node_records_the_run(
     log, stop, counts = tmp_path / "beside.mcap", StopFlag(), []
 
     def record() -> None:
-        counts.append(record_robot("beam", log, Network(served.port), stop))
+        with node_of("beam", Network(served.port)) as session:
+            counts.append(record_robot(session, "beam", log, stop))
 
     recorder = threading.Thread(target=record)
     recorder.start()
@@ -123,6 +125,33 @@ def test_a_recorder_beside_the_node_records_the_run(
     keys = {message.key for message in LogReader(log).messages()}
     assert {served.keys.tick, served.keys.actuation, "tauten/beam/target"} <= keys
     assert counts[0] > 30
+
+
+def test_a_recorder_that_waits_for_a_node_ends_with_ctrl_c(tmp_path: Path) -> None:
+    """A node that is getting ready is waited for, which takes minutes where kernels are compiled."""
+    network, keys, log = Network(free_ports()), Keys("beam"), tmp_path / "beside.mcap"
+    node = open_session(network, Role.NODE, "beam", connected=False)
+    recorder = start(tmp_path / "output.txt", "record", "beam", log, "--port", network.port)
+    try:
+        token = node.liveliness().declare_token(keys.starting)
+        end = time.monotonic() + 60.0
+        while "waiting for tauten/beam" not in recorder.output.read_text():
+            assert time.monotonic() < end
+            time.sleep(0.02)
+        recorder.process.send_signal(signal.SIGINT)
+        assert recorder.process.wait(10.0) == 130
+        token.undeclare()  # type: ignore[no-untyped-call]
+    finally:
+        recorder.process.kill()
+        close_session(node)
+    assert not log.exists()
+
+
+def test_a_recorder_refuses_a_file_that_cannot_be_written_before_it_looks_for_a_node(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run_main("record", "beam", "/proc/none/beside.mcap", "--port", NOBODY) == 2
+    assert "cannot be written" in capsys.readouterr().err
 
 
 def test_a_command_without_a_node_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -82,8 +82,8 @@ def test_nonsense_is_one_sentence_of_each_command(liar: Liar, tmp_path: Path) ->
             read_contacts(session, "beam")
     with pytest.raises(NetworkError, match=sentence):
         described_receiver("beam", network, StopFlag())
-    with pytest.raises(NetworkError, match=sentence):
-        record_robot("beam", tmp_path / "log.mcap", network, StopFlag())
+    with node_of("beam", network) as session, pytest.raises(NetworkError, match=sentence):
+        record_robot(session, "beam", tmp_path / "log.mcap", StopFlag())
     with node_of("beam", network) as session, pytest.raises(NetworkError, match=sentence):
         ServedRobot(session, "beam")
     assert not list(tmp_path.iterdir())
