@@ -179,6 +179,11 @@ def test_a_slider_stretches_a_bar() -> None:
     simulator = Simulator(robot, contact="none")
     assert simulator.settle(position=[np.nan, 0.001], effort=[0.0, np.nan]).converged
     assert simulator.effort[1] == pytest.approx(1e6 * 0.02**2 * 0.001 / 0.1, rel=1e-6)
+    rest, way = robot.rest(), np.zeros(robot.n)
+    way[-1] = 2e-3  # of the slider
+    gone = robot.body.nodes(moved(robot, rest, way)) - robot.body.nodes(rest)
+    assert np.linalg.norm(gone, axis=1).max() == pytest.approx(2e-3)
+    assert robot.displacement(rest, way) == pytest.approx(2e-3)
 
 
 def halves() -> tuple[TetMesh, list[TetMesh]]:
