@@ -94,8 +94,11 @@ def equilibrium(
         share += report.share * (following - share)
         if not report.converged:
             if share == 0.0:
+                with_it = contact != "none"
+                hint = "" if with_it else "; what nothing but contact holds has none"
                 raise CompareError(
-                    f"{robot.name}: found no equilibrium with contact {contact!r}: {report.ending.value}"
+                    f"{robot.name}: found no equilibrium {'with' if with_it else 'without'} contact: "
+                    f"{report.ending.value}{hint}"
                 )
             break
     lam_c = simulator.smooth_contact_forces() if contact == "full" else np.zeros(robot.n_c)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from support.processes import run_main
 from support.robots.thumb import write_thumb
 
-from tauten.model import Robot
-from tauten.service.bench import compare_equilibria, equilibrium
+from tauten.model import Robot, Simulator
+from tauten.model.simulation import Ending
+from tauten.service.bench import CompareError, compare_equilibria, equilibrium
 
 
 def test_contact_opens_what_overlaps(finger: Robot) -> None:
@@ -27,6 +29,36 @@ def test_contact_opens_what_overlaps(finger: Robot) -> None:
     # both are wound to the same length; who has to be squeezed needs more tension for it
     np.testing.assert_allclose(found.pull_mm, 25.0, rtol=1e-6)
     assert found.tension_n[0][0] > 1.5 * found.tension_n[1][0]
+
+
+@pytest.mark.parametrize(
+    ("contact", "sentence"),
+    [
+        (
+            "none",
+            "without contact: the state has diverged; what nothing but contact holds has none$",
+        ),
+        ("full", "with contact: the state has diverged$"),
+    ],
+)
+def test_no_equilibrium_at_all_is_a_sentence(
+    contact: str, sentence: str, finger: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lost = SimpleNamespace(share=0.0, converged=False, ending=Ending.NOT_FINITE)
+    monkeypatch.setattr(Simulator, "settle", lambda *_, **__: lost)
+    with pytest.raises(CompareError, match=f"finger: found no equilibrium {sentence}"):
+        equilibrium(finger, contact, finger.limits.position_max, None)
+
+
+@pytest.mark.slow
+def test_a_robot_that_only_contact_holds_has_no_equilibrium_without_it(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    robot = Path(__file__).parents[3] / "examples" / "crawler.toml"
+    assert run_main("compare", robot, "--figure", tmp_path / "crawler.png") == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "crawler: found no equilibrium without contact: the steps do not become small" in said
+    assert said.endswith("what nothing but contact holds has none")
 
 
 @pytest.mark.slow
