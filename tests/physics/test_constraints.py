@@ -272,3 +272,17 @@ def test_a_rigid_region_keeps_its_shape_while_the_rest_bends() -> None:
     between = np.linalg.norm(x[kept][:, None] - x[kept], axis=2)
     assert np.allclose(between, np.linalg.norm(x0[kept][:, None] - x0[kept], axis=2), atol=1e-12)
     assert np.linalg.norm(x[kept] - x0[kept], axis=1).max() > 5e-3
+
+
+def test_a_drive_is_drawn_on_its_axis_beside_its_region() -> None:
+    """The axis lies through another place: the point that is drawn has the height of the region on it."""
+    servo = {
+        "name": "servo", "region": {"lower": [0.08, 0.0, 0.0], "upper": [0.1, 0.02, 0.02]},
+        "axis": [0.0, 2.0, 0.0], "through": [0.07, 0.5, 0.03], **STILL,
+    }  # fmt: skip
+    robot = constrained(drives=[servo])
+    start, end = robot.body.actuator_set.drives.segments(np.zeros(1))[0]
+    nodes = robot.body.mesh.nodes
+    beside = nodes[nodes[:, 0] > 0.0799, 1].mean()
+    assert start == pytest.approx([0.07, beside, 0.03])
+    assert end - start == pytest.approx([0.0, 1.0, 0.0])
