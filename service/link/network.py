@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import logging
+import re
 import time
 import tomllib
 import zlib
@@ -40,6 +41,7 @@ _LONGEST_WAIT = 20_000  # µs
 # Connections that say nothing: each is closed after this time, and so many may wait for their first word.
 # With Zenoh's 10 s and 100, three hundred of them kept every new operator out.
 _ACCEPT_TIMEOUT, _ACCEPT_PENDING = 1_000, 5_000  # ms, connections
+_SOURCE = re.compile(r"\s+at \S+\.rs:\d+\.?")  # the line of Zenoh's own sources in an error
 _MOST_WORDS = 300  # characters of an error of Zenoh
 # A configuration of Zenoh has 10 levels and 30 kB at most; its parser ends at some ten thousand levels.
 _MOST_LEVELS, _LARGEST_CONFIG = 100, 2**20  # brackets within each other, bytes
@@ -139,7 +141,8 @@ def open_session(network: Network, role: Role, robot: str, connected: bool = Tru
         return zenoh.open(config)
     except zenoh.ZError as error:
         if network.config is not None:
-            raise NetworkError(f"{network.config}: Zenoh cannot open a session: {error}") from error
+            why = _SOURCE.sub("", str(error))
+            raise NetworkError(f"{network.config}: Zenoh cannot open a session: {why}") from error
         raise NetworkError(
             f"port {first + role.value} on {HOST} is taken: is another {role.name.lower()} of "
             f"{robot!r} running? stop it or give --port"

@@ -106,6 +106,16 @@ def test_default_ports_are_where_the_kernel_gives_none_away() -> None:
     assert default_port("finger") != default_port("manipulator")
 
 
+def test_a_router_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
+    """Zenoh names the line of its own sources."""
+    path, endpoint = tmp_path / "client.json5", f"tcp/127.0.0.1:{free_ports()}"
+    path.write_text(f'{{mode: "client", connect: {{endpoints: ["{endpoint}"]}}}}')
+    with pytest.raises(NetworkError, match="Zenoh cannot open a session") as refused:
+        open_session(Network(config=path), Role.OTHER, "beam")
+    assert endpoint in str(refused.value)
+    assert ".rs" not in str(refused.value)
+
+
 def test_a_bad_zenoh_configuration_is_a_sentence(tmp_path: Path) -> None:
     path = tmp_path / "zenoh.json5"
     with pytest.raises(NetworkError, match=r"no Zenoh configuration"):
