@@ -21,8 +21,10 @@ PATH = f"{Path(sys.executable).parent}:/usr/local/bin:/usr/bin:/bin"
 def followed(report: Path) -> None:
     """A demo that followed its targets with usable decisions, as its report has it."""
     found = json.loads(report.read_text(encoding="utf-8"))
-    assert found["following"] > 50
-    assert found["statuses"].get("OK", 0) > 0.9 * sum(found["statuses"].values())
+    ticks = sum(found["statuses"].values())  # on a busy machine the demo chooses a lower rate
+    assert ticks > 15
+    assert found["following"] > 0.9 * ticks
+    assert found["statuses"].get("OK", 0) > 0.9 * ticks
     assert max(peak["position"] for peak in found["peaks"]) > 1e-3
 
 
