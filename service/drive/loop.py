@@ -118,7 +118,8 @@ class DriveLoop:
                     self.tick(clock)
         finally:
             with self._calls(stop, _LONGEST_DEACTIVATION):
-                self._pause("the loop has ended")
+                wanted = stop.requested
+                self._pause("the loop has ended", logging.INFO if wanted else logging.WARNING)
 
     @contextmanager
     def _calls(self, stop: StopFlag, patience: float) -> Iterator[None]:
@@ -213,10 +214,10 @@ class DriveLoop:
         except OSError as error:
             raise self._failure(str(error)) from error
 
-    def _pause(self, why: str) -> None:
+    def _pause(self, why: str, level: int = logging.WARNING) -> None:
         if self.active:
             self.active = False
-            log.warning("%s: the driver of %s is deactivated", why, self._robot.name)
+            log.log(level, "%s: the driver of %s is deactivated", why, self._robot.name)
             with self._hardware():
                 self._driver.deactivate()
 

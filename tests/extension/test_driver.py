@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import pty
 import signal
@@ -233,6 +234,23 @@ def test_a_driver_that_waits_for_ever_ends_with_ctrl_c(
     assert driver.calls == ["configure", "activate", "read", "deactivate"]
     assert time.monotonic() - begin < PATIENCE
     assert "a call of the driver of beam has not ended" in caplog.text
+
+
+def test_a_driver_that_is_asked_to_end_warns_of_nothing(
+    beam_file: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    driver = Stuck()
+
+    def read() -> Measured:
+        if "activate" in driver.calls:
+            signal.raise_signal(signal.SIGINT)
+        return Measured(*np.full((2, 2), np.nan))
+
+    driver.read = read  # type: ignore[method-assign]
+    assert driven(driver, beam_file).requested
+    said = {one.levelname for one in caplog.records if "is deactivated" in one.getMessage()}
+    assert said == {"INFO"}
 
 
 def test_hardware_that_fails_is_named_and_deactivated(beam_file: Path) -> None:
