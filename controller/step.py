@@ -210,7 +210,7 @@ def decide(
     plan = make_plan(situation, aim, carried.cuts)
     if layout.any_exact and not plan.status.usable:
         plan = _nearest(situation, aim, plan.conflict)
-    if kept is not None and layout.any_exact:
+    if layout.any_exact:
         plan = _beside_locks(situation, plan, target)
     if not plan.status.usable:
         none = np.zeros(robot.n_a, np.bool_)

@@ -103,8 +103,12 @@ class EffectorLayout:
 
     def error(self, end: Array, start: Array) -> float:
         """Largest difference of a part with weight between values (n_v,), in metres by `units` [m]."""
-        rows = np.where(self.weights > 0.0, self.difference(end, start), 0.0)
-        return float(self.lengths(rows).max())
+        return float(self.lengths(self.counted(end, start)).max())
+
+    def counted(self, end: Array, start: Array) -> Array:
+        """Row values (n_e,) of the difference between values (n_v,), zero in those without weight."""
+        found: Array = np.where(self.weights > 0.0, self.difference(end, start), 0.0)
+        return found
 
     def lengths(self, rows: Array) -> Array:
         """Length of each part (`parts`) of row values (n_e,), in metres by `units`."""

@@ -221,6 +221,8 @@ def equilibria(robot: Robot, loads: tuple[Load, ...], antagonists: bool) -> Iter
     begin = slack_until(robot) if sags else np.zeros(robot.n_a)
     one_unit = bool((robot.actuators.groups == 0).all())
     unit = np.ones(robot.n_a) if one_unit else robot.limits.largest_effort
+    # where regions have other nodes on another mesh, their means differ at rest already: that is no error
+    layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
     for load in loads:
         if load.cable != cable:
             simulator.reset()
@@ -228,27 +230,12 @@ def equilibria(robot: Robot, loads: tuple[Load, ...], antagonists: bool) -> Iter
         position = robot.limits.position_min.copy() if antagonists else np.zeros(robot.n_a)
         position[cable] = load.position + (begin[cable] - load.slack if load.slack > 0.0 else 0.0)
         converged = simulator.settle(position=position, tolerance=TOLERANCE).converged
+        moved = layout.counted(simulator.effector_values, rest)  # (n_e,)
         yield LoadedState(
             converged,
             tuple((simulator.effort / unit).tolist()),
-            tuple(moved_since_rest(robot, simulator.effector_values).tolist()),
+            tuple(layout.in_metres(moved[:, None]).ravel().tolist()),
             float(simulator.lam_c.sum()),
         )
         if not converged:
             simulator.reset()
-
-
-def moved_since_rest(robot: Robot, values: Array) -> Array:
-    """How far effectors have moved since rest, in metres by their units: (3 q,), see `LoadedState`.
-
-    Where regions have other nodes on another mesh, their means differ at rest already: that is no error.
-
-    Args:
-        robot: on any mesh.
-        values: (n_v,) of its effectors.
-    """
-    layout = robot.effector_layout
-    change = layout.difference(values, robot.effector_values(robot.rest()))  # (n_e,)
-    weighted = np.where(layout.weights > 0.0, change, 0.0)
-    moved: Array = layout.in_metres(weighted[:, None]).ravel()
-    return moved

@@ -56,6 +56,16 @@ def test_the_limits_of_members_bound_the_motor() -> None:
     assert (limits.effort_min[0], limits.effort_max[0]) == (-2.0, 2.0)  # no cable pushes
 
 
+def check_winches_with_gains(motor: Simulator, pair: Simulator) -> None:
+    """A motor of gains 2 and −0.5 and pretensions 3 and 1 does what the winches of its two cables do."""
+    assert motor.settle(effort=[-1.0]).converged
+    assert pair.settle(effort=[1.0, 1.5]).converged
+    np.testing.assert_allclose(motor.effector, pair.effector, atol=1e-6)
+    assert motor.position[0] == pytest.approx(
+        2.0 * pair.position[0] - 0.5 * pair.position[1], abs=1e-6
+    )
+
+
 def test_gains_and_pretensions_count_in_limits_and_efforts() -> None:
     """Tensions are 2 λ + 3 and 1 − λ / 2, neither below zero: −1.5 ≤ λ ≤ 2; the rate is the motor's own."""
     motor = antagonists(gains=[2.0, -0.5], pretensions=[3.0, 1.0])
@@ -63,12 +73,7 @@ def test_gains_and_pretensions_count_in_limits_and_efforts() -> None:
     assert (limits.effort_min[0], limits.effort_max[0]) == (-1.5, 2.0)
     assert (limits.rate[0], limits.position_max[0]) == (0.1, 0.02)
     pair = Simulator(pneumatic_robot(cables=[CABLE, UPPER], chambers=[]), "none")
-    assert motor.settle(effort=[-1.0]).converged
-    assert pair.settle(effort=[1.0, 1.5]).converged
-    np.testing.assert_allclose(motor.effector, pair.effector, atol=1e-6)
-    assert motor.position[0] == pytest.approx(
-        2.0 * pair.position[0] - 0.5 * pair.position[1], abs=1e-6
-    )
+    check_winches_with_gains(motor, pair)
 
 
 def test_springs_of_a_coupling_count_with_its_gains_and_pretensions() -> None:
@@ -80,12 +85,7 @@ def test_springs_of_a_coupling_count_with_its_gains_and_pretensions() -> None:
     drum = {**DRUM, "gains": [2.0, -0.5], "pretensions": [3.0, 1.0]}
     motor = Simulator(pneumatic_robot(cables=cables, chambers=[], couplings=[drum]), "none")
     pair = Simulator(pneumatic_robot(cables=cables, chambers=[]), "none")
-    assert motor.settle(effort=[-1.0]).converged
-    assert pair.settle(effort=[1.0, 1.5]).converged
-    np.testing.assert_allclose(motor.effector, pair.effector, atol=1e-6)
-    assert motor.position[0] == pytest.approx(
-        2.0 * pair.position[0] - 0.5 * pair.position[1], abs=1e-6
-    )
+    check_winches_with_gains(motor, pair)
 
 
 def test_pretensions_that_exclude_rest_are_refused() -> None:
