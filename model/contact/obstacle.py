@@ -165,6 +165,7 @@ class ObstaclePath:
         elif time >= end:
             return self.poses[-1]
         leg = int(np.searchsorted(self.times, time, side="right")) - 1
+        leg = min(max(leg, 0), len(self.poses) - 2)  # rounding leads to just before the start
         start, seconds = self.poses[leg], float(self.times[leg + 1] - self.times[leg])
         moving = velocity_between(start, self.poses[leg + 1], seconds)
         from_start = replace(start, velocity=moving.velocity, spin=moving.spin)

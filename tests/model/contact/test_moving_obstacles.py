@@ -147,6 +147,23 @@ def test_a_path_is_even_between_waypoints_and_ends_or_starts_again() -> None:
             again.at(time + 6.0).position, again.at(time).position, atol=1e-12
         )
     np.testing.assert_allclose(once.at(1.0).position, [0.0, 0.0, 2.0])
+    for path, speed in ((once, 2.0), (again, -1.0)):  # before its start by rounding
+        start = path.at(-1e-18)
+        np.testing.assert_allclose(start.position, 0.0, atol=1e-15)
+        np.testing.assert_allclose(start.velocity, [0.0, 0.0, speed])
+
+
+def test_a_belt_in_a_loop_moves_from_its_start_in_steps_of_any_number() -> None:
+    """A box below a block goes to and fro; where a step begins is its start but for rounding."""
+    belt = waypoints((0.0, [0.0] * 3), (1.0, [0.0, 0.0, 0.01]), (2.0, [0.0] * 3), loop=True)
+    box = {"lower": [-1.0, -1.0, -0.01], "upper": [1.0, 1.0, 0.0]}
+    for steps in (2, 3, 5):
+        simulator = Simulator(block(obstacles=floor(**belt, shape="box", parameters=box)), "full")
+        for _ in range(4):
+            simulator.move(effort=[0.0], steps=steps)
+        np.testing.assert_allclose(
+            simulator.robot.candidates(simulator.state)[:, 2].min(), 4e-4, rtol=1e-6
+        )
 
 
 def test_an_obstacle_turns_all_round_in_a_loop_as_its_waypoints_say() -> None:
