@@ -147,7 +147,7 @@ class ConstrainedBody(TetBody):
             effort: (n_a,) efforts of the actuators, as in `forces`.
             kind: of tangent, see `NodalBody.forces_with`.
             D: zeros, overwritten with the stiffness of the elements over the nodes; None: it is not wanted.
-            pulled: whether the curvature of cables and chambers enters the tangent.
+            pulled: whether drums and the curvature of cables and chambers enter the tangent.
         """
         exact, actuators, T = kind == EXACT, self.actuator_set, through.T
         efforts, winding, parts = actuators.efforts(effort), np.zeros(0), list[Array]()
@@ -158,7 +158,7 @@ class ConstrainedBody(TetBody):
             efforts[self.drums.cables] = tensions
             by_drums = rows.H[self.drums.cables].T @ tensions
             winding = -self.drums.efforts(tensions)
-            parts = [self.drums.tangent(rows.H, tensions)]
+            parts = [float(pulled) * self.drums.tangent(rows.H, tensions)]
         loads = actuators.loads(efforts, exact) if pulled else None
         force, K = self.tetrahedra.forces(kind, motion.x, loads, D)
         tangent = self.mapped(K, T, self.is_rigid)

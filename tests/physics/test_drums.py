@@ -125,6 +125,39 @@ def test_a_stiff_drum_is_two_winches_at_the_lengths_that_it_winds() -> None:
     assert drum.robot.effector(drum.state) == pytest.approx(two.robot.effector(two.state), abs=1e-6)
 
 
+DAMPED = {"scheme": "implicit-euler", "rayleigh_stiffness": 0.05}
+
+
+def all_modes(robot: Robot[ConstrainedBody]) -> Robot:
+    """The reduced robot with as many modes as the full one has unknowns, and with every element."""
+    root = np.sqrt(reducible(robot).weight[:-1])
+    every = np.arange(robot.body.n_elements)
+    Phi = np.diag(np.append(1.0 / root, 1.0))
+    return reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
+
+
+@pytest.mark.parametrize("reduced", [False, True], ids=["full", "reduced"])
+def test_a_drum_of_one_cable_moves_as_a_winch_with_the_same_spring(reduced: bool) -> None:
+    """In motion too: damping is that of the material, a spring has none."""
+    cables = [tendon("lower", 0.002)]
+    motion = {"integration": DAMPED, "controller": {"rate": 200.0}}
+    coupling = {**DRUM, "members": ["lower"], "gains": [1.0]}
+    robot = antagonists(cables=cables, couplings=[coupling], **motion)
+    drum = Simulator(all_modes(robot) if reduced else robot, contact="none")
+    config = validated(RobotConfig, beam_config(SIZE, cables=cables, **motion), "bar.toml")
+    winch = Simulator(build_robot(config, MESH, "bar.toml"), contact="none")
+    assert drum.settle(position=[0.0], effort=[np.nan]).converged
+    assert winch.settle(position=[0.0]).converged
+    for step in range(20):
+        position = [1e-3 * min(step, 8)]
+        drum.move(position=position, effort=[np.nan])
+        winch.move(position=position)
+        way = np.linalg.norm(winch.effector - winch.robot.effector(winch.robot.rest()))
+        assert drum.effector == pytest.approx(winch.effector, abs=way / 100.0)
+        assert drum.effort == pytest.approx(winch.effort, rel=1e-2)
+    assert way > 5e-3
+
+
 def test_a_drum_on_a_rod_goes_slack_and_is_controlled() -> None:
     """One motor brings the tip of a rod with a pair of tendons to a height, and back beyond the middle."""
     tendons = [

@@ -230,8 +230,6 @@ class ModalBody(ReducedBody[ModePoints]):
             force = force + preload[0]
         if wound is not None:
             force = force + wound.tension @ wound.H
-            if damped:
-                resisting = resisting + wound.tangent @ state.v
         apart, sums = None, (self.sampled, self.curvature.tendons, self.work)
         if several and self.sampled.corotational and not scheme.static:
             apart = tangents_apart(beta[:pulled], tension, response, *sums)
@@ -312,8 +310,13 @@ class ModalBody(ReducedBody[ModePoints]):
             both = shares if exact else (shares[0] + shares[1], 0.0)
             tangent += self.beams.tangent(map_, at.state.q, beta, J, both)
         if at.wound is not None:
-            tangent += (shares[0] + shares[1]) * at.wound.tangent
+            tangent += shares[1] * at.wound.tangent
         return tangent
+
+    def unstrained(self, at: SampledAssembled, shares: tuple[float, float]) -> Array:
+        """`tangent` (n, n) with the stiffness of the material for K; drums hold what nothing else does."""
+        tangent = self.tangent(at, (sum(shares), 0.0), True)
+        return tangent if at.wound is None else tangent + shares[1] * at.wound.tangent
 
     def potential(self, state: State) -> float:
         """Energy of sampled elements, beams, springs and drums, minus the work of loads since rest [J]."""
@@ -379,7 +382,7 @@ class ModalBody(ReducedBody[ModePoints]):
         """The system of one step, see `Body`."""
         assert isinstance(assembled, SampledAssembled)
         at, tangent = assembled, partial(self.tangent, assembled, integration.shares)
-        material = partial(self.tangent, assembled, (sum(integration.shares), 0.0), True)
+        material = partial(self.unstrained, assembled, integration.shares)
         L = self.work.L if at.motion.J is None else np.zeros((self.n, self.n))
         system = implicit_system(integration, at, tangent, material, L, self.driven, added)
         if at.inertia is None:
