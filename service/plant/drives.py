@@ -6,6 +6,7 @@ less than `ALLOWED` of their way.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Literal
@@ -21,6 +22,7 @@ ALLOWED = 0.005  # of the way of an effector
 MOST = 16  # steps in a period
 _TRIAL = 0.6  # s, of the trial motion
 _SHARE = 0.5  # of an actuator's range, in the trial
+_LEAST_SHARE = 0.03
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,13 +97,25 @@ class DrivenRobot:
 def own_steps(simulator: Simulator) -> OwnSteps:
     """How many steps a simulated robot needs in a period; the simulator returns to its start.
 
+    A trial motion on which steps find no state, at an effort beyond the limits, is no motion of the robot:
+    one of half the way replaces it.
+
     Raises:
-        FactorisationError: the trial motion diverges with any number of steps.
+        FactorisationError: the trial motion diverges.
     """
-    coarse, _ = _trial(simulator, 1)
+    share = _SHARE
+    while share > _LEAST_SHARE:
+        with suppress(FactorisationError):
+            return _steps_on(simulator, share, within_limits=True)
+        share *= 0.5
+    return _steps_on(simulator, _SHARE, within_limits=False)
+
+
+def _steps_on(simulator: Simulator, share: float, *, within_limits: bool) -> OwnSteps:
+    coarse, _ = _trial(simulator, 1, share, within_limits)
     count = 1
     while True:
-        fine, seconds = _trial(simulator, 2 * count)
+        fine, seconds = _trial(simulator, 2 * count, share, within_limits)
         way = np.linalg.norm(fine - fine[:1], axis=2).max()  # m
         apart = np.linalg.norm(fine - coarse, axis=2).max()
         error = float(apart / max(way, 1e-6 * simulator.robot.size))
@@ -112,8 +126,15 @@ def own_steps(simulator: Simulator) -> OwnSteps:
         coarse, count = fine, 2 * count
 
 
-def _trial(simulator: Simulator, steps: int) -> tuple[Array, float]:
-    """Effectors (ticks, p, 3) [m] while the first actuator moves there and back; real time of it [s]."""
+def _trial(
+    simulator: Simulator, steps: int, most: float, within_limits: bool
+) -> tuple[Array, float]:
+    """Effectors (ticks, p, 3) [m] while the first actuator moves there and back; real time of it [s].
+
+    Raises:
+        FactorisationError: the motion diverges, or `within_limits` and a period finds no state, at an effort
+            beyond the limits.
+    """
     simulator.reset()
     robot, found = simulator.robot, []
     law, ticks = robot.actuators.laws, max(round(_TRIAL / robot.h), 2)
@@ -126,9 +147,16 @@ def _trial(simulator: Simulator, steps: int) -> tuple[Array, float]:
     for share in 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(1, ticks + 1) / ticks):
         given = Command.either(by_force, start_position, start_effort)
         if by_force[0]:
-            given.effort[0] += share * _SHARE * (robot.limits.effort_max[0] - start_effort[0])
+            given.effort[0] += share * most * (robot.limits.effort_max[0] - start_effort[0])
         else:
-            given.position[0] += share * _SHARE * far
-        simulator.move(given.position, given.effort, steps)
+            given.position[0] += share * most * far
+        report = simulator.move(given.position, given.effort, steps)
+        if within_limits and not report.converged and _beyond_limits(simulator):
+            raise FactorisationError("no state within the limits of efforts")
         found.append(simulator.effector)
     return np.array(found), perf_counter() - begin
+
+
+def _beyond_limits(simulator: Simulator) -> bool:
+    limits, effort = simulator.robot.limits, simulator.effort
+    return bool(np.any((effort < limits.effort_min) | (effort > limits.effort_max)))

@@ -22,6 +22,8 @@ from tauten.model.numerics import Array
 from tauten.reduction.state import reduced_robot, reducible
 from tauten.service.describing import describe
 from tauten.service.frames import RobotLook
+from tauten.service.plant import own_steps
+from tauten.service.plant.drives import ALLOWED
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
 from tauten.service.view.picture.actuators import TIGHT, drawings_of
@@ -114,6 +116,13 @@ def test_the_muscle_pulls_as_a_cable_with_its_force_does(package: ModuleType) ->
     volume = [x * (FIBRE**2 - x**2) / (4.0 * np.pi * TURNS**2) for x in (length, LENGTH)]
     delta = muscled.robot.rows(muscled.state, contacts=False).actuators.delta[0]
     assert delta == pytest.approx(volume[0] - volume[1], rel=1e-9)
+
+
+def test_the_trial_of_a_plant_ends_where_it_can_pull_no_further(package: ModuleType) -> None:
+    """Its volume is largest at a length of b / √3; half of `max_position` is beyond that."""
+    beyond = muscle(max_position=2e-5, max_rate=2e-4)
+    simulator = Simulator(small_body("linear", cables=[], transmissions=[beyond]), "none")
+    assert own_steps(simulator).error < ALLOWED
 
 
 def test_its_work_is_the_energy_that_is_stored(package: ModuleType) -> None:
