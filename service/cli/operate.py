@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -155,7 +156,8 @@ def record(
     from tauten.service.process import stop_on_signals
 
     # until the node is alive, Ctrl-C interrupts the wait
-    with node_of(robot, Network(port, zenoh_config)) as session, stop_on_signals() as stop:
+    network = Network(port, zenoh_config)
+    with node_of(robot, network, math.inf) as session, stop_on_signals() as stop:
         count = record_robot(session, robot, file, stop)
     typer.echo(f"{file}: {count} messages")
 

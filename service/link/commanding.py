@@ -56,10 +56,15 @@ def is_there(robot: str, network: Network, token: str, patience: float = 2.0) ->
 
 
 @contextmanager
-def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
+def node_of(robot: str, network: Network, patience: float = _PATIENCE) -> Iterator[zenoh.Session]:
     """A session, as soon as the robot's node is alive.
 
-    A node that is getting ready is waited for; where there is none within 5 s, the wait ends.
+    A node that is getting ready is waited for.
+
+    Args:
+        robot: name.
+        network: of the robot.
+        patience: time after which the wait ends where there is none [s].
 
     Raises:
         NetworkError: no node is alive.
@@ -69,7 +74,7 @@ def node_of(robot: str, network: Network) -> Iterator[zenoh.Session]:
         begin = time.monotonic()
 
         def in_vain() -> bool:
-            return time.monotonic() > begin + _PATIENCE and not is_alive(session, keys.starting)
+            return time.monotonic() > begin + patience and not is_alive(session, keys.starting)
 
         if not await_token(session, keys.token, in_vain, _PAUSE):
             raise NetworkError(_unanswered(robot, network))

@@ -67,7 +67,7 @@ def record_robot(session: zenoh.Session, robot: str, path: Path, stop: StopFlag)
 
     Raises:
         NetworkError: a node that does not describe itself.
-        OSError: the log cannot be created.
+        OSError: the log cannot be created, or not be written to its end; it has what came before.
     """
     keys, count = Keys(robot), 0
     source = session.declare_subscriber(keys.all, zenoh.handlers.RingChannel(_RING))
@@ -85,6 +85,8 @@ def record_robot(session: zenoh.Session, robot: str, path: Path, stop: StopFlag)
                 count += 1
     finally:
         recorder.close()
+    if recorder.fault:
+        raise OSError(recorder.fault)
     return count
 
 

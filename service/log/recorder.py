@@ -81,9 +81,11 @@ class LogRecorder:
             self._writer.start(profile="ros2", library="tauten")
             self._writer.add_metadata(METADATA, metadata)
             self._file.flush()
-        except OSError:
+        except OSError as error:
             self._file.raw.close()  # without writing what cannot be written
-            raise
+            if path.is_file():
+                path.unlink()
+            raise OSError(error.errno, error.strerror, str(path)) from error
         self._schemas: dict[str, int] = {}
         self._channels: dict[tuple[str, bool], int] = {}
         self._waiting: deque[Entry] = deque()
@@ -111,7 +113,7 @@ class LogRecorder:
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._file.close()
         except OSError as error:
-            self.fault = f"recording stopped: {error}"
+            self.fault = f"recording stopped: {self._file.name}: {error.strerror}"
             log.error(self.fault)
             self._file.raw.close()
             self.dropped += len(self._waiting)

@@ -6,6 +6,7 @@ import json
 import logging
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -125,6 +126,48 @@ def test_a_recorder_beside_the_node_records_the_run(
     keys = {message.key for message in LogReader(log).messages()}
     assert {served.keys.tick, served.keys.actuation, "tauten/beam/target"} <= keys
     assert counts[0] > 30
+
+
+def test_a_recorder_whose_disk_is_full_ends_with_the_reason(served: Served, tmp_path: Path) -> None:
+    """What it has written remains."""
+    log, (soft, hard) = tmp_path / "beside.mcap", resource.getrlimit(resource.RLIMIT_FSIZE)
+    stop, errors = StopFlag(), []
+
+    def record() -> None:
+        with node_of("beam", Network(served.port)) as session:
+            try:
+                record_robot(session, "beam", log, stop)
+            except OSError as error:
+                errors.append(str(error))
+
+    recorder = threading.Thread(target=record)
+    recorder.start()
+    try:
+        while not log.exists() or log.stat().st_size == 0:
+            time.sleep(0.05)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (log.stat().st_size, hard))
+        stop.request()
+        recorder.join()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert errors == [f"recording stopped: {log}: File too large"]
+    assert log.stat().st_size > 0
+
+
+@pytest.mark.slow
+def test_a_recorder_waits_for_a_node_that_is_not_there_yet(tmp_path: Path) -> None:
+    """Longer than other commands do, which ask where there is none after 5 s."""
+    log, port = tmp_path / "beside.mcap", free_ports()
+    recorder = start(tmp_path / "output.txt", "record", "beam", log, "--port", port)
+    try:
+        time.sleep(8.0)
+        assert recorder.process.poll() is None
+        assert "waiting for tauten/beam" in recorder.output.read_text()
+        recorder.process.send_signal(signal.SIGINT)
+        assert recorder.process.wait(10.0) == 130
+    finally:
+        recorder.process.kill()
+    assert not log.exists()
 
 
 def test_a_recorder_that_waits_for_a_node_ends_with_ctrl_c(tmp_path: Path) -> None:

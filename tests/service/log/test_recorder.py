@@ -107,7 +107,7 @@ def test_a_full_disk_stops_the_log_and_nothing_else(
 ) -> None:
     with pytest.raises(OSError) as caught:  # said at once when nothing at all can be written
         LogRecorder(Path("/dev/full"), METADATA)
-    assert caught.value.errno == errno.ENOSPC
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, "/dev/full")
     path = tmp_path / "log.mcap"
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, hard))  # files cannot grow beyond this
@@ -115,7 +115,7 @@ def test_a_full_disk_stops_the_log_and_nothing_else(
         recorder = write_log(path, 5000)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert "File too large" in recorder.fault
+    assert recorder.fault == f"recording stopped: {path}: File too large"
     assert recorder.dropped > 0
     assert "recording stopped" in caplog.text
     assert len(list(LogReader(path).messages())) > 100
