@@ -14,7 +14,12 @@ from tauten.reduction.campaign.designs import (
     plackett_burman_levels,
     ramp,
 )
-from tauten.reduction.campaign.executors import ClusterError, dask_cluster, processes
+from tauten.reduction.campaign.executors import (
+    ClusterError,
+    dask_cluster,
+    interrupts_blocked,
+    processes,
+)
 from tauten.reduction.campaign.exploring import exploring
 from tauten.reduction.campaign.payload import payload
 from tauten.reduction.campaign.run import run_campaign
@@ -48,6 +53,7 @@ __all__ = [
     "dask_cluster",
     "exploring",
     "from_csv",
+    "interrupts_blocked",
     "join_snapshots",
     "latin_hypercube",
     "latin_hypercube_levels",

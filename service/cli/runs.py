@@ -208,7 +208,7 @@ def solve(
         problem, start = read_qpcc(file)
         settings = QpccSettings(solver, max_pivots)
         solution = solve_qpcc(problem, None if cold else start, settings)
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     found, console = solution.certificate, Console(highlight=False, soft_wrap=True, markup=False)
     console.print(f"status           {solution.status.name}: {solution.status.value}")

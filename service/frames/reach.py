@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import signal
 from dataclasses import dataclass, field
 from multiprocessing.process import BaseProcess
 from multiprocessing.queues import Queue
@@ -13,6 +12,7 @@ import numpy as np
 from tauten.controller import Order
 from tauten.model import Simulator, one_blas_thread
 from tauten.model.numerics import Array
+from tauten.reduction.campaign import interrupts_blocked
 from tauten.service.plant import reach_plan, reached
 from tauten.service.process import drained
 
@@ -83,7 +83,8 @@ class ReachSearch:
         self._process = context.Process(
             target=_search, args=(self._model, effector, self._queue), daemon=True
         )
-        self._process.start()
+        with interrupts_blocked():  # the viewer ends the process
+            self._process.start()
 
     def _take(self) -> None:
         """Take what the process has found."""
@@ -107,7 +108,6 @@ class ReachSearch:
 
 
 def _search(model: ReachModel, effector: int, queue: Queue[object]) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the viewer ends this process
     with one_blas_thread():
         simulator = Simulator.of(model.robot, model.order, model.basis)
         plan = reach_plan(simulator, effector)

@@ -226,7 +226,7 @@ def read_config(path: Path) -> zenoh.Config:
     try:
         return zenoh.Config.from_file(path)
     except zenoh.ZError as error:
-        why = str(error)[:_MOST_WORDS]  # a parser quotes the whole file
+        why = _SOURCE.sub("", str(error))[:_MOST_WORDS]  # a parser quotes the whole file
         raise NetworkError(f"{path}: no Zenoh configuration: {why}") from error
 
 

@@ -21,6 +21,7 @@ from typing import Literal
 
 from tauten.controller import Controller, ModelSettings, warm_up
 from tauten.model import ContactSpace, Robot, load_robot, one_blas_thread
+from tauten.reduction.campaign import interrupts_blocked
 from tauten.reduction.state import ReducedBody, ReducedParts, TipCheck
 from tauten.service.node.loop import ControlLoop
 from tauten.service.process import give_lower_priority
@@ -57,7 +58,8 @@ class ModelWatch:
         self._process = get_context("spawn").Process(
             target=compare_models, args=(far,), daemon=True, name="tauten model watch"
         )
-        self._process.start()
+        with interrupts_blocked():  # the loop ends the process
+            self._process.start()
         far.close()
         assert self._process.pid is not None
         with suppress(OSError):  # it has ended
@@ -192,7 +194,7 @@ def make_fall_back(setup: Setup) -> FallBack | None:
 
 def compare_models(pipe: Connection) -> None:
     """The separate process: tip errors of the states that arrive, until the pipe is closed."""
-    with one_blas_thread(), suppress(EOFError, OSError, KeyboardInterrupt):
+    with one_blas_thread(), suppress(EOFError, OSError):
         models = pipe.recv()  # the sender waits
         _give_way()
         check, allowed = TipCheck(*models), os.sched_getaffinity(0)

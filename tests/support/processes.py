@@ -260,6 +260,13 @@ def tauten(*arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, timeout=120.0, check=False)
 
 
+def blocks_interrupts(process: int | None) -> bool:
+    """Whether Ctrl-C does not reach a process."""
+    status = Path(f"/proc/{process}/status").read_text()
+    blocked = next(line for line in status.splitlines() if line.startswith("SigBlk:"))
+    return bool(int(blocked.split()[1], 16) >> (signal.SIGINT - 1) & 1)
+
+
 def run_main(*arguments: object) -> int:
     """Run a command of `tauten` in this process, which starts no interpreter; returns its exit code."""
     return _run(main, arguments)

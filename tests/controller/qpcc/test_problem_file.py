@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.processes import run_main
 from support.qpcc_checks import recorded
 from typer.testing import CliRunner
 
@@ -72,7 +73,9 @@ def test_the_command_prints_solution_certificate_and_status(tmp_path: Path) -> N
     assert "stationarity" in result.stdout
 
 
-def test_the_command_names_limits_in_conflict_and_bad_files(tmp_path: Path) -> None:
+def test_the_command_names_limits_in_conflict_and_bad_files(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     step, file = recorded("finger_5")[10], tmp_path / "problem.npz"
     problem = step.problem()
     write_qpcc(file, replace(problem, g_lo=problem.g_hi + 1.0, g_hi=problem.g_hi + 2.0))
@@ -80,6 +83,8 @@ def test_the_command_names_limits_in_conflict_and_bad_files(tmp_path: Path) -> N
     assert result.exit_code == 1
     assert "INFEASIBLE" in result.stdout
     assert "conflict" in result.stdout and "of cable 0" in result.stdout
+    assert run_main("solve", tmp_path / "nowhere.npz") == 2
+    assert capsys.readouterr().err == f"tauten: {tmp_path}/nowhere.npz: no such file or directory\n"
     file.write_text("no problem")
     refused = CliRunner().invoke(app, ["solve", str(file)])
     assert refused.exit_code == 2

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+from support.processes import blocks_interrupts
 
 from tauten.controller import Controller, ModelSettings
 from tauten.model import Robot
@@ -39,3 +40,12 @@ def test_nothing_waits_for_the_process(finger: Robot) -> None:
     assert watch.diagnostic().message == "reduced, not compared yet"
     watch.close()
     assert not watch._sending.is_alive() and not watch._process.is_alive()
+
+
+def test_ctrl_c_does_not_reach_the_process_while_it_starts(finger: Robot) -> None:
+    """A terminal sends it to all processes; one that still imports ended in a traceback."""
+    watch = ModelWatch(finger, "none", ModelSettings())
+    try:
+        assert blocks_interrupts(watch._process.pid)
+    finally:
+        watch.close()
