@@ -305,3 +305,58 @@ def test_a_glued_pair_takes_the_steps_of_one_mesh() -> None:
     assert np.abs(x - pair.body.mesh.nodes).max() > 0.01, "it has bent far"
     assert np.abs(pair.body.nodes(first.state) - x).max() < 1e-7
     assert pair.energy(first.state) == pytest.approx(one.energy(second.state), rel=1e-6)
+
+
+def behind_a_servo(rate: float) -> Simulator:
+    """An arm that a servo turns, and one that hangs from its end on a hinge."""
+    whole = [{"kind": "all", "body": name} for name in ("upper", "lower")]
+    about = {"axis": [0.0, 1.0, 0.0]}
+    hinge = {"kind": "hinge", "region": whole[1], "to": whole[0], "max_distance": 0.02, **about}
+    robot = joined(
+        [
+            {"name": "upper", "position": [0.0, -0.01, -0.01]},
+            {
+                "name": "lower", "rigid": True, "position": [0.09, -0.01, 0.0],
+                "rotation": {**about, "angle_deg": 90.0},
+            },
+        ],
+        dict.fromkeys(("upper", "lower"), ((0.1, 0.02, 0.02), (2, 1, 1))),
+        attachments=[{**hinge, "through": [0.1, 0.0, 0.0]}],
+        drives=[{**TURN, **about, "region": whole[0], "through": [0.0, 0.0, 0.0]}],
+        effectors=[{"name": "end", "point": [0.1, 0.0, -0.1]}],
+        gravity=DOWN, controller={"rate": rate},
+        integration={"scheme": "implicit-euler", "rayleigh_stiffness": 0.05},  # which no hinge feels
+    )  # fmt: skip
+    return Simulator(robot, contact="none")
+
+
+def test_an_arm_on_a_hinge_behind_a_servo_swings_as_lagrange_says() -> None:
+    """The servo turns the upper arm by a smooth angle; the lower one follows to first order in the step."""
+    length, spin, end = 0.1, 8.0, 0.6
+
+    def angle(t: float) -> float:
+        return 1.5 * (t - np.sin(spin * t) / spin)
+
+    def lower(t: float, y: Array) -> list[float]:
+        c, s = np.cos(angle(t)), np.sin(angle(t))
+        w, dw = 1.5 * (1.0 - np.cos(spin * t)), 1.5 * spin * np.sin(spin * t)
+        x, z = (
+            -length * (w**2 * c + dw * s),
+            length * (w**2 * s - dw * c),
+        )  # how the hinge accelerates
+        moment = -0.5 * length * (x * np.cos(y[0]) + (z + G) * np.sin(y[0]))
+        return [y[1], moment / (length**2 / 3.0 + 0.02**2 / 12.0)]
+
+    aside = solve_ivp(lower, (0.0, end), [0.0, 0.0], rtol=1e-9, atol=1e-12).y[0, -1]
+    assert abs(aside) > 0.1
+    c, s = np.cos([angle(end), aside]), np.sin([angle(end), aside])
+    expected = np.array([length * (c[0] + s[1]), 0.0, -length * (s[0] + c[1])])
+    errors = []
+    for rate in (100.0, 200.0):
+        simulator = behind_a_servo(rate)
+        assert simulator.settle(position=[0.0]).converged
+        for k in range(round(end * rate)):
+            simulator.move(position=[angle((k + 1) / rate)])
+        errors.append(simulator.effector[0] - expected)
+    assert 2.0 * errors[1] == pytest.approx(errors[0], abs=1e-4)
+    assert np.abs(errors[1]).max() < 2e-3
