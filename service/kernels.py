@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import sys
+import tempfile
 from dataclasses import dataclass
 
 from numba.core.dispatcher import Dispatcher
@@ -17,6 +18,7 @@ from tauten.model.kernels import (
     KernelCache,
     compiled_machine,
     kernel_folder,
+    make_folder,
     open_seed,
     portable_machine,
     seed_file,
@@ -38,6 +40,7 @@ class Inventory:
         entries: shipped entries of those that are served, one for each set of types of the arguments.
         why_not: why none is served, in one sentence; empty where some are.
         folder: of what was compiled here.
+        not_kept: why what is compiled is not kept there; empty where it is.
         compiled: how many entries it has.
         size: of them [bytes].
     """
@@ -49,6 +52,7 @@ class Inventory:
     entries: int
     why_not: str
     folder: str
+    not_kept: str
     compiled: int
     size: int
 
@@ -66,8 +70,18 @@ def take_inventory() -> Inventory:
         len(caches), compiled_machine()[1], len(unchanged), len(known) - len(unchanged),
         sum(name.endswith(".nbc") and _stem(name) in {c.file_name for c in unchanged} for name in names),
         "" if unchanged else why_none(),
-        str(kernel_folder()), len(here), sum(path.stat().st_size for path in here),
+        str(kernel_folder()), why_not_kept(), len(here), sum(path.stat().st_size for path in here),
     )  # fmt: skip
+
+
+def why_not_kept() -> str:
+    """Why the user's folder does not keep what is compiled; empty where it does."""
+    try:
+        make_folder(kernel_folder())
+        with tempfile.TemporaryFile(dir=kernel_folder()):
+            return ""
+    except OSError as error:
+        return f"{error.filename}: {error.strerror.lower()}" if error.strerror else str(error)
 
 
 def why_none() -> str:

@@ -1,7 +1,7 @@
 """Machine code of kernels on disk: which processor it is for, what it depends on, where it is kept."""
 
 from tauten.model.kernels.cache import KernelCache, KernelCacheFile, SeedFile
-from tauten.model.kernels.files import kernel_folder
+from tauten.model.kernels.files import kernel_folder, make_folder
 from tauten.model.kernels.linking import has_ir, without_ir
 from tauten.model.kernels.names import names_of_this_process
 from tauten.model.kernels.seed import (
@@ -29,6 +29,7 @@ __all__ = [
     "compiled_machine",
     "has_ir",
     "kernel_folder",
+    "make_folder",
     "names_of_this_process",
     "open_seed",
     "pack",

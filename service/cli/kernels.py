@@ -20,5 +20,11 @@ def kernels() -> None:
     console = Console(markup=False)
     console.print(table)
     console.print(f"compiled here: {found.folder}", soft_wrap=True)
+    if found.not_kept:
+        console.print(
+            f"every start compiles the others again, they cannot be kept: {found.not_kept}; "
+            "set NUMBA_CACHE_DIR to a folder that you alone can write",
+            soft_wrap=True,
+        )
     if found.why_not:
         console.print(f"none of the shipped kernels is used: {found.why_not}", soft_wrap=True)

@@ -184,6 +184,26 @@ def test_kernels_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
     assert "kernels of tauten" in capsys.readouterr().out
 
 
+def test_a_folder_that_keeps_no_kernels_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One that cannot be made, and one that others can write."""
+    (tmp_path / "file").touch()
+    (tmp_path / "open" / "tauten" / "kernels").mkdir(parents=True)
+    (tmp_path / "open" / "tauten" / "kernels").chmod(0o777)
+    reasons = {
+        "file": "file/tauten: not a directory",
+        "open": "open/tauten/kernels: others can write it",
+    }
+    for name, reason in reasons.items():
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / name))
+        assert run_main("kernels") == 0
+        assert (
+            f"they cannot be kept: {tmp_path}/{reason}; set NUMBA_CACHE_DIR"
+            in capsys.readouterr().out
+        )
+
+
 def test_the_schema_is_json(capsys: pytest.CaptureFixture[str]) -> None:
     command = lines_of("docs/reference/robot-file.md", "tauten schema")[0]
     assert run_main(*command[: command.index(">")]) == 0
