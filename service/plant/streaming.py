@@ -6,6 +6,7 @@ import logging
 import time
 from dataclasses import dataclass
 
+import numpy as np
 import zenoh
 
 from tauten.service.node import Clock
@@ -23,6 +24,7 @@ from tauten.service.wire import (
     check_node,
     effector_json,
     encode_effector,
+    reach_of,
     session_of,
     wait_for,
 )
@@ -86,6 +88,7 @@ def _send(
     end = settings.duration
     if end is None and not path.repeats:
         end = path.duration
+    _warn_of_distance(robot, path, settings.effector)
     log.info("sending targets to %s at %g Hz", robot.name, settings.rate)
     clock, count, elapsed = Clock(1.0 / settings.rate), 0, 0.0
     while not stop.requested and (end is None or elapsed <= end):
@@ -96,3 +99,16 @@ def _send(
         elapsed = clock.wait().index * clock.period
     log.info("%d targets sent", count)
     return count
+
+
+def _warn_of_distance(robot: RobotDescription, path: TargetPath, number: int) -> None:
+    """Log that a node refuses targets of a point or frame, as those that are in millimetres."""
+    effector, reach = robot.effectors[number], reach_of(robot.size)
+    if path.values.shape[1] == 1:
+        return
+    far = float(np.linalg.norm(path.values[:, :3] - effector.rest[:3], axis=1).max())
+    if far > reach:
+        log.warning(
+            "targets are up to %.3g m from where %s is at rest; the node refuses those beyond %.3g m",
+            far, effector.name, reach,
+        )  # fmt: skip

@@ -109,7 +109,7 @@ def csv_path(path: Path, kind: EffectorKind, rate: float, repeats: bool) -> Targ
         PathError: what is wrong, with the line.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")  # spreadsheets write its mark
     except (OSError, UnicodeDecodeError) as error:
         raise PathError(f"{path}: cannot be read ({error})") from error
     return csv_text_path(text, str(path), kind, rate, repeats)

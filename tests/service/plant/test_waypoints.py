@@ -11,8 +11,11 @@ from support.effectors import solid
 
 from tauten.model import Robot
 from tauten.model.tetra import NodalBody
+from tauten.service.describing import describe
 from tauten.service.plant import PathError, PathSettings, make_path, save_path
-from tauten.service.plant.waypoints import COLUMNS
+from tauten.service.plant.streaming import _warn_of_distance
+from tauten.service.plant.waypoints import COLUMNS, TargetPath
+from tauten.service.setup import load_setup
 
 FRAME, SPAN, ROOM = 1, 3, 5  # of the robot below
 
@@ -50,6 +53,26 @@ def test_a_path_of_any_kind_survives_its_csv(
     back = make_path(str(tmp_path / "a.csv"), robot, PathSettings(effector=effector))
     np.testing.assert_allclose(back.values, path.values, rtol=1e-15)
     np.testing.assert_array_equal(back.times, path.times)
+
+
+def test_a_csv_of_a_spreadsheet_may_begin_with_its_mark(
+    robot: Robot[NodalBody], tmp_path: Path
+) -> None:
+    file = tmp_path / "a.csv"
+    file.write_text("x,y,z\n0.01,0.02,0.03\n", encoding="utf-8-sig")
+    values = make_path(str(file), robot, PathSettings()).values
+    assert values.tolist() == [[0.01, 0.02, 0.03]]
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e3])
+def test_targets_in_millimetres_are_warned_of(
+    beam_file: Path, caplog: pytest.LogCaptureFixture, unit: float
+) -> None:
+    """The node refuses them one by one, of which its sender hears nothing."""
+    described = describe(load_setup(beam_file))
+    values = unit * np.array([described.effectors[0].rest])
+    _warn_of_distance(described, TargetPath(np.zeros(1), values, False), 0)
+    assert ("the node refuses those beyond" in caplog.text) == (unit > 1.0)
 
 
 def test_rotations_are_interpolated_the_short_way_and_have_length_one(
