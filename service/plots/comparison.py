@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from tauten.model import Robot, State
 from tauten.service.bench import Equilibrium
 from tauten.service.plots.body import Side, draw_body, draw_forces, frame
+from tauten.service.plots.saving import save_figure
 
 
 def draw_comparison(
@@ -23,7 +24,7 @@ def draw_comparison(
     rest = robot.rest()
     if robot.n_c == 0:
         figure, _ = draw_states(robot, {"at rest": rest, "under the command": passing.state}, side)
-        figure.savefig(path, dpi=150)
+        save_figure(figure, path, dpi=150)
         return
     apart = 1e3 * np.linalg.norm(touching.effector - passing.effector, axis=1).max()
     with_contact = f"with contact, effector {apart:.1f} mm away"
@@ -37,7 +38,7 @@ def draw_comparison(
         figure.colorbar(forces, ax=panels[2], label="contact force [N]", shrink=0.7)
     ghost = 1e3 * passing.effector
     panels[2].plot(ghost[:, side.right], ghost[:, side.up], "x", ms=6, color="0.4")
-    figure.savefig(path, dpi=150)
+    save_figure(figure, path, dpi=150)
 
 
 def draw_states(robot: Robot, states: dict[str, State], side: Side) -> tuple[Figure, list[Axes]]:

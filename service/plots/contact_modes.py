@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from tauten.model import Robot
 from tauten.model.numerics import Array
 from tauten.reduction.contact import ContactBasis
+from tauten.service.plots.saving import save_figure
 
 _PER_ROW = 8
 _PITCH, _HEIGHT = 1.25, 4.2  # of a picture [inch]
@@ -42,7 +43,7 @@ def draw_modes(robot: Robot, basis: ContactBasis, path: str | Path, modes: int =
         figure.text(*title, f"mode {i + 1}", ha="center")
     scale = figure.add_axes((1.0 - 0.9 / width, 0.3, 0.12 / width, 0.4))
     figure.colorbar(colours, cax=scale, label="force, share of the mode's largest")
-    figure.savefig(path, dpi=110)
+    save_figure(figure, path, dpi=110)
 
 
 def _draw(axes: Any, robot: Robot, points: Array, share: Array) -> Any:

@@ -7,6 +7,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from tauten.reduction.contact import Curve
+from tauten.service.plots.saving import save_figure
 
 
 def draw_curve(curve: Curve, path: str | Path, chosen: int | None = None) -> None:
@@ -24,4 +25,4 @@ def draw_curve(curve: Curve, path: str | Path, chosen: int | None = None) -> Non
         axes.set_xlabel("number of contact modes k")
         axes.grid(visible=True, which="both", alpha=0.3)
         axes.legend()
-    figure.savefig(path, dpi=150)
+    save_figure(figure, path, dpi=150)

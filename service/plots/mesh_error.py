@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from tauten.service.check import MeshErrorEstimate
+from tauten.service.plots.saving import save_figure
 
 COLOURS = {"linear": "#d55e00", "smoothed": "#009e73", "quadratic": "#0072b2"}
 QUANTITIES = (
@@ -39,7 +40,7 @@ def draw_mesh_error(estimate: MeshErrorEstimate, path: str | Path) -> None:
     handles, labels = panels[0].get_legend_handles_labels()
     if handles:
         panels[0].legend(handles, labels)
-    figure.savefig(path, dpi=150)
+    save_figure(figure, path, dpi=150)
 
 
 def draw_quantity(axes: Axes, estimate: MeshErrorEstimate, name: str, scale: float) -> None:

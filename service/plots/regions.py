@@ -11,6 +11,7 @@ from tauten.model import Robot
 from tauten.model.numerics import Array
 from tauten.service.check import RegionParts
 from tauten.service.plots.body import Side, draw_body, frame
+from tauten.service.plots.saving import save_figure
 
 FRONT = Side(0, 1, 1)
 COLOUR = np.array([0.84, 0.37, 0.0])
@@ -36,7 +37,7 @@ def draw_regions(robot: Robot, parts: tuple[RegionParts, ...], path: str | Path)
         axes.set_title(part.name, fontsize=9)
     for axes in panels[len(parts) :]:
         axes.set_axis_off()
-    figure.savefig(path, dpi=150)
+    save_figure(figure, path, dpi=150)
 
 
 def corner_view(part: RegionParts) -> Array:

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from tauten.model import Actuators, Quantity
 from tauten.model.numerics import Array, Bools, Ints
+from tauten.service.plots.saving import save_figure
 from tauten.service.replay import Distances, RecordedRun, Replay, Series, apart, errors_to_goal
 
 _TARGET, _MODEL, _PLANT, _LIMIT = "#222222", "#0072b2", "#d55e00", "#999999"
@@ -96,7 +97,7 @@ def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
     figure.suptitle(
         f"{run.description.name}: {len(run.ticks)} ticks at {run.description.rate:g} Hz"
     )
-    figure.savefig(path, dpi=150)
+    save_figure(figure, path, dpi=150)
 
 
 def draw_paths(run: RecordedRun, axes: Axes) -> None:
@@ -249,7 +250,7 @@ def draw_replay(replay: Replay, log: str, path: Path) -> None:
         f"{log}: {verdict}, at most {replay.fraction:.2g} of an actuator's range apart "
         f"(tolerance {replay.tolerance:g}); wide: recorded, thin: replayed"
     )
-    figure.savefig(path, dpi=130)
+    save_figure(figure, path, dpi=130)
 
 
 def _draw_course(above: Axes, below: Axes, time: Array, values: Array, shown: Shown) -> None:
@@ -291,4 +292,4 @@ def draw_distances(found: Distances, path: Path) -> None:
         axes.legend(loc="upper right", ncols=2, fontsize="small")
     below.set_xlabel("time [s]")
     figure.suptitle(f"{found.robot}: plant and model, steps of the plant: {found.steps}")
-    figure.savefig(path, dpi=130)
+    save_figure(figure, path, dpi=130)

@@ -1,0 +1,25 @@
+"""Pictures on disk."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from tauten.reduction import atomic_write
+
+
+def save_figure(figure: Figure, path: str | Path, dpi: int) -> None:
+    """Write a picture, whole or not at all; its folder is made when missing.
+
+    Args:
+        figure: to draw.
+        path: of the file, whose suffix decides the format.
+        dpi: dots per inch.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    path = Path(path)
+    with atomic_write(path) as file:
+        figure.savefig(file, format=path.suffix[1:], dpi=dpi)
