@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tauten.controller import Order
+from tauten.model.load import shipped_folder
 from tauten.service.log import LogError, logged_description
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import RunDescription
@@ -67,7 +68,8 @@ class RecordedSetup:
         """The robot to load: a file beside the log, the recorded path, or the name of a shipped robot.
 
         Raises:
-            LogError: the recorded file lies elsewhere, and recorded paths are not allowed.
+            LogError: the recorded file lies elsewhere, and recorded paths are not allowed, or is gone, and no
+                shipped robot has its name.
         """
         if self.file:
             beside = self.log.parent / Path(self.file).name
@@ -79,6 +81,11 @@ class RecordedSetup:
                 raise LogError(
                     f"{self.log}: recorded with {self.file}, which is not beside the log: allow "
                     "recorded paths (--recorded-paths), or name the robot (--against)"
+                )
+            if not (shipped_folder() / f"{self.description.name}.toml").is_file():
+                raise LogError(
+                    f"{self.log}: recorded with {self.file}, which is neither beside the log nor where that "
+                    "path leads from this folder: name the robot (--against)"
                 )
         return self.description.name
 
