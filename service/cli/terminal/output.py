@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import logging
 import tempfile
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -16,6 +18,10 @@ if TYPE_CHECKING:
     from tauten.model import Robot
     from tauten.service.process import Progress
     from tauten.service.tables import Page
+
+log = logging.getLogger(__name__)
+
+_SILENCE = 30.0  # s between two lines about the progress, where there is no terminal
 
 
 def writable(path: Path | None) -> Path | None:
@@ -65,7 +71,7 @@ def drawable(path: Path | None) -> Path | None:
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Progress]:
-    """A bar on stderr while a command works.
+    """A bar on stderr while a command works; where that is no terminal, a line in the log twice a minute.
 
     Yields:
         What the work calls with the share that is done since the last call (1 is all), and a text.
@@ -74,13 +80,30 @@ def progress_bar(title: str) -> Iterator[Progress]:
     from rich.markup import escape
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True, markup=False), transient=True) as bar:
+    console = Console(stderr=True, markup=False)
+    if not console.is_terminal:
+        yield _lines(title)
+        return
+    with Progress(console=console, transient=True) as bar:
         task = bar.add_task(escape(title), total=1.0)
 
         def report(share: float, what: str = "") -> None:
             bar.update(task, advance=share, description=escape(what or title))
 
         yield report
+
+
+def _lines(title: str) -> Progress:
+    done, said = 0.0, time.monotonic()
+
+    def report(share: float, what: str = "") -> None:
+        nonlocal done, said
+        done, now = done + share, time.monotonic()
+        if now >= said + _SILENCE:
+            log.info("%s: %.0f %%", what or title, 100.0 * done)
+            said = now
+
+    return report
 
 
 def show_result(
