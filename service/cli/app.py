@@ -60,7 +60,8 @@ def serve(
     model: Model = None,
     accept_error: AcceptError = False,
     record: Annotated[
-        Path | None, typer.Option(callback=writable, help="MCAP file to record the run to.")
+        Path | None,
+        typer.Option(callback=writable, dir_okay=False, help="MCAP file to record the run to."),
     ] = None,
     closed_loop: ClosedLoop = False,
     wait: Annotated[

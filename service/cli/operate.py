@@ -146,7 +146,9 @@ def contacts(
 
 def record(
     robot: ServedName,
-    file: Annotated[Path, typer.Argument(callback=writable, help="MCAP file to make.")],
+    file: Annotated[
+        Path, typer.Argument(callback=writable, dir_okay=False, help="MCAP file to make.")
+    ],
     port: Port = None,
     zenoh_config: ZenohConfig = None,
 ) -> None:

@@ -56,7 +56,7 @@ def is_there(robot: str, network: Network, token: str, patience: float = 2.0) ->
 
 
 @contextmanager
-def node_of(robot: str, network: Network, patience: float = _PATIENCE) -> Iterator[zenoh.Session]:
+def node_of(robot: str, network: Network, patience: float | None = None) -> Iterator[zenoh.Session]:
     """A session, as soon as the robot's node is alive.
 
     A node that is getting ready is waited for.
@@ -64,17 +64,17 @@ def node_of(robot: str, network: Network, patience: float = _PATIENCE) -> Iterat
     Args:
         robot: name.
         network: of the robot.
-        patience: time after which the wait ends where there is none [s].
+        patience: time after which the wait ends where there is none [s]; None: 5 s.
 
     Raises:
         NetworkError: no node is alive.
     """
     keys = Keys(robot)
     with session_of(network, Role.OTHER, robot, connected=False) as session:
-        begin = time.monotonic()
+        end = time.monotonic() + (_PATIENCE if patience is None else patience)
 
         def in_vain() -> bool:
-            return time.monotonic() > begin + patience and not is_alive(session, keys.starting)
+            return time.monotonic() > end and not is_alive(session, keys.starting)
 
         if not await_token(session, keys.token, in_vain, _PAUSE):
             raise NetworkError(_unanswered(robot, network))

@@ -191,10 +191,14 @@ def test_a_recorder_that_waits_for_a_node_ends_with_ctrl_c(tmp_path: Path) -> No
 
 
 def test_a_recorder_refuses_a_file_that_cannot_be_written_before_it_looks_for_a_node(
-    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run_main("record", "beam", "/proc/none/beside.mcap", "--port", NOBODY) == 2
-    assert "cannot be written" in capsys.readouterr().err
+    for file, why in (
+        ("/proc/none/beside.mcap", "cannot be written"),
+        (tmp_path, "is a directory"),
+    ):
+        assert run_main("record", "beam", file, "--port", NOBODY) == 2
+        assert why in " ".join(capsys.readouterr().err.replace("│", "").split())
 
 
 def test_a_command_without_a_node_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
