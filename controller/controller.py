@@ -86,7 +86,7 @@ class Controller(RobotModel):
         reduced = default_enrichment(self.robot.tolerance)
         self.space, checked = contact_model(contact, self.robot.contacts, reduced, enrichment)
         settings = checked_settings(settings)
-        self.horizon = horizon_of(self.robot, settings.horizon)
+        self.horizon = horizon_of(self.robot, settings.horizon, settings.following_horizon)
         self.settings = decide_settings(settings, self.robot, self.space, checked, qp)
         self.settled, none = False, no_forces(self.robot.n_a, self.space.k)
         self._origin = self.robot.rest(), none, np.zeros(self.robot.n_a)

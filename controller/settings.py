@@ -54,6 +54,12 @@ class ControllerSettings(Section):
         description="How far decisions look ahead [s], by default 0.2; what leaves is the first tick on the "
         "way. 0: one tick.",
     )
+    following_horizon: Annotated[float, Field(ge=0.0, le=60.0)] | None = Field(
+        default=None,
+        description="How far decisions look ahead at least [s] where contacts are in range and effectors "
+        "follow targets that move, by default `horizon`. Arms that take longer than a tick to come to rest "
+        "are late by about this then.",
+    )
     substeps: Annotated[int, Field(ge=0, le=64)] | None = Field(
         default=None,
         description="Steps of second order that the model takes in a period of control. 0: the step of "

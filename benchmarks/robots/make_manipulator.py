@@ -67,6 +67,7 @@ rayleigh_stiffness = 0.02
 rate = 50.0
 qp_solver = "daqp"
 regularisation = 3.0e-3
+following_horizon = 0.04         # s; ribs are near vertebrae, where plans stop the arm at their end
 basis = "{name}"
 
 [model]

@@ -1,5 +1,6 @@
 """Plans: the QPCC (T1) over the horizon, posed, solved and checked."""
 
+from tauten.controller.planning.course import shares_that_go_on, time_behind, with_goal
 from tauten.controller.planning.energy import closed_compliance, energy_scale
 from tauten.controller.planning.horizon import (
     Horizon,
@@ -7,9 +8,7 @@ from tauten.controller.planning.horizon import (
     horizon_of,
     largest_share,
     meets_contact,
-    shares_that_go_on,
     step_ahead,
-    with_goal,
 )
 from tauten.controller.planning.inverse import Aim, inverse_problem, position_names
 from tauten.controller.planning.locks import (
@@ -62,6 +61,7 @@ __all__ = [
     "shares_that_go_on",
     "Situation",
     "step_ahead",
+    "time_behind",
     "unlocked",
     "with_goal",
     "with_locks",

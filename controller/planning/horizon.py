@@ -20,6 +20,13 @@ contact does not go on, and plans that count on it exceed limits or throw what i
 range are of parts that have neither actuators nor effectors, as of an object on a floor that nothing is near,
 a plan is that without contacts. Every cluster of the robot has a share of its own.
 
+**Following in contact.** A plan with s = 0 stops the robot at its end, so that a robot that does not come to
+rest within a tick is behind a moving target by about the horizon. Where the robot file gives a shorter
+horizon for it, that is the horizon of ticks in which all clusters have contacts in range and effectors follow
+targets: half of the time that the effectors are behind, between the two. Farther from targets, and where
+these stay or have jumped, plans look as far as ever: over a short horizon they weigh directions by inertia,
+and robots come to rest far from the best place.
+
 A plan with s > 0 over a short horizon, of at most 0.05 s, is linearised at q + h v, where the robot is at
 the end of the tick if nothing changes, as the stages of the model are. Linearised at q, it would count on
 stiffness and efforts of a tick ago; in a body under pressure these change what a tick moves by a tenth, so
@@ -45,16 +52,17 @@ of several ways to the target the plan takes one that moves the actuators little
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tauten.controller.planning.course import shares_that_go_on, time_behind
 from tauten.model import (
     Assembled,
     Clusters,
     CondensedStep,
     ContactSpace,
-    EffectorLayout,
     Forces,
     Integration,
     Robot,
@@ -66,12 +74,11 @@ from tauten.model import (
 from tauten.model.numerics import Array, Bools
 
 ADDED = 0.3  # of the stiffness along an actuator in a tick, that is added to the tangent over the horizon
-ENOUGH = 0.5  # of the effectors' motion, that the targets make where all of it goes on
 SHORT = 0.05  # s, the longest horizon whose plans are linearised where the velocity leads
 DECAY = 0.7  # from tick to tick, at most, of what alternates in such plans
 ROUNDING = 1e-9  # of the size of the largest part
 TINY = float(np.finfo(float).tiny)  # the least positive number
-LATE = 4.0  # ticks of that motion from the targets, where nothing goes on; a tick less: all of it
+BEHIND = 0.5  # of the time that effectors are behind targets, which is their horizon as they follow
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +93,7 @@ class Horizon:
         least: what an effort moves its own actuator by in a tick; less is rounding [m].
         clusters: what of the robot acts on each other.
         ticks: its length; 0: one tick, for which there is no step of its own.
+        following: its least length in contact, where the effectors follow targets that move [s].
     """
 
     robot: Robot
@@ -95,6 +103,7 @@ class Horizon:
     least: float
     clusters: Clusters
     ticks: int = 0
+    following: float = math.inf
 
     def of(self, robot: Robot, sight: float) -> Horizon:
         """The same for the robot at another time.
@@ -108,7 +117,7 @@ class Horizon:
         return self if robot is self.robot else replace(self, robot=robot)
 
 
-def horizon_of(robot: Robot, seconds: float) -> Horizon:
+def horizon_of(robot: Robot, seconds: float, following: float | None = None) -> Horizon:
     """The horizon of a robot's decisions.
 
     A quasi-static robot has none: where its steps lead does not depend on their length.
@@ -116,13 +125,16 @@ def horizon_of(robot: Robot, seconds: float) -> Horizon:
     Args:
         robot: its workspace is used.
         seconds: of the horizon; at most a time step: decisions look one tick ahead.
+        following: least length in contact, where the effectors follow targets that move [s]; None: that of
+            the horizon.
     """
     scheme = robot.integration
     known = frozenset(robot.body.idle_parts), ROUNDING * robot.part_size, clusters_of(robot)
     if scheme.static or seconds <= robot.h:
         return Horizon(robot, None, scheme, *known)
     ahead = replace(scheme, rate=1.0 / seconds)
-    return Horizon(robot, robot.fork(), ahead, *known, round(seconds / robot.h))
+    least = seconds if following is None else max(following, robot.h)
+    return Horizon(robot, robot.fork(), ahead, *known, round(seconds / robot.h), least)
 
 
 def held_taut(horizon: Horizon, step: CondensedStep, effort: Array) -> tuple[Bools, Array]:
@@ -190,6 +202,10 @@ def step_ahead(
         if share > 0.0 and short:
             return moving_on(ahead, space, step, forces, scheme, share)
         scheme = _going_on(scheme, 1.0 - robot.h / scheme.h, shares, share, clusters)
+    elif course is not None and horizon.following < scheme.h:
+        behind = time_behind(course, robot.effector_layout, step.rows.effectors.values, robot.h)
+        seconds = max(BEHIND * behind, horizon.following)
+        scheme = replace(scheme, rate=1.0 / seconds) if seconds < scheme.h else scheme
     rho, added = None, None
     if any(taut.tolist()) and not step.frictional:
         actuators = step.layout.actuators
@@ -261,73 +277,6 @@ def _touch_nothing_else(horizon: Horizon, step: CondensedStep) -> bool:
     """Whether the contacts in range are of idle parts alone, with each other and with obstacles."""
     pairs = [horizon.robot.contacts.pairs[i] for i in set(step.rows.contacts.pair.tolist())]
     return all(p.owner in horizon.idle and (not p.other or p.other in horizon.idle) for p in pairs)
-
-
-def with_goal(course: Array, goal: Array | None, ticks: int) -> Array:
-    """The goals of the last ticks: (s, n_v), oldest first, up to one more than half of the horizon.
-
-    Args:
-        course: (r, n_v) those before; without entries: none.
-        goal: (n_v,) the last one; None: there was none, which begins another course.
-        ticks: of the horizon.
-    """
-    if goal is None:
-        return np.zeros((0, 0))
-    kept = course.reshape(-1, len(goal))[-max(ticks // 2, 1) :]
-    joined: Array = np.concatenate([kept, goal[None]])
-    return joined
-
-
-def shares_that_go_on(
-    course: Array,
-    layout: EffectorLayout,
-    values: Array,
-    moved: Array,
-    clusters: Clusters,
-    most: float = 1.0,
-) -> Array:
-    """The shares s of the velocity of every cluster (c,), each 0 to 1.
-
-    Args:
-        course: (s, n_v) goals of the last ticks, see `with_goal`.
-        layout: of the effectors.
-        values: (n_v,) present values of the effectors.
-        moved: (n_e,) change of the effector rows in a tick by the velocity of the robot.
-        clusters: of the robot.
-        most: the largest share.
-    """
-    ticks = len(course) - 1
-    if ticks < 1:
-        return np.zeros(len(clusters.each))
-    error = layout.scale * layout.difference(course[-1], values)  # (n_e,) m
-    own = layout.scale * moved  # (n_e,) m
-    target = layout.scale * layout.difference(course[-1], course[0])
-    rows = [one.effectors for one in clusters.each]
-    return np.array([_share_of(error[of], own[of], target[of], ticks, most) for of in rows])
-
-
-def _share_of(error: Array, moved: Array, target: Array, ticks: int, most: float) -> float:
-    """The share of one cluster.
-
-    Args:
-        error: (r,) of its rows from the last target [m].
-        moved: (r,) their change in a tick by the velocity of the robot [m].
-        target: (r,) change of their targets [m],
-        ticks: in so many ticks.
-        most: the largest share.
-    """
-    tick = float(np.linalg.norm(moved))
-    # targets may be so far that squares overflow
-    if not np.abs(error).max(initial=0.0) < LATE * tick:
-        return 0.0
-    distance = float(np.linalg.norm(error))
-    if not distance < LATE * tick:
-        return 0.0
-    following = min(LATE - distance / tick, 1.0)
-    own = moved * ticks
-    way = ENOUGH * float(own @ own)
-    along = float(np.clip(target, -1e6 * tick, 1e6 * tick) @ own)  # as above
-    return following * float(np.clip(along / way, 0.0, most))
 
 
 def meets_contact(step: CondensedStep, forces: Forces, seconds: float, least: float) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,14 @@ from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.beams.tree import BeamTree
 from tauten.model.body import SparseAssembled, SparseBody
 from tauten.model.effectors import Effectors
-from tauten.model.numerics import Array, Ints, moments_at_end, rotations_between, turned
+from tauten.model.numerics import (
+    Array,
+    FactorisationError,
+    Ints,
+    moments_at_end,
+    rotations_between,
+    turned,
+)
 from tauten.model.points import (
     AttachedPoints,
     OuterForces,
@@ -23,7 +31,9 @@ from tauten.model.points import (
     add_lever_stiffness,
 )
 from tauten.model.state import State, StepStart
-from tauten.model.system import Integration
+from tauten.model.system import Integration, Tangent, make_system
+
+FIRM = 0.9  # of the stiffness of beams without stress, that a plan's tangent has in every direction
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -170,6 +180,29 @@ class BeamBody(SparseBody[AttachedPoints]):
         if scheme.static:
             return self.forces(at.state, at.effort, exact=False)[1]
         return self.stiffness(at.state)
+
+    def tangents(self, at: SparseAssembled, scheme: Integration) -> Iterator[Tangent]:
+        """What a step tries until one has a Cholesky factor, see `SparseBody`.
+
+        At given efforts an arm that tendons compress is nearly unstable over the horizon of a plan, or
+        unstable, though it is stable at given positions: its exact tangent has a factor in some ticks and
+        none in others, and plans would go to and fro. In a step that is longer than a tick it counts only
+        where it is nowhere much softer than the beams are without stress.
+        """
+        if scheme.static or scheme.h <= self.h:
+            yield from SparseBody.tangents(self, at, scheme)
+            return
+        beams = self.semidefinite(at, scheme)
+        _, damping = self.damping_with(at.D, at.state, scheme)
+        given = at.mass, at.force, at.state.v, damping
+        try:  # (A - FIRM A_beams) / (1 - FIRM)
+            more = (at.K - FIRM * beams) / (1.0 - FIRM)
+            make_system(self.pattern, self.factorisation, scheme, more, *given)
+        except FactorisationError:
+            pass
+        else:
+            yield Tangent(at.K, True, 0.0)
+        yield Tangent(beams, False, 1.0)
 
     def stiffness(self, state: State) -> Array:
         """That of the beams alone, CSC values (nnz,): cables do not damp, see `SparseBody`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -89,6 +90,28 @@ def test_force_beside_the_axis_bends_and_twists_a_cantilever(tmp_path: Path) -> 
     assert simulator.settle(effort=np.array([P]), tolerance=1e-12).converged
     closer = float(finer.rows(simulator.state).actuators.delta[0])
     assert abs(closer - expected) < 0.3 * abs(moved - expected) + 1e-4 * expected
+
+
+def test_plans_count_on_a_tangent_of_which_little_is_left_by_compression(tmp_path: Path) -> None:
+    """Over a long step the stiffness of a column is that without load times 1 − P / (π² E I / 4 L²).
+
+    Where less than 0.9 is left, a step that is longer than a tick takes the stiffness without load; under
+    tension, and in a tick, it takes the exact one.
+    """
+    robot = column(tmp_path, 16, **pushed([0.0, 0.0, L], [0.0, 0.0, -1.0]))
+    euler, rest = np.pi**2 * EI / (4.0 * L**2), robot.rest()
+
+    def exact(share: float, seconds: float) -> bool:
+        q, P = rest.q.reshape(-1, 7).copy(), share * euler
+        q[:, 2] *= 1.0 - P / (E * SECTION.area)
+        at = robot.assemble(State(q.ravel(), rest.v), np.array([P]))
+        scheme = replace(robot.integration, rate=1.0 / seconds)
+        return robot.system(at, scheme).exact
+
+    assert [exact(share, 1e3) for share in (0.0, 0.08, 0.12, 0.9, 1.1, -1.0)] == [
+        True, True, False, False, False, True,
+    ]  # fmt: skip
+    assert exact(0.9, robot.h)
 
 
 def test_tangent_is_singular_where_a_force_on_a_rigid_mast_buckles_the_column(
