@@ -179,7 +179,7 @@ class BeamBody(SparseBody[AttachedPoints]):
         """
         if scheme.static:
             return self.forces(at.state, at.effort, exact=False)[1]
-        return self.stiffness(at.state)
+        return self.stiffness(at.state) if at.D is None else at.D
 
     def tangents(self, at: SparseAssembled, scheme: Integration) -> Iterator[Tangent]:
         """What a step tries until one has a Cholesky factor, see `SparseBody`.
