@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from benchmarks.control import Case, CaseRuns, Outcome
 from tauten.model.numerics import Array, Bools
 from tauten.service.bench import Trace
-from tauten.service.plots import widest_plane
+from tauten.service.plots import save_figure, widest_plane
 
 _COLORS = {"reduced": "#0072b2", "full": "#009e73", "none": "#d55e00"}
 _LABELS = {"reduced": "reduced contact", "full": "full contact", "none": "no contact"}
@@ -50,7 +50,7 @@ def draw_case(found: CaseRuns, h: float, path: Path) -> None:
     right.align_ylabels(axes)
     names = ", ".join(_summary(runs))
     figure.suptitle(f"{name}: RMS error, open / closed loop: {names}")
-    figure.savefig(path, dpi=130)
+    save_figure(figure, path, dpi=130)
 
 
 def _draw_paths(case: Case, runs: Runs, axes: Axes) -> None:

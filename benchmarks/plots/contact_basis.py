@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.contact_basis import ContactBasisBench
 from benchmarks.tables import by_method, pairs_of
+from tauten.service.plots import save_figure
 
 _COLOURS = ("#0072b2", "#d55e00", "#e69f00", "#009e73", "#cc79a7", "#666666")
 _MEAN, _MAX = 3e-3, 1e-2  # of the robot's size: errors allowed with enrichment
@@ -30,7 +31,7 @@ def draw_contact_basis(result: ContactBasisBench, path: Path) -> None:
     right.axhline(1e-3 * result.size_mm, color="0.4", ls="--", lw=1.0)
     left.legend(fontsize="small")
     _draw_held_out(result, bottom.subplots())
-    figure.savefig(path, dpi=150)
+    save_figure(figure, path, dpi=150)
 
 
 def _draw_curves(result: ContactBasisBench, axes: Axes, what: str) -> None:

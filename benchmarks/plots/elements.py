@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from benchmarks.elements import ElementBench, ElementCase
-from tauten.service.plots import COLOURS, EXACT, QUANTITIES
+from tauten.service.plots import COLOURS, EXACT, QUANTITIES, save_figure
 
 STYLES = ("-", "--", ":", "-.")
 MARKERS = ("o", "s", "^", "v", "D", "P", "X")
@@ -41,7 +41,7 @@ def draw_elements(result: ElementBench, path: str | Path) -> None:
         for i, material in enumerate(materials)
     ]
     figure.legend(handles=[*kinds, *laws], loc="outside lower center", ncols=4, fontsize=8)
-    figure.savefig(path, dpi=150)
+    save_figure(figure, path, dpi=150)
 
 
 def draw_errors(axes: Axes, result: ElementBench, name: str, scale: float, timed: bool) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from benchmarks.physics import EnergyBench
+from tauten.service.plots import save_figure
 
 COLOURS = {"single": "#d55e00", "converged": "#0072b2"}
 NAMES = {"single": "one linearisation a step", "converged": "converged steps"}
@@ -40,4 +41,4 @@ def draw_energy(result: EnergyBench, path: str | Path) -> None:
     for axes in panels[-1]:
         axes.set_xlabel("time [s]")
     panels[0, 0].legend(fontsize="small")
-    figure.savefig(path, dpi=130)
+    save_figure(figure, path, dpi=130)

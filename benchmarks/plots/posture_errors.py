@@ -8,6 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from benchmarks.manipulator import KINDS, PostureError
+from tauten.service.plots import save_figure
 
 _LABELS = {"als": "ALS", "energy": "least energy"}
 
@@ -35,4 +36,4 @@ def draw_posture_errors(errors: Sequence[PostureError], path: Path) -> None:
     panels[0].annotate("paper, k = 23", (0.98, 30.0), xycoords=("axes fraction", "data"),
                        ha="right", va="bottom", fontsize=8, color="0.4")  # fmt: skip
     panels[-1].legend(fontsize=8)
-    figure.savefig(path, dpi=150)
+    save_figure(figure, path, dpi=150)

@@ -8,6 +8,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from benchmarks.control import StillBench
+from tauten.service.plots import save_figure
 
 ACROSS = 4  # panels beside each other
 
@@ -42,4 +43,4 @@ def draw_still(result: StillBench, path: str | Path) -> None:
         first.set_ylabel("distance at rest [mm]")
     if robots:
         panels[0, 0].legend(fontsize="small")
-    figure.savefig(path, dpi=130)
+    save_figure(figure, path, dpi=130)

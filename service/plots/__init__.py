@@ -7,6 +7,7 @@ from tauten.service.plots.error_curve import draw_curve
 from tauten.service.plots.mesh_error import COLOURS, EXACT, QUANTITIES, draw_mesh_error
 from tauten.service.plots.regions import draw_regions
 from tauten.service.plots.run import draw_distances, draw_replay, draw_run, widest_plane
+from tauten.service.plots.saving import save_figure
 
 __all__ = [
     "COLOURS",
@@ -21,5 +22,6 @@ __all__ = [
     "draw_regions",
     "draw_replay",
     "draw_run",
+    "save_figure",
     "widest_plane",
 ]
