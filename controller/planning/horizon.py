@@ -20,13 +20,6 @@ contact does not go on, and plans that count on it exceed limits or throw what i
 range are of parts that have neither actuators nor effectors, as of an object on a floor that nothing is near,
 a plan is that without contacts. Every cluster of the robot has a share of its own.
 
-**Following in contact.** A plan with s = 0 stops the robot at its end, so that a robot that does not come to
-rest within a tick is behind a moving target by about the horizon. Where the robot file gives a shorter
-horizon for it, that is the horizon of ticks in which all clusters have contacts in range and effectors follow
-targets: half of the time that the effectors are behind, between the two. Farther from targets, and where
-these stay or have jumped, plans look as far as ever: over a short horizon they weigh directions by inertia,
-and robots come to rest far from the best place.
-
 A plan with s > 0 over a short horizon, of at most 0.05 s, is linearised at q + h v, where the robot is at
 the end of the tick if nothing changes, as the stages of the model are. Linearised at q, it would count on
 stiffness and efforts of a tick ago; in a body under pressure these change what a tick moves by a tenth, so
@@ -39,6 +32,13 @@ velocity times −s b_K (H − h) / (b_K + H) is added to where such a mode ends
 period. The decision corrects that, and so changes the velocity in the next tick by that over h. Where this
 factor were more than one, decisions would alternate: it bounds s. Over a short horizon, where plans follow
 every change of the velocity, the factor is at most 0.7, so that what alternates decays.
+
+**Following in contact.** A plan with s = 0 stops the robot at its end, so that a robot that does not come to
+rest within a tick is behind a moving target by about the horizon. Where the robot file gives a shorter
+horizon for it, that is the horizon of ticks in which all clusters have contacts in range and effectors follow
+targets: half of the time that the effectors are behind, between the two. Farther from targets, and where
+these stay or have jumped, plans look as far as ever: over a short horizon they weigh directions by inertia,
+and robots come to rest far from the best place.
 
 **Robots that would buckle without their cables.** At efforts that are given, a compressed body may be
 unstable where it is stable at given positions, which is how its actuators hold it. The tangent K that
@@ -93,7 +93,8 @@ class Horizon:
         least: what an effort moves its own actuator by in a tick; less is rounding [m].
         clusters: what of the robot acts on each other.
         ticks: its length; 0: one tick, for which there is no step of its own.
-        following: its least length in contact, where the effectors follow targets that move [s].
+        following: its least length in contact, where the effectors follow targets that move [s]; infinite:
+            its own.
     """
 
     robot: Robot
@@ -133,7 +134,7 @@ def horizon_of(robot: Robot, seconds: float, following: float | None = None) -> 
     if scheme.static or seconds <= robot.h:
         return Horizon(robot, None, scheme, *known)
     ahead = replace(scheme, rate=1.0 / seconds)
-    least = seconds if following is None else max(following, robot.h)
+    least = math.inf if following is None else max(following, robot.h)
     return Horizon(robot, robot.fork(), ahead, *known, round(seconds / robot.h), least)
 
 

@@ -273,7 +273,9 @@ def _too_slow(step: float, rate: float, setup: Setup) -> str:
     """That the period cannot be held, by how much all is slower, and what to do."""
     own = setup.robot.integration.rate
     advice = faster(reducing(setup.path), step, bool(setup.states), setup.robot)
-    contact = " at the start and longer in contact" if setup.robot.contacts.pairs else ""
+    contact = (
+        " at the start and longer in contact" if step_in_demo(step, setup.robot) > step else ""
+    )
     return (
         f"a control step takes {1e3 * step:.0f} ms{contact}, the period is {1e3 / own:.0f} ms: the demo runs "
         f"at {rate:g} Hz, its targets move {own / rate:.1f} times slower; {advice}"
