@@ -19,6 +19,7 @@ from tauten.model.numerics import (
     Array,
     FactorisationError,
     Ints,
+    longest,
     moments_at_end,
     rotations_between,
     turned,
@@ -133,8 +134,8 @@ class BeamBody(SparseBody[AttachedPoints]):
 
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node or of a point attached to it in a change dq (n,) [m]."""
-        moved, turn = np.abs(dq.reshape(-1, 2, 3)).max(axis=(0, 2), initial=0.0)
-        return float(max(moved, turn * self.surfaces.lever))
+        moved, turned = map(longest, dq.reshape(-1, 2, 3).swapaxes(0, 1))
+        return max(moved, turned * self.surfaces.lever)
 
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False

@@ -15,7 +15,7 @@ from tauten.model.constraints.frames import Frames
 from tauten.model.constraints.joints import FrameJoints
 from tauten.model.materials import EXACT, MATERIAL
 from tauten.model.mesh import boundary_triangles
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, longest
 from tauten.model.points import NodeMotion
 from tauten.model.rows import Rows
 from tauten.model.state import State
@@ -97,10 +97,10 @@ class ConstrainedBody(TetBody):
         return x if self.joints is None else self.joints.points(x, self.turns(state))
 
     def displacement(self, state: State, dq: Array) -> float:
-        """Largest displacement of a node in a change dq (n,) of the configuration [m], or a bound for it."""
+        """Largest displacement of a node in a change dq (n,) of the configuration, about [m]."""
         first = 3 * len(self.coordinates.free)
-        free, pinned = np.abs(dq[:first]).max(initial=0.0), self.frames.largest_moves(dq[first:])
-        return max(float(free), pinned[0]) + pinned[1]
+        free, pinned = longest(dq[:first]), self.frames.largest_moves(dq[first:])
+        return max(free, pinned[0]) + pinned[1]
 
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False

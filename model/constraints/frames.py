@@ -13,12 +13,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tauten.model.constraints.kernels import (
-    centripetal_rates,
-    lever_stiffness,
-    place_frames,
+from tauten.model.constraints.kernels import centripetal_rates, lever_stiffness, place_frames
+from tauten.model.numerics import (
+    Array,
+    Bools,
+    Ints,
+    longest,
+    moments_at_end,
+    rotations_between,
+    turned,
 )
-from tauten.model.numerics import Array, Bools, Ints, moments_at_end, rotations_between, turned
 from tauten.model.tetra import Lumping
 
 
@@ -158,13 +162,13 @@ class Frames:
         drive = self.owner - self.n_turning
         turning, arms = drive >= 0, self.offsets.copy()
         arms[turning] = np.cross(self.axes[drive[turning]], arms[turning])
-        longest = np.zeros(self.n_turning + self.n_drives)
-        np.maximum.at(longest, self.owner, np.linalg.norm(arms, axis=1))
-        longest[self.n_turning :][~self.turns] = 1.0
-        return longest
+        reach = np.zeros(self.n_turning + self.n_drives)
+        np.maximum.at(reach, self.owner, np.linalg.norm(arms, axis=1))
+        reach[self.n_turning :][~self.turns] = 1.0
+        return reach
 
     def largest_moves(self, step: Array) -> tuple[float, float]:
-        """Largest displacement of a node in a step, or a bound for it, and what pins may add to it [m].
+        """Largest displacement of a node in a step, about, and what pins may add to it [m].
 
         Args:
             step: (n_velocities,) change of the coordinates.
@@ -173,8 +177,7 @@ class Frames:
         turns = np.linalg.norm(step[self.rotations[:, None] + np.arange(3)], axis=1)
         arms = self.reach * np.concatenate([turns, np.abs(step[self.drives])])
         pinned = arms[self.n_rigid : self.n_turning].sum()  # each may follow the one before
-        largest = max(np.abs(rigid).max(initial=0.0), arms.max(initial=0.0))
-        return float(largest), float(pinned)
+        return float(max(longest(rigid), arms.max(initial=0.0))), float(pinned)
 
     def rest(self) -> Array:
         """Coordinates at rest: (7 n_rigid + 4 n_pinned + n_drives,)."""

@@ -30,3 +30,12 @@ def row_keys(rows: Ints) -> Ints:
             keys = np.unique(keys, return_inverse=True)[1]  # the rank is as good, and smaller
         keys = keys * size + column
     return keys
+
+
+def longest(vectors: Array) -> float:
+    """Length of the longest of some vectors (m, 3) or (3 m,); 0: there is none.
+
+    Not their largest component, which depends on how the axes lie.
+    """
+    lengths = np.hypot.reduce(vectors.reshape(-1, 3), axis=1)  # (m,), also where squares overflow
+    return float(np.maximum.reduce(lengths, initial=0.0))

@@ -10,7 +10,7 @@ import numpy as np
 from tauten.model.body import Turning
 from tauten.model.materials import EXACT, MATERIAL
 from tauten.model.mesh import boundary_triangles
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, longest
 from tauten.model.points import NodeMotion
 from tauten.model.state import State
 from tauten.model.tetra.tetra_body import TetBody
@@ -36,7 +36,7 @@ class NodalBody(TetBody):
 
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node in a change dq (n,) of the configuration [m]."""
-        return float(np.abs(dq).max(initial=0.0))
+        return longest(dq)
 
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False

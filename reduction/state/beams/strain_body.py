@@ -21,7 +21,7 @@ import numpy as np
 from tauten.model import Assembled, Augmentation, Integration, Robot, State, System
 from tauten.model.actuators import Loads
 from tauten.model.beams import BeamBody, BeamTree, follow
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, longest
 from tauten.model.points import AttachedPoints, OuterForces, path_lengths
 from tauten.reduction.dense_step import DenseAssembled, implicit_system
 from tauten.reduction.reduced_body import ReducedBody
@@ -137,8 +137,8 @@ class StrainBody(ReducedBody[AttachedPoints]):
     def displacement(self, state: State, dq: Array) -> float:
         """Largest displacement of a node or a point attached to it in a change dq (r,), about [m]."""
         J = self.moved(state.q).motion.J
-        moved, turned = np.abs((J @ dq).reshape(-1, 2, 3)).max(axis=(0, 2), initial=0.0)
-        return float(max(moved, turned * self.beams.surfaces.lever))
+        moved, turned = map(longest, (J @ dq).reshape(-1, 2, 3).swapaxes(0, 1))
+        return max(moved, turned * self.beams.surfaces.lever)
 
     def potential(self, state: State) -> float:
         """Strain energy minus the work of gravity and outer forces since rest [J]."""

@@ -145,9 +145,10 @@ class ModalBody(ReducedBody[ModePoints]):
         """
         map_ = self.own_motion
         change = dq if map_.is_plain else map_.jacobian(map_.beta(state.q)).rates(dq)
-        most = np.maximum.reduce(np.abs(self.effector_places @ change), initial=0.0)
-        most = np.maximum.reduce(np.abs(self.contact_points.map @ change), initial=most)
-        return float(most) if map_.is_plain else max(float(most), map_.largest_move(dq))
+        effectors = np.hypot.reduce((self.effector_places @ change).reshape(-1, 3), axis=1)
+        contacts = np.hypot.reduce((self.contact_points.map @ change).reshape(-1, 3), axis=1)
+        most = float(np.maximum.reduce(contacts, initial=np.maximum.reduce(effectors, initial=0.0)))
+        return most if map_.is_plain else max(most, map_.largest_move(dq))
 
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
         """The state one step later, see `Body`."""

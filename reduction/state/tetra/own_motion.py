@@ -15,7 +15,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tauten.model.numerics import Array, Ints, kernel, moments_at_end, rotations_between, turned
+from tauten.model.numerics import (
+    Array,
+    Ints,
+    kernel,
+    longest,
+    moments_at_end,
+    rotations_between,
+    turned,
+)
 
 # Entries (i, j, k, m, sign) of ∂R_ij/∂ω_k = sign R_mj.
 _TURNED = np.array(
@@ -274,9 +282,9 @@ class OwnMotion:
         return found
 
     def largest_move(self, step: Array) -> float:
-        """Largest displacement of a node by drives, pins and frames in a step (n,), or a bound for it [m]."""
+        """Largest displacement of a node by drives, pins and frames in a step (n,), about [m]."""
         end = self.modes + self.drives
         turns = np.linalg.norm(step[self.straight :].reshape(-1, 3), axis=1)
         arms = self.reach * np.concatenate([np.abs(step[self.modes : end]), turns])
-        placed = np.abs(step[end : self.straight]).max(initial=0.0)
+        placed = longest(step[end : self.straight])
         return float(max(placed, arms.max(initial=0.0)))
