@@ -62,6 +62,7 @@ from tauten.model import (
     Robot,
     State,
     condensed,
+    moves_far,
     one_blas_thread,
     travel,
 )
@@ -315,21 +316,29 @@ def advance(
     """The model after the tick, in which the actuators move evenly to what left.
 
     The decision predicts the tick with one linearisation; the model follows what left in steps of second
-    order (`tauten.model.simulation.travel`). Without sub-steps it moves as the decision predicts, and so it
-    does where these steps diverge: their linearisation is where the velocity leads, which may be far beyond.
+    order (`tauten.model.simulation.travel`). Without sub-steps it moves as the decision predicts, a
+    quasi-static one only where that is not far. So it does where these steps diverge: their linearisation is
+    where the velocity leads, which may be far beyond.
 
     Raises:
         FactorisationError: the state has diverged.
     """
     given, predicted = decision.command, decision.predicted
     step, forces = predicted.step, predicted.step.split(predicted.lam, space.k)
-    if settings.substeps == 0:
+    if settings.substeps == 0 and not moves_far(robot, predicted):
         return Advanced(_predicted_state(robot, predicted), forces, predicted)
     kept = now.position if given is None else np.where(given.by_position, now.position, np.nan)
     command = Command.of(kept, None) if given is None else Command(kept, given.effort)
     start = Command(before.position, before.effort)
     moved = travel(
-        robot, space, settings.enrichment, step.state, forces, start, command, settings.substeps
+        robot,
+        space,
+        settings.enrichment,
+        step.state,
+        forces,
+        start,
+        command,
+        settings.substeps or 1,
     )
     way = robot.body.displacement(moved.state, step.system.h * moved.state.v)  # next tick's [m]
     if not way < FARTHEST * robot.part_size:  # also NaN

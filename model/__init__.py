@@ -40,7 +40,15 @@ from tauten.model.signals import (
     Target,
     cable_actuators,
 )
-from tauten.model.simulation import Ending, Report, RobotModel, Simulator, Travel, travel
+from tauten.model.simulation import (
+    Ending,
+    Report,
+    RobotModel,
+    Simulator,
+    Travel,
+    moves_far,
+    travel,
+)
 from tauten.model.state import Assembled, Augmentation, RobotRows, State
 from tauten.model.step import (
     Compliance,
@@ -146,6 +154,7 @@ __all__ = [
     "forward_step",
     "load_robot",
     "make_pattern",
+    "moves_far",
     "no_forces",
     "predict",
     "one_blas_thread",

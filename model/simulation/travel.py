@@ -7,7 +7,7 @@ A step of length h has two stages, each a step of implicit Euler of length γh, 
 The end y₂ is accurate to second order, and what is stiff decays in a step, as with implicit Euler (Alexander,
 SIAM Journal on Numerical Analysis 14, 1977). Cables and contacts are constraints at the end of each stage. A
 stage has one linearisation, where the velocity alone leads: linearised at its start, it would stretch what
-turns (docs/time-steps.md). Quasi-static steps have one stage.
+turns (docs/time-steps.md). Quasi-static steps have one stage, and end at an equilibrium where that is far.
 
 (S1) extrapolates the first stage. What cables and contacts do when they begin or cease to push must not be
 extrapolated: a part that a cable stops in the first stage would start the second one with its velocity
@@ -15,23 +15,20 @@ reversed, and the cable, which can only pull, would let it go. There the second 
 step of implicit Euler over the rest of h, as steps for unilateral constraints treat impulses (Acary and
 Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems*, 2008, chapter 10).
 
-The first stage does not show every impact. A body that rests on an obstacle which starts to move is pushed
-before and after, and would be thrown up with 1/γ − 1 = 2.4 times the velocity of the obstacle; one that meets
-an obstacle between y₁ and s would be pushed out of it. In both, other contacts push at the end of the second
-stage than at that of the first one. There the second stage is repeated from y₁: after an impact bodies have
-the velocity of the obstacle, and no more. Only what obstacles, or bodies that only contact joins, push in the
-stage counts for that: a cable that becomes slack far from them does not.
+The first stage does not show every impact. A body that rests on an obstacle which starts to move would be
+thrown up with 1/γ − 1 = 2.4 times its velocity, and one that meets an obstacle between y₁ and s would be
+pushed out of it. In both, other contacts push at the end of the second stage than at that of the first one.
+There the second stage is repeated from y₁: after an impact bodies have the velocity of the obstacle. Only
+what obstacles, or bodies that only contact joins, push counts: no cable that becomes slack far from them.
 
-Where a stage moves a node far from where the velocity alone leads, one linearisation is not enough: the
-period is travelled again in twice as many steps, up to four times as many. Where a stage moves a node several
-times as far, as where a robot buckles and its tangent is nearly singular, the number is doubled further.
+Where a stage moves a node far from where the velocity alone leads, the period is travelled again in twice as
+many steps, up to four times as many. Where it moves a node several times as far, as where a robot buckles and
+its tangent is nearly singular, the number is doubled further.
 
 The step in which something is struck is of first order. Where folds of a body meet or come apart, it leaves
-a velocity that rings on for several periods, and the efforts that hold the robot alternate. There the period
-is travelled again in four times as many steps, so that the one of first order is a quarter as long. What an
-obstacle pushes, whose contacts begin and cease to push in most periods, is left out.
-
-The controller's model and the simulated robots both move so, each with its own number of steps in a period.
+a velocity that rings on for periods, and the efforts that hold the robot alternate. There the period is
+travelled again in four times as many steps. What an obstacle pushes, whose contacts begin and cease to push
+in most periods, is left out.
 """
 
 from __future__ import annotations
@@ -45,6 +42,7 @@ import numpy as np
 from tauten.model.numerics import Array, Bools, FactorisationError, Ints, kernel
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
+from tauten.model.simulation.balance import balanced, moves_far
 from tauten.model.state import State
 from tauten.model.step import (
     CondensedStep,
@@ -77,7 +75,7 @@ class Travel:
         state: there.
         forces: constraint forces of the last stage.
         last: the last stage.
-        start: where that started.
+        start: where it started.
         way: (n,) displacement in it [m].
         correction: largest displacement of a node in any stage from where the velocity alone led [m].
         converged: whether the complementarity problem of every stage met its tolerance.
@@ -160,8 +158,7 @@ def _in_steps(
         commands: at the start and at the end.
         steps: their number.
         farthest: correction of a stage at which the period ends [m].
-        resolves: whether the result is None where a contact has begun or ceased to push, and no obstacle is
-            in range.
+        resolves: whether it is None where a contact begins or ceases to push, and no obstacle is in range.
     """
     before, command = commands
     position = np.where(np.isnan(before.position), command.position, before.position)
@@ -172,6 +169,9 @@ def _in_steps(
         now = command if number + 1 == steps else command.between(position, effort, share)
         if stages.scheme.static:
             end = stages.solve(state, forces, now, share)
+            if moves_far(stages.robot, end.last):
+                start = command.between(position, effort, number / steps)
+                end = stages.at_rest(state, forces, start, now)
         else:
             part = (number + STAGE) / steps
             end = stages.solve(state, forces, command.between(position, effort, part), part)
@@ -240,8 +240,7 @@ def _struck(
 ) -> bool:
     """Whether a cable or a contact has begun or ceased to push, or a contact to slide or to stick.
 
-    The forces of a robot at rest may be rounding, whose sign must not choose the scheme: the same targets
-    would give other states in a replay.
+    Forces at rest may be rounding, whose sign must not choose the scheme: a replay would end elsewhere.
 
     Args:
         before: forces before the stage.
@@ -355,6 +354,12 @@ class _Stages:
         state = robot.body.advance(start, v, h)
         after = solved.step.split(solved.lam, space.k)
         return Travel(state, after, solved, start, h * v, correction, solved.converged)
+
+    def at_rest(self, state: State, forces: Forces, start: Command, command: Command) -> Travel:
+        """The equilibrium that the robot comes to while its actuators go from one command to another."""
+        given = self.robot, self.space, self.enrichment, state, forces, start, command
+        end, after, last, settled = balanced(*given)
+        return Travel(end, after, last, last.step.state, last.step.system.h * last.dv, 0.0, settled)
 
     def over_the_rest(self) -> _Stages:
         """Steps that are as long as what the first stage leaves of the whole step."""
