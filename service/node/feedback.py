@@ -20,6 +20,8 @@ g exp(−s d) / s reaches −180° where its magnitude is one); `stable_gain` ke
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
+from itertools import islice
 from math import pi
 
 import numpy as np
@@ -105,17 +107,39 @@ class Feedback:
 class ModelHistory:
     """The model's effectors of the last moments, for measurements that are late."""
 
-    def __init__(self) -> None:
-        """Start without positions."""
+    def __init__(self, layout: EffectorLayout) -> None:
+        """Start without positions.
+
+        Args:
+            layout: of the effectors.
+        """
+        self._layout = layout
         self._past: deque[tuple[float, Array]] = deque(maxlen=_LONGEST)
 
     def add(self, now: float, effectors: Array) -> None:
         """Keep the model's effectors (n_v,) of a time [s]."""
         self._past.append((now, effectors.copy()))
 
-    def at(self, wanted: float) -> Array:
-        """The effectors' values (n_v,) at a time [s]; those from before that time are forgotten."""
-        past = self._past
-        while len(past) > 1 and past[1][0] <= wanted:
+    def at(self, times: Sequence[float]) -> Array:
+        """The values (n_v,) of each effector at a time of its own [s]; those from before all are forgotten.
+
+        Between two ticks the model moves evenly.
+        """
+        past, first = self._past, min(times)
+        while len(past) > 1 and past[1][0] <= first:
             past.popleft()
-        return past[0][1]
+        found = np.empty_like(past[0][1])
+        for effector, wanted in enumerate(times):
+            part = self._layout.values_of(effector)
+            found[part] = self._between(wanted)[part]
+        return found
+
+    def _between(self, wanted: float) -> Array:
+        """The values (n_v,) of all effectors at a time [s]."""
+        start, values = self._past[0]
+        for end, after in islice(self._past, 1, None):
+            if end > wanted:
+                share = max((wanted - start) / (end - start), 0.0)
+                return self._layout.moved(values, share * self._layout.difference(after, values))
+            start, values = end, after
+        return values

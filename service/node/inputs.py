@@ -284,7 +284,7 @@ class MeasuredLoop:
         self._delay = settings.measurement_delay
         self._timeout = settings.measurement_timeout
         self._check = MeasurementCheck(robot.effector_layout, robot.size, self._largest)
-        self._history = ModelHistory()
+        self._history = ModelHistory(self._layout)
         self._reason = ""  # why the last measurement was not plausible
         self._plausible = -np.inf  # monotonic time of the last plausible measurement [s]
 
@@ -299,8 +299,8 @@ class MeasuredLoop:
         if measured is None:
             return Cause.UNMEASURED
         if self.subscriber.take_fresh():
-            age = max(self.subscriber.oldest(now), self._delay)
-            model, seconds = self._history.at(now - age), now - self._plausible
+            made = [now - max(age, self._delay) for age in self.subscriber.ages(now)]
+            model, seconds = self._history.at(made), now - self._plausible
             self._reason = self._check.reason(model, measured, seconds)
             if self._reason:
                 rejection = Rejection(RejectionReason.NOT_PLAUSIBLE, self._reason)

@@ -92,6 +92,7 @@ class EffectorSubscriber:
         self._timeout = timeout
         self._values = np.full_like(rest, np.nan)  # (n_v,), NaN before the first
         self._made = [-math.inf] * len(layout)  # monotonic time of the latest of each effector [s]
+        self._stamps = [0] * len(layout)  # and the time in its header [ns since the epoch]
         self._course = TargetCourse(layout, delay, timeout) if delay > 0.0 else None
 
     def read(self, now: float, wall: float) -> list[Received]:
@@ -105,12 +106,15 @@ class EffectorSubscriber:
         for effector, source in enumerate(self._sources):
             for sample in waiting(source, EFFECTOR_RING):
                 found = self._checked(effector, sample, wall)
+                if isinstance(found, Received):
+                    found = self._in_order(found, now)
                 if isinstance(found, Rejection):
                     self.counts.refuse(found)
                     continue
                 accepted.append(found)
                 self._values[self._layout.values_of(effector)] = found.message.values
                 self._made[effector] = now - found.age
+                self._stamps[effector] = found.message.stamp
                 if self._course is not None:
                     self._course.add(effector, now - found.age, found.message.values)
                 self.stamp = found.message.stamp
@@ -177,9 +181,13 @@ class EffectorSubscriber:
             return None
         return self._values.copy()
 
+    def ages(self, now: float) -> list[float]:
+        """Ages of the effectors' latest messages [s]; infinity before the first one."""
+        return [now - made for made in self._made]
+
     def oldest(self, now: float) -> float:
-        """Largest age of the effectors' latest messages [s]; infinity before each has one."""
-        return now - min(self._made)
+        """The largest of these."""
+        return max(self.ages(now))
 
     def _checked(self, effector: int, sample: zenoh.Sample, wall: float) -> Received | Rejection:
         """A sample decoded, and checked for what does not depend on the others."""
@@ -200,6 +208,15 @@ class EffectorSubscriber:
             )
             return Rejection(RejectionReason.TOO_OLD, detail)
         return Received(effector, bytes(sample.payload), str(sample.encoding), message, age)
+
+    def _in_order(self, found: Received, now: float) -> Received | Rejection:
+        """A message, unless a newer one of its effector counts already."""
+        effector, stamp = found.effector, found.message.stamp
+        earlier = self._stamps[effector] - stamp  # ns
+        if stamp == 0 or earlier <= 0 or now - self._made[effector] > self._timeout:
+            return found
+        detail = f"made {_NANO * earlier:.3g} s before the one that arrived before it"
+        return Rejection(RejectionReason.TOO_OLD, detail)
 
     def _out_of_reach(self, effector: int, values: tuple[float, ...]) -> str:
         """Why values cannot be reached by far; "" where they may be."""

@@ -99,12 +99,27 @@ def test_the_gain_is_below_the_limit_of_the_delay(gain: float, delay: float) -> 
 
 
 def test_the_model_of_a_moment_ago_is_found() -> None:
-    history = ModelHistory()
+    """Between ticks it moves evenly, as the actuators do; each effector is measured at a time of its own."""
+    history = ModelHistory(BOTH)
     for tick in range(10):
-        history.add(0.1 * tick, np.full(3, float(tick)))
-    assert history.at(0.35)[0] == 3.0
-    assert history.at(0.9)[0] == 9.0
-    assert history.at(0.1)[0] == 9.0  # older ones are forgotten
+        history.add(0.1 * tick, np.full(6, float(tick)))
+    np.testing.assert_allclose(history.at([0.35, 0.42]), [3.5] * 3 + [4.2] * 3, rtol=1e-12)
+    np.testing.assert_allclose(history.at([0.9, 0.83]), [9.0] * 3 + [8.3] * 3, rtol=1e-12)
+    assert history.at([1.5, 0.1]) == pytest.approx(
+        [9.0] * 3 + [8.0] * 3
+    )  # older ones are forgotten
+
+
+def test_the_model_of_a_moment_ago_turns_evenly_between_ticks() -> None:
+    """About z, by 0.8 rad in a tick."""
+    history = ModelHistory(FRAME)
+    for tick in range(2):
+        half = 0.5 * 0.8 * tick
+        turned = [0.1 * tick, 0.0, 0.0, np.cos(half), 0.0, 0.0, np.sin(half)]
+        history.add(0.02 * tick, np.array(turned))
+    found = history.at([0.015])
+    wanted = [0.075, 0.0, 0.0, np.cos(0.3), 0.0, 0.0, np.sin(0.3)]
+    np.testing.assert_allclose(found, wanted, atol=1e-12)
 
 
 SIZE = 0.1

@@ -156,6 +156,28 @@ def test_a_late_measurement_is_compared_with_the_model_of_its_time(beam: Robot) 
         assert np.abs(found).max() < 0.3 * speed * 0.1
 
 
+@pytest.mark.parametrize(
+    ("phase", "apart"), [(0.0, 0.0), (0.015, 0.0), (0.0, 0.009), (0.018, 0.013)]
+)
+def test_a_robot_that_is_like_its_model_needs_no_correction_whenever_it_is_measured(
+    beam: Robot, phase: float, apart: float
+) -> None:
+    """At 50 mm/s; compared with the model of the tick before, 15 ms were a correction of 0.75 mm."""
+    late, speed, wall = Late(beam, ServiceSettings()), 0.05, 1.8e9
+    rest, along = late.rest, np.array([1.0, 0.0, 0.0])
+    for tick in range(40):
+        now = 0.02 * tick
+        for number, ring in enumerate(late.rings):
+            made = now - 0.04 + phase + apart * number
+            xyz = rest[3 * number : 3 * number + 3] + speed * max(made, 0.0) * along
+            point = Point(round(1e9 * (wall + made)), "", tuple(xyz.tolist()))
+            ring.samples.append(Sample(encode_point(point)))
+        late.loop.subscriber.read(now, wall + now)
+        model = rest + speed * now * np.tile(along, len(late.rings))
+        assert late.loop.correct(now, model) is Cause.NONE
+        assert np.abs(late.loop.correction).max() < 1e-7
+
+
 def test_a_correction_after_a_pause_counts_the_timeout_and_not_the_pause(beam: Robot) -> None:
     """dc/dt = g (x_e − x_m − c) over the time between two measurements, or the timeout."""
     settings = ServiceSettings(measurement_timeout=0.25, feedback_gain=2.0)

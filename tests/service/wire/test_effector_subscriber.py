@@ -246,6 +246,28 @@ def test_the_oldest_of_all_effectors_counts_as_the_age(
     assert targets.oldest(1.3) == pytest.approx(0.3)
 
 
+@pytest.mark.parametrize("delay", [0.0, 0.15])
+def test_what_was_made_before_the_last_one_does_not_replace_it(
+    queues: list[Queue], delay: float
+) -> None:
+    """Of several senders or ways through a network; from the timeout on another clock may have begun."""
+    targets = EffectorSubscriber(queues, "base", LAYOUT, REST, 0.3, 0.5, delay=delay)
+    for x, age, repeated in ((0.01, 0.2, 1), (0.03, 0.02, 2), (0.02, 0.1, 1)):
+        for _ in range(repeated):
+            queues[0].put((x, 0.0, -0.1), stamp=int(1e9 * (WALL - age)))
+    assert len(targets.read(1.0, WALL)) == 3
+    assert targets.counts.refused["too_old"] == 1
+    assert "made 0.08 s before" in targets.counts.last_rejection
+    found = targets.latest(1.3, HERE)
+    assert found is not None and found[0] == 0.03
+    queues[0].put((0.04, 0.0, -0.1), stamp=7)
+    assert targets.read(1.4, WALL) == []
+    queues[0].put((0.04, 0.0, -0.1), stamp=7)
+    assert len(targets.read(1.6, WALL)) == 1
+    queues[0].put((0.05, 0.0, -0.1), stamp=0)  # unknown
+    assert len(targets.read(1.6, WALL)) == 1
+
+
 def test_lines_between_targets_are_those_of_the_times_when_they_were_made(
     queues: list[Queue],
 ) -> None:
