@@ -21,6 +21,7 @@ import daqp
 import numpy as np
 from scipy.sparse import csc_matrix
 
+from tauten.model import ExtensionError, extension_error
 from tauten.model.load import extension, extension_names
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
@@ -82,6 +83,34 @@ class QpAnswer:
 Backend = Callable[[Qp], QpAnswer]
 
 
+@dataclass(frozen=True, slots=True)
+class AddedBackend:
+    """A backend of another package.
+
+    Attributes:
+        name: of its entry point.
+        solve: the function of the package.
+    """
+
+    name: str
+    solve: Callable[[Qp], object]
+
+    def __call__(self, qp: Qp) -> QpAnswer:
+        """Solve a problem.
+
+        Raises:
+            ExtensionError: the function has failed, or has given no answer.
+        """
+        try:
+            answer = self.solve(qp)
+        except Exception as error:
+            raise extension_error(f"QP solver {self.name!r}", error) from error
+        if not isinstance(answer, QpAnswer):
+            kind = type(answer).__name__
+            raise ExtensionError(f"QP solver {self.name!r} gives a {kind}, expected is a QpAnswer")
+        return answer
+
+
 def available_backends() -> tuple[str, ...]:
     """Names that `qp_backend` accepts on this machine: the default, entry points, libraries of qpsolvers."""
     import qpsolvers
@@ -112,7 +141,7 @@ def qp_backend(solver: str | Backend) -> Backend:
 def _named(name: str) -> Backend:
     added: Backend | None = extension(GROUP, name, {"daqp": solve_daqp})
     if added is not None:
-        return added
+        return added if added is solve_daqp else AddedBackend(name, added)
     known = available_backends()
     if name not in known:
         raise RobotFileError(f"QP solver {name!r} is not installed, found are {', '.join(known)}")

@@ -9,11 +9,12 @@ steps and iterations follow them as well as an approximate tangent does.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
+from tauten.model.extension_error import ExtensionError, extension_error
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.points import Entries, Motion
 from tauten.model.rows import Jacobian, Rows, dense
@@ -54,6 +55,7 @@ class TransmissionSet(Generic[P_co]):
     """All transmissions of a robot, each over points of its own.
 
     Attributes:
+        names: of the actuators.
         functions: of the points.
         starts: (t + 1,) where the points of each start among all of them.
         rest: (t,) values of the functions at rest.
@@ -61,6 +63,7 @@ class TransmissionSet(Generic[P_co]):
         points: of all, of the type that the body has.
     """
 
+    names: tuple[str, ...]
     functions: tuple[Transmission, ...]
     starts: Ints
     rest: Array
@@ -72,22 +75,29 @@ class TransmissionSet(Generic[P_co]):
 
     def over(self, points: Q) -> TransmissionSet[Q]:
         """The same functions of points of another type."""
-        return TransmissionSet(self.functions, self.starts, self.rest, self.curved, points)
+        own = self.names, self.functions, self.starts, self.rest, self.curved
+        return TransmissionSet(*own, points)
 
     def at(self, y: Array) -> list[Transmitted]:
         """All functions at positions y (p, 3) of their points [m].
 
         Raises:
-            ValueError: one gives a derivative of another shape than at rest.
+            ExtensionError: one fails, or gives a derivative of another shape than at rest.
         """
-        parts = zip(self.functions, self.starts[:-1], self.starts[1:], strict=True)
-        found = [function.at(y[first:end]) for function, first, end in parts]
-        for one, first, end in zip(found, self.starts[:-1], self.starts[1:], strict=True):
-            if one.gradient.shape != (end - first, 3):
-                raise ValueError(
-                    f"a function of an actuator gives a derivative of the shape {one.gradient.shape}, "
-                    f"expected is {(int(end - first), 3)}"
+        parts = zip(self.names, self.functions, self.starts[:-1], self.starts[1:], strict=True)
+        found = []
+        for name, function, first, end in parts:
+            try:
+                one = function.at(y[first:end])
+                shape = one.gradient.shape
+            except Exception as error:
+                raise extension_error(f"actuator {name!r}", error) from error
+            if shape != (end - first, 3):
+                raise ExtensionError(
+                    f"actuator {name!r} gives a derivative of the shape {shape}, expected is "
+                    f"{(int(end - first), 3)}"
                 )
+            found.append(one)
         return found
 
     def rows(self, motion: Motion[P_co]) -> Rows:
@@ -178,11 +188,16 @@ def second_derivative(gradient: Callable[[Array], Array], y: Array) -> Array:
 
 
 def make_transmissions(
-    functions: list[Transmission], counts: list[int], y0: Array, points: P
+    names: tuple[str, ...],
+    functions: list[Transmission],
+    counts: list[int],
+    y0: Array,
+    points: P,
 ) -> TransmissionSet[P]:
     """Transmissions at rest.
 
     Args:
+        names: of the actuators.
         functions: of each, at least one.
         counts: points of each.
         y0: (p, 3) all of them at rest [m].
@@ -190,8 +205,9 @@ def make_transmissions(
     """
     starts = np.cumsum([0, *counts]).astype(np.int64)
     none = np.zeros(len(functions))
-    still = TransmissionSet(tuple(functions), starts, none, none.astype(np.bool_), points)
+    unbent = none.astype(np.bool_)
+    still = TransmissionSet(names, tuple(functions), starts, none, unbent, points)
     found = still.at(y0)
     rest = np.array([one.value for one in found])
     curved = np.array([one.curvature is not None for one in found], np.bool_)
-    return TransmissionSet(tuple(functions), starts, rest, curved, points)
+    return replace(still, rest=rest, curved=curved)

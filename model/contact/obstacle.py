@@ -17,6 +17,7 @@ from typing import cast
 import numpy as np
 
 from tauten.model.contact.shapes import DrawnShape, NearShape, Shape
+from tauten.model.extension_error import extension_error
 from tauten.model.numerics import Array, Ints, product, rotations_between, turned
 
 
@@ -250,10 +251,16 @@ class Obstacle:
         Args:
             points: [m].
             reach: distance up to which all are wanted [m].
+
+        Raises:
+            ExtensionError: the shape of another package has failed.
         """
         if hasattr(self.shape, "closest_within"):  # faster than to ask for the protocol
             return cast(NearShape, self.shape).closest_within(points, reach)
-        gap, normal = self.shape.closest(points)
+        try:
+            gap, normal = self.shape.closest(points)
+        except Exception as error:
+            raise extension_error(f"shape of obstacle {self.name!r}", error) from error
         unknown = np.isnan(gap)
         if np.logical_or.reduce(unknown):
             unknown &= np.isfinite(points).all(axis=1)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from tauten.model.effectors.measure import Measure, Measurement
+from tauten.model.extension_error import extension_error
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Entries, Placed
 from tauten.model.rows import EffectorRows, Rows
@@ -42,12 +43,22 @@ class EffectorSet:
         return row_points(np.diff(self.layout.row_starts).tolist(), self.starts)
 
     def measured(self, y: Array) -> list[Measurement]:
-        """Every effector for positions y (P, 3) of all points [m]."""
-        starts = self.starts.tolist()
-        return [
-            measure.at(y[first:end])
-            for measure, first, end in zip(self.measures, starts[:-1], starts[1:], strict=True)
-        ]
+        """Every effector for positions y (P, 3) of all points [m].
+
+        Raises:
+            ExtensionError: the function of another package has failed.
+        """
+        starts, found = self.starts.tolist(), list[Measurement]()
+        for i, (measure, first, end) in enumerate(
+            zip(self.measures, starts[:-1], starts[1:], strict=True)
+        ):
+            try:
+                found.append(measure.at(y[first:end]))
+            except Exception as error:
+                if self.layout.kinds[i] != "function":
+                    raise
+                raise extension_error(f"effector {self.layout.names[i]!r}", error) from error
+        return found
 
     def values(self, y: Array) -> Array:
         """Goal values (n_v,) for positions y (P, 3) of all points [m]."""

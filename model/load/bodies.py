@@ -11,6 +11,7 @@ import numpy as np
 from tauten.model.load.beam_bodies import CORNERS, BeamPart, beam_network, build_beam
 from tauten.model.mesh import (
     BodyRange,
+    MeshError,
     QuadraticMesh,
     Selector,
     TetMesh,
@@ -154,6 +155,8 @@ def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[S
         key = settings.model_dump_json()
         if key not in read:
             file = path.parent / settings.file
+            if not file.is_file():
+                raise MeshError(f"{path}: {of}mesh.file: no such file {str(file)!r}")
             reader = read_quadratic_mesh if settings.element == "quadratic" else read_mesh
             read[key] = reader(file, settings.length_unit, not config.needs_boundary)
             for _ in range(refinements):

@@ -35,7 +35,7 @@ from tauten.model.contact import (
     obstacle_sums,
     pose_at,
 )
-from tauten.model.load.extensions import extension, extension_names, made
+from tauten.model.load.extensions import at_rest, extension, extension_names, made
 from tauten.model.mesh import (
     Selector,
     covering_points,
@@ -181,9 +181,14 @@ def check_obstacle(obstacle: Obstacle, points: Array, depth: float, where: str) 
         depth: that is accepted [m].
         where: file and name of the table, for errors.
     """
-    start = obstacle.start
-    gap, normal = obstacle.shape.closest((points - start.position) @ start.Q)
-    m = len(points)
+    start, m = obstacle.start, len(points)
+
+    def closest(own: Array) -> tuple[Array, Array]:
+        gap, normal = obstacle.shape.closest(own)
+        return gap, normal
+
+    own = (points - start.position) @ start.Q
+    gap, normal = at_rest(closest, f"{where}.against: the shape", tuple, own)
     if np.shape(gap) != (m,) or np.shape(normal) != (m, 3):
         raise RobotFileError(
             f"{where}.against: the shape gives distances and normals of the shapes {np.shape(gap)} and "

@@ -15,12 +15,13 @@ from tauten.model.effectors import (
     FrameMeasure,
     LengthMeasure,
     Measure,
+    Measurement,
     PositionMeasure,
     VolumeMeasure,
     frame_coefficients,
 )
 from tauten.model.load.actuators import wall_of_cavity
-from tauten.model.load.extensions import made, required_extension
+from tauten.model.load.extensions import at_rest, made, required_extension
 from tauten.model.load.places import BeamPlaces, MeshPlaces, Places, Positions
 from tauten.model.mesh import NodeSelector, Selector
 from tauten.model.numerics import Array, Ints
@@ -149,12 +150,14 @@ def function_measure(item: EffectorSettings, what: str) -> Measure:
     make = required_extension(EFFECTORS, item.measure, f"{what}.measure")
     rest = np.array(item.points)
     measure: Measure = made(make, what, item.parameters or {}, rest)
-    found = measure.at(rest)
-    shapes = [part.shape for part in (found.values, found.delta, found.position, found.gradient)]
-    if shapes != [(1,), (1,), (3,), (1, len(rest), 3)] or measure.carrier.shape != (len(rest),):
+    found = at_rest(measure.at, f"{what}.measure", Measurement, rest)
+    parts = found.values, found.delta, found.position, found.gradient
+    shapes, expected = [np.shape(part) for part in parts], [(1,), (1,), (3,), (1, len(rest), 3)]
+    carrier = np.shape(np.asarray(getattr(measure, "carrier", None)))
+    if shapes != expected or carrier != (len(rest),):
         raise RobotFileError(
             f"{what}.measure: {item.measure!r} gives values, delta, position and gradient of the shapes "
-            f"{shapes}, expected are [(1,), (1,), (3,), (1, {len(rest)}, 3)], and a carrier ({len(rest)},)"
+            f"{shapes}, and a carrier {carrier}; expected are {expected}, and {(len(rest),)}"
         )
     if not (np.isfinite(found.values).all() and np.isfinite(found.gradient).all()):
         raise RobotFileError(f"{what}.measure: {item.measure!r} is not finite at rest")

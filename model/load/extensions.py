@@ -9,11 +9,14 @@ from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
 from inspect import Parameter, signature
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from tauten.model.extension_error import extension_error
 from tauten.model.schema import Parameters, RobotFileError
+
+T = TypeVar("T")
 
 
 def extension_names(group: str) -> tuple[str, ...]:
@@ -84,6 +87,23 @@ def made(make: Callable[..., Any], field: str, parameters: Parameters, *given: A
         return make(*given, **keywords)
     except ValueError as error:
         raise RobotFileError(f"{field}.parameters: {error}") from error
+
+
+def at_rest(call: Callable[..., T], field: str, kind: type[T], *given: Any) -> T:
+    """What a function of another package gives where the robot is at rest.
+
+    Raises:
+        RobotFileError: it fails, or gives something of another kind.
+    """
+    try:
+        found = call(*given)
+    except Exception as error:
+        raise RobotFileError(f"{extension_error(field, error)}, with the points at rest") from error
+    if not isinstance(found, kind):
+        raise RobotFileError(
+            f"{field}: gives a {type(found).__name__}, expected is a {kind.__name__}"
+        )
+    return found
 
 
 def _check_names(make: Callable[..., Any], given: int, field: str, names: set[str]) -> None:

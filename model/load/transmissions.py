@@ -7,8 +7,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from tauten.model.actuators import Transmission, TransmissionSet, make_transmissions
-from tauten.model.load.extensions import made, required_extension
+from tauten.model.actuators import Transmission, TransmissionSet, Transmitted, make_transmissions
+from tauten.model.load.extensions import at_rest, made, required_extension
 from tauten.model.load.places import Places
 from tauten.model.numerics import Array
 from tauten.model.points import AttachedPoints, NodePoints
@@ -32,7 +32,9 @@ def build_transmissions(
         return None
     points, counts = places.join(found), [len(part) for part in found]
     y0 = places.at_rest(points)
-    return make_transmissions(_functions(items, counts, y0, places.source), counts, y0, points)
+    names = tuple(item.name for item in items)
+    functions = _functions(items, counts, y0, places.source)
+    return make_transmissions(names, functions, counts, y0, points)
 
 
 def _arguments(item: TransmissionSettings, field: str, places: Places[P]) -> P:
@@ -67,7 +69,7 @@ def transmission(item: TransmissionSettings, what: str, rest: Array) -> Transmis
     """
     make = required_extension(ACTUATORS, item.function, f"{what}.function")
     function: Transmission = made(make, what, item.parameters, rest)
-    found, k = function.at(rest.copy()), len(rest)
+    found, k = at_rest(function.at, f"{what}.function", Transmitted, rest.copy()), len(rest)
     shapes, expected = [np.shape(found.value), np.shape(found.gradient)], [(), (k, 3)]
     if found.curvature is not None:
         shapes.append(np.shape(found.curvature))

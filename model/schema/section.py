@@ -205,7 +205,9 @@ def read_text(path: Path, parse: Callable[[str], Any], kind: str) -> Any:
         )  # editors on Windows begin with a byte order mark
     except UnicodeDecodeError as error:
         raise RobotFileError(f"{path}: cannot be read ({error}); save it as UTF-8") from error
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        raise RobotFileError(f"{path}: cannot be read ({error.strerror or error})") from error
+    except ValueError as error:  # a zero byte in the path
         raise RobotFileError(f"{path}: cannot be read ({error})") from error
     try:
         return parse(text)

@@ -50,7 +50,9 @@ def _read(path: Path, required: list[str], optional: list[str]) -> list[dict[str
             reader = csv.DictReader(file, restkey="(more fields than columns)", restval="")
             header = list(reader.fieldnames or [])
             lines = list(reader)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except OSError as error:
+        raise DesignError(f"{path}: cannot be read ({error.strerror or error})") from error
+    except (UnicodeDecodeError, csv.Error) as error:
         raise DesignError(f"{path}: cannot be read ({error})") from error
     missing = [name for name in required if name not in header]
     unknown = [name for name in header if name not in [*required, *optional]]

@@ -154,13 +154,15 @@ def stream(
 
     network = Network(port, zenoh_config)
     with stop_on_signals() as stop:
-        receiver = find_receiver(robot, network, stop)
-        if receiver is None:
-            return
-        number = 0 if effector is None else receiver.number(effector)
-        settings = PathSettings(number, rate, size, period, plane, fraction, repeat)
+        with stop.interruptible():
+            receiver = find_receiver(robot, network, stop)
+            if receiver is None:
+                return
+            number = 0 if effector is None else receiver.number(effector)
+            settings = PathSettings(number, rate, size, period, plane, fraction, repeat)
+            targets = receiver_path(path, receiver, settings)
         sending = StreamSettings(rate, duration, json, number, await_plant)
-        run(receiver.description, receiver_path(path, receiver, settings), sending, network, stop)
+        run(receiver.description, targets, sending, network, stop)
 
 
 _COMMANDS = (
@@ -174,8 +176,8 @@ app.add_typer(bench, name="bench")
 
 
 def setup_errors() -> tuple[type[Exception], ...]:
-    """The errors of the set-up, whose texts name what to change."""
-    from tauten.model import MeshError, RobotFileError
+    """The errors of the set-up and of other packages, whose texts name what to change."""
+    from tauten.model import ExtensionError, MeshError, RobotFileError
     from tauten.reduction import BasisError
     from tauten.reduction.campaign import ClusterError, DesignError, SnapshotError
     from tauten.reduction.contact import ChoiceError
@@ -189,7 +191,7 @@ def setup_errors() -> tuple[type[Exception], ...]:
     from tauten.service.process import RealtimeError
     from tauten.service.tables import PageError
 
-    robot_errors = (RobotFileError, MeshError, BasisError, StateBasisError)
+    robot_errors = (RobotFileError, MeshError, BasisError, StateBasisError, ExtensionError)
     reduction_errors = (ChoiceError, DesignError, ClusterError, SnapshotError)
     return (
         *robot_errors,

@@ -89,8 +89,9 @@ def served_name(robot: str) -> str:
     try:
         name = tomllib.loads(Path(robot).read_text("utf-8")).get("name")
     except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
         raise NetworkError(
-            f"{robot}: cannot be read ({error}); give the name by which the robot is served"
+            f"{robot}: cannot be read ({why}); give the name by which the robot is served"
         ) from error
     if not isinstance(name, str):
         raise NetworkError(f"{robot}: name: found {name!r}, expected that of a robot")

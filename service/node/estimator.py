@@ -49,7 +49,8 @@ def make_estimator(robot: Robot, settings: ServiceSettings) -> Estimator:
     """The estimator that a robot file names.
 
     Raises:
-        RobotFileError: no installed package has it, or as `extension`.
+        RobotFileError: no installed package has it, it refuses the robot or has no such methods, or as
+            `extension`.
     """
     make = extension(GROUP, settings.estimator, OWN)
     if make is None:
@@ -57,5 +58,14 @@ def make_estimator(robot: Robot, settings: ServiceSettings) -> Estimator:
         raise RobotFileError(
             f"robot {robot.name}: service.estimator is {settings.estimator!r}, found are {known}"
         )
-    estimator: Estimator = make(robot, settings)
+    what = f"robot {robot.name}: service.estimator {settings.estimator!r}"
+    try:
+        estimator: Estimator = make(robot, settings)
+    except ValueError as error:
+        raise RobotFileError(f"{what}: {error}") from error
+    methods = [one for one in vars(Estimator) if not one.startswith("_")]
+    lacking = [one for one in methods if not callable(getattr(estimator, one, None))]
+    if lacking:
+        kind = type(estimator).__name__
+        raise RobotFileError(f"{what} makes a {kind}, which lacks {', '.join(lacking)}")
     return estimator

@@ -14,7 +14,7 @@ import numpy as np
 import zenoh
 
 from tauten.controller import Controller
-from tauten.model import Robot
+from tauten.model import Robot, extension_error
 from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
 from tauten.service.log import Entry, LogRecorder, arrived, message_kinds
@@ -306,12 +306,23 @@ class MeasuredLoop:
                 rejection = Rejection(RejectionReason.NOT_PLAUSIBLE, self._reason)
                 self.subscriber.counts.refuse(rejection)
             else:
-                found = self._estimator.update(model, measured, min(seconds, self._timeout))
+                found = self._estimated(model, measured, min(seconds, self._timeout))
                 if np.shape(found) == self.correction.shape and np.isfinite(found).all():
                     self.correction = capped(self._layout, found, self._largest)
                 self._plausible = now
         lasting = bool(self._reason) and now - self._plausible > self._timeout
         return Cause.IMPLAUSIBLE if self._check.fault or lasting else Cause.NONE
+
+    def _estimated(self, predicted: Array, measured: Array, seconds: float) -> Array:
+        """The estimator's `update`.
+
+        Raises:
+            ExtensionError: it has failed.
+        """
+        try:
+            return self._estimator.update(predicted, measured, seconds)
+        except Exception as error:
+            raise extension_error(f"estimator {self._settings.estimator!r}", error) from error
 
     def after_command(self, command: OperatorCommand) -> None:
         """Start again after a reset, and after an enable where measurements were not plausible."""

@@ -241,8 +241,8 @@ class ControlLoop:
         if self._ramp is None or hurried is not self._hurried:
             last, self._hurried = self.controller.actuation, hurried
             start = Actuation(
-                last.position, last.effort, last.effort, self.controller.effector,
-                self.controller.effector_values, Status.OK, NO_CERTIFICATE,
+                last.position, last.effort, last.effort, last.effector, last.effector_values,
+                Status.OK, NO_CERTIFICATE,
             )  # fmt: skip
             seconds = 0.0 if hurried else self._settings.release_time
             self._ramp = self._limiter.release(start, seconds)

@@ -35,7 +35,7 @@ from tauten.service.node.state_machine import Signals
 from tauten.service.node.statistics import LoopStatistics
 from tauten.service.process import StopFlag
 from tauten.service.setup import Setup
-from tauten.service.wire import Diagnostic, Mode, Positions, Tick, encode_health
+from tauten.service.wire import Cause, Diagnostic, Mode, Positions, Tick, encode_health
 
 log = logging.getLogger(__name__)
 
@@ -85,7 +85,7 @@ class Node:
         self._shape = ShapePublisher(session, robot)
         description = describe(setup, loop.controller.effector_values)
         self._answers = QuestionAnswers(session, robot.name, description.as_json().encode())
-        self._statistics = LoopStatistics(robot.actuators, robot.size)
+        self._statistics = LoopStatistics(robot.actuators, robot.effector_layout, robot.size)
         self._facts = {
             "factorisation": robot.body.linear_solver,
             "model": setup.order,
@@ -103,7 +103,7 @@ class Node:
         self._report: Iterator[None] = iter(())
 
     def run(self, stop: StopFlag, event: bool = False) -> None:
-        """Tick until a request to stop or an error; then release the cables.
+        """Tick until a request to stop; then release the cables, after an error without the model.
 
         Args:
             stop: ends the loop; a second request shortens the release to what the rate limits permit.
@@ -120,8 +120,10 @@ class Node:
                 self.tick(clock, beat, shutdown=False)
                 if self._fall_back is not None and self._fall_back.wanted:
                     clock = punctual_clock(self._fall_back.switch(self._loop))
-        finally:
             self._release(clock, stop)
+        except BaseException:
+            self._release_alone(clock, stop)
+            raise
 
     def tick(self, clock: Clock, beat: Beat, shutdown: bool, hurried: bool = False) -> None:
         """One tick.
@@ -146,12 +148,16 @@ class Node:
         stamp = time.time_ns()
         self._outputs.actuate(action, stamp, index)
         published = time.perf_counter()
-        loop.prepare(inputs.read_obstacles(loop.controller))
-        step = self._decide_seconds + time.perf_counter() - published
         if not action.decided:  # a target that was not followed is not recorded
             goal = None
+        try:
+            loop.prepare(inputs.read_obstacles(loop.controller))
+        except Exception:
+            self._finish(clock, self._tick(beat, action, goal, stamp, 0.0, math.nan))
+            raise
+        step = self._decide_seconds + time.perf_counter() - published
         tick = self._tick(beat, action, goal, stamp, step, _latency(goal, fresh, stamp))
-        self._statistics.add(tick, action, loop.controller.effector)
+        self._statistics.add(tick, action, loop.controller.effector_values)
         self._unpublished.append((tick, self._outputs.readout(loop.controller, action.mode)))
         self._index += 1
         self._housekeeping(clock)
@@ -169,6 +175,23 @@ class Node:
         self._publish_ticks(clock, 0)
         for _ in self._reporting(clock):
             pass
+
+    def _release_alone(self, clock: Clock, stop: StopFlag) -> None:
+        """Release the cables after an error: nothing is read, nor the model used, which may fail again."""
+        log.error("releasing the cables after an error")
+        while not self._loop.released:
+            beat = clock.wait()
+            hurried = stop.urgent
+            action = self._loop.tick(None, Signals(False, True, Cause.NONE, True, hurried))
+            stamp = time.time_ns()
+            self._outputs.actuate(action, stamp, self._index)
+            self._finish(clock, self._tick(beat, action, None, stamp, 0.0, math.nan))
+
+    def _finish(self, clock: Clock, tick: Tick) -> None:
+        """Publish a tick after which the model has failed, before the next actuation, for the log."""
+        self._unpublished.append((tick, None))
+        self._index += 1
+        self._publish_ticks(clock, 0)
 
     def _read_ahead(self) -> None:
         """Read targets just before a beat, so that the tick has less to read."""

@@ -6,9 +6,7 @@ from bisect import bisect_left
 from collections import Counter, deque
 from math import isnan
 
-import numpy as np
-
-from tauten.model import Actuators
+from tauten.model import Actuators, EffectorLayout
 from tauten.model.numerics import Array
 from tauten.service.log import LogRecorder
 from tauten.service.node.clock import Clock
@@ -64,10 +62,17 @@ class LoopStatistics:
         times: histograms of "latency", target to actuation, and "jitter", how late ticks begin.
     """
 
-    def __init__(self, actuators: Actuators, size: float) -> None:
-        """Start without ticks."""
+    def __init__(self, actuators: Actuators, effectors: EffectorLayout, size: float) -> None:
+        """Start without ticks.
+
+        Args:
+            actuators: of the robot.
+            effectors: their kinds, and the units in which errors of their rows are metres.
+            size: of the robot [m].
+        """
         self.times = {"latency": Histogram(), "jitter": Histogram()}
         self._actuators = actuators
+        self._effectors = effectors
         self._size = size
         self._apart = 0.0
         # of the last decisions in a row, whether time ended them
@@ -85,15 +90,16 @@ class LoopStatistics:
         self._decide = Window()
         self._step = Window()
 
-    def add(self, tick: Tick, action: Action, effector: Array) -> None:
+    def add(self, tick: Tick, action: Action, values: Array) -> None:
         """Count a tick.
 
         Args:
             tick: as it is published.
             action: that left in it.
-            effector: (p, 3) where the effectors of the model are after it [m].
+            values: (n_v,) goal values that the effectors of the model have after it.
         """
-        apart = float(np.linalg.norm(effector - action.actuation.effector, axis=1).max())
+        beside = self._effectors.difference(values, action.actuation.effector_values)  # (n_e,)
+        apart = float(self._effectors.lengths(beside).max())
         if action.decided and not isnan(apart):
             self._apart += (apart - self._apart) / AVERAGED
         self._ticks += 1

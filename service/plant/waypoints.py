@@ -110,7 +110,9 @@ def csv_path(path: Path, kind: EffectorKind, rate: float, repeats: bool) -> Targ
     """
     try:
         text = path.read_text(encoding="utf-8-sig")  # spreadsheets write its mark
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
+        raise PathError(f"{path}: cannot be read ({error.strerror or error})") from error
+    except UnicodeDecodeError as error:
         raise PathError(f"{path}: cannot be read ({error})") from error
     return csv_text_path(text, str(path), kind, rate, repeats)
 

@@ -16,7 +16,15 @@ from support.robots.small_bodies import small_body
 from support.state_bases import basis_of, turned_space
 
 from tauten.controller import Controller
-from tauten.model import ActuatorKind, Robot, RobotFileError, Simulator, State, skin_of
+from tauten.model import (
+    ActuatorKind,
+    ExtensionError,
+    Robot,
+    RobotFileError,
+    Simulator,
+    State,
+    skin_of,
+)
 from tauten.model.actuators import Transmitted, second_derivative
 from tauten.model.numerics import Array
 from tauten.reduction.state import reduced_robot, reducible
@@ -280,7 +288,7 @@ def test_a_derivative_that_changes_its_shape_is_named(
     monkeypatch.setattr(
         package.McKibben, "at", lambda self, y: Transmitted(0.0, usual(self, y).gradient[:1])
     )
-    with pytest.raises(ValueError, match=r"of the shape \(1, 3\), expected is \(2, 3\)"):
+    with pytest.raises(ExtensionError, match=r"of the shape \(1, 3\), expected is \(2, 3\)"):
         robot.rows(robot.rest(), contacts=False)
 
 

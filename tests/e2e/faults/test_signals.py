@@ -34,9 +34,10 @@ from support.processes import (
 )
 
 from tauten.model import Robot, load_robot
+from tauten.service import plant
 from tauten.service.link import close_session
 from tauten.service.log import LogReader
-from tauten.service.plant import free_ports
+from tauten.service.plant import TargetPath, free_ports
 from tauten.service.process import StopFlag, stop_on_signals
 from tauten.service.replay import replay
 from tauten.service.wire import Keys, Mode
@@ -106,6 +107,20 @@ def test_a_set_up_ends_at_once() -> None:
         with stop.interruptible():
             reached.append("set-up")
     assert reached == ["before"]
+
+
+def test_ctrl_c_ends_a_stream_that_computes_its_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A path within reach takes seconds, with a large model minutes, to the end of which it went on."""
+    computed = []
+
+    def path(*_: object) -> TargetPath:
+        signal.raise_signal(signal.SIGINT)
+        computed.append("path")
+        return TargetPath(np.zeros(1), np.zeros((1, 3)), repeats=False)
+
+    monkeypatch.setattr(plant, "receiver_path", path)
+    assert run_main("stream", "reach", "--robot", "finger", "--port", str(free_ports())) == 0
+    assert computed == []
 
 
 @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGQUIT])

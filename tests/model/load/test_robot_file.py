@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import meshio
@@ -137,7 +136,7 @@ CHANGES = {
         "normal = [0.0, 0.0, 0.0]",
     ),
     r"beam.vtu: the body is 100 m long, .* check mesh.length_unit; in a unit": ('length_unit = "mm"', ""),
-    r"missing.vtu: no such mesh file": ("beam.vtu", "missing.vtu"),
+    r"beam.toml: mesh.file: no such file .*missing.vtu": ("beam.vtu", "missing.vtu"),
 }  # fmt: skip
 
 
@@ -198,7 +197,9 @@ def test_unknown_robots_are_refused_with_the_shipped_ones() -> None:
     for name in ("../robots/finger", "a" * 5000, "\0"):
         with pytest.raises(RobotFileError, match=r"no robot .{1,50}: give a path"):
             load_robot(name)
-    with pytest.raises(RobotFileError, match=re.escape("nowhere.toml: cannot be read")):
+    with pytest.raises(
+        RobotFileError, match=r"nowhere.toml: cannot be read \(No such file or directory\)"
+    ):
         load_robot("nowhere.toml")
 
 

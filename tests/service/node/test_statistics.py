@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.effectors import ALL_KINDS, solid
 from support.robots.bodies import beam_robot, box_mesh
 from support.robots.examples import shipped_setup
 
@@ -40,8 +41,8 @@ def tick_of(action: Action) -> Tick:
 
 def efforts(action: Action, loop: ControlLoop) -> Diagnostic:
     robot = loop.controller.robot
-    statistics = LoopStatistics(robot.actuators, robot.size)
-    statistics.add(tick_of(action), action, action.actuation.effector)
+    statistics = LoopStatistics(robot.actuators, robot.effector_layout, robot.size)
+    statistics.add(tick_of(action), action, action.actuation.effector_values)
     found = statistics.diagnostics(Clock(0.02), [], None, {})
     return next(item for item in found if item.name == "tensions")
 
@@ -99,7 +100,7 @@ def test_health_warns_where_the_model_does_not_go_where_decisions_say() -> None:
     controller = loop.controller
     robot = controller.robot
     cases = [
-        (LoopStatistics(robot.actuators, robot.size), beside, warned)
+        (LoopStatistics(robot.actuators, robot.effector_layout, robot.size), beside, warned)
         for beside, warned in ((0.0, False), (2.0 * SURPRISING, True))
     ]
     rest, way = robot.effector_values(robot.rest()), 0.15 * robot.size * np.array([1.0, 0.6, 0.3])
@@ -108,7 +109,8 @@ def test_health_warns_where_the_model_does_not_go_where_decisions_say() -> None:
         action = loop.tick(goal, Signals(target=True))
         loop.prepare()
         for statistics, beside, _ in cases:
-            statistics.add(tick_of(action), action, controller.effector + beside * robot.size)
+            moved = controller.shifted(beside * robot.size / np.sqrt(3.0))
+            statistics.add(tick_of(action), action, moved)
     assert action.decided
     for statistics, _, warned in cases:
         found = statistics.diagnostics(Clock(0.02), [], None, {})
@@ -118,17 +120,38 @@ def test_health_warns_where_the_model_does_not_go_where_decisions_say() -> None:
         assert (error > 1e3 * SURPRISING * robot.size) == warned
 
 
+@pytest.mark.parametrize("number", range(len(ALL_KINDS)))
+def test_every_kind_of_effector_may_move_away_from_what_decisions_say(number: int) -> None:
+    """In metres by the units of its rows; a turn, a distance and a volume were not seen."""
+    robot = solid([ALL_KINDS[number]])
+    loop, layout = ControlLoop(Controller(robot)), robot.effector_layout
+    by = layout.row_starts[-1] - 1  # its last row: of a frame a rotation
+    found = []
+    for metres in (0.0, 3e-3):
+        statistics = LoopStatistics(robot.actuators, layout, robot.size)
+        for _ in range(2):
+            action = loop.tick(loop.controller.effector_values, Signals(target=True))
+            predicted, change = action.actuation.effector_values, np.zeros(layout.n_rows)
+            change[by] = metres / layout.units[by]
+            for _ in range(400):  # forgets the start
+                statistics.add(tick_of(action), action, layout.moved(predicted, change))
+        health = statistics.diagnostics(Clock(0.02), [], None, {})
+        decisions = next(item for item in health if item.name == "decisions")
+        found.append(float(decisions.values["prediction_error_mm"]))
+    assert found == pytest.approx([0.0, 3.0], abs=0.01)
+
+
 def test_health_says_that_time_ends_decisions() -> None:
     """A robot whose decisions are always cut is slow with usable statuses."""
     loop = ControlLoop(Controller(beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE)))
     robot = loop.controller.robot
-    statistics = LoopStatistics(robot.actuators, robot.size)
+    statistics = LoopStatistics(robot.actuators, robot.effector_layout, robot.size)
     action = loop.tick(loop.controller.effector_values, Signals(target=True))
     said = []
     for checks in (-1, 3):
         for _ in range(40):
             tick = replace(tick_of(action), status="MAX_PIVOTS")
-            statistics.add(tick, replace(action, checks=checks), action.actuation.effector)
+            statistics.add(tick, replace(action, checks=checks), action.actuation.effector_values)
         found = statistics.diagnostics(Clock(0.02), [], None, {})
         said.append(next(item for item in found if item.name == "decisions"))
     assert "out of time" not in said[0].message and said[0].values["cut"] == "0"
@@ -141,9 +164,9 @@ def test_health_says_that_time_ends_decisions() -> None:
 def test_health_warns_of_time_only_while_it_ends_most_decisions() -> None:
     loop = ControlLoop(Controller(beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE)))
     robot = loop.controller.robot
-    statistics = LoopStatistics(robot.actuators, robot.size)
+    statistics = LoopStatistics(robot.actuators, robot.effector_layout, robot.size)
     action = loop.tick(loop.controller.effector_values, Signals(target=True))
-    tick, left = replace(tick_of(action), status="OK"), action.actuation.effector
+    tick, left = replace(tick_of(action), status="OK"), action.actuation.effector_values
     ended = replace(action, checks=3)
     said = []
     for later in (

@@ -1,0 +1,28 @@
+"""The error of a function that another package adds and that fails while a robot moves."""
+
+from __future__ import annotations
+
+from traceback import walk_tb
+
+
+class ExtensionError(RuntimeError):
+    """What another package adds has failed; the text names it, the exception and the line that raised it."""
+
+
+def extension_error(what: str, error: Exception) -> ExtensionError:
+    """The error to raise where a function of another package has raised one.
+
+    Args:
+        what: names the function, such as "effector 'grasp'".
+        error: as it was caught.
+    """
+    foreign = [
+        (frame.f_code.co_filename, line)
+        for frame, line in walk_tb(error.__traceback__)
+        if not frame.f_globals.get("__name__", "").startswith("tauten.")
+    ]
+    # the deepest line of the package, not of a library that it calls
+    own = [place for place in foreign if place[0] == foreign[0][0]]
+    where = f" ({own[-1][0]}, line {own[-1][1]})" if own else ""
+    text = " ".join(str(error).split())
+    return ExtensionError(f"{what} has failed with {type(error).__name__}: {text}{where}")
