@@ -128,8 +128,8 @@ def make_loads(robot: Robot, shares: tuple[float, ...], antagonists: bool) -> tu
         robot: the robot.
         shares: of the farthest position, or of the largest tension.
         antagonists: whether cables pull against each other, as those of arms made of beams do. The largest
-            pull of one is far beyond its tension then: it is pulled to where shares of its largest tension
-            take it while the others are slack.
+            pull of one may be far beyond its tension then: it is pulled to where shares of its largest
+            tension take it while the others are slack, if that is nearer.
     """
     kinds = zip(robot.actuators.names, robot.actuators.kinds, strict=True)
     if antagonists:
@@ -164,21 +164,25 @@ def slack_until(robot: Robot) -> Array:
     return np.where(slack, np.minimum(simulator.position, farthest), 0.0)
 
 
-def tensioned(robot: Robot, cable: int, shares: list[float]) -> Iterator[tuple[float, float]]:
+def tensioned(robot: Robot, cable: int, shares: list[float]) -> list[tuple[float, float]]:
     """Shares of a cable's largest tension with the pulled lengths they lead to, as far as they are found.
+
+    No length is longer than the same share of the largest one; where none is found, they are these.
 
     Args:
         robot: on its own mesh.
         cable: its number.
         shares: in ascending order.
     """
-    simulator = Simulator(robot, contact="full")
-    for share in shares:
+    simulator, found = Simulator(robot, contact="full"), list[tuple[float, float]]()
+    farthest = [share * float(robot.limits.farthest_position[cable]) for share in shares]
+    for share, most in zip(shares, farthest, strict=True):
         effort = np.zeros(robot.n_a)
         effort[cable] = share * robot.limits.effort_max[cable]
         if not simulator.settle(effort=effort, tolerance=TOLERANCE).converged:
-            return
-        yield share, float(simulator.position[cable])
+            break
+        found.append((share, min(float(simulator.position[cable]), most)))
+    return found or list(zip(shares, farthest, strict=True))
 
 
 def chosen_variants(element: AnyElement, refinements: int) -> tuple[Variant, ...]:

@@ -157,12 +157,18 @@ def _answer_that(
     session: zenoh.Session, robot: str, wanted: Callable[[NodeAnswer], bool]
 ) -> NodeAnswer:
     """The node's first answer that is as wanted."""
-    end = time.monotonic() + _ANSWER
+    end, answers = time.monotonic() + _ANSWER, 0
     while time.monotonic() < end:
         text = ask_metrics(session, robot)
         if text is not None and wanted(answer := answer_in(text.decode())):
             return answer
+        answers += text is not None
         time.sleep(_PAUSE)
+    if answers:
+        raise NetworkError(
+            f"the node of {robot!r} answers, but has not carried the command out within {_ANSWER:g} s: a "
+            "router may not permit it to this process; press the robot's emergency stop"
+        )
     raise NetworkError(f"the node of {robot!r} does not answer within {_ANSWER:g} s")
 
 

@@ -46,6 +46,7 @@ _MOST_WORDS = 300  # characters of an error of Zenoh
 # A configuration of Zenoh has 10 levels and 30 kB at most; its parser ends at some ten thousand levels.
 _MOST_LEVELS, _LARGEST_CONFIG = 100, 2**20  # brackets within each other, bytes
 _BLOCK = "transport/link/tx/queue/congestion_control/block/wait_before_close"
+_TLS = "transport/link/tls"
 
 
 class NetworkError(RuntimeError):
@@ -130,7 +131,12 @@ def open_session(network: Network, role: Role, robot: str, connected: bool = Tru
         )
     zenoh.init_log_from_env_or(_LOG)
     first = node_port(network, robot)
-    config = loopback_config(first, role) if network.config is None else read_config(network.config)
+    if network.config is None:
+        config = loopback_config(first, role)
+    else:
+        config = read_config(network.config)
+        if unreadable := _unreadable_file(config):
+            raise NetworkError(f"{network.config}: {unreadable}")
     if not connected:
         config.insert_json5("open/return_conditions/connect_scouted", "false")
     if role is Role.NODE:
@@ -229,6 +235,18 @@ def read_config(path: Path) -> zenoh.Config:
     except zenoh.ZError as error:
         why = _SOURCE.sub("", str(error))[:_MOST_WORDS]  # a parser quotes the whole file
         raise NetworkError(f"{path}: no Zenoh configuration: {why}") from error
+
+
+def _unreadable_file(config: zenoh.Config) -> str:
+    """Which file of its TLS cannot be read; "" where all can. Zenoh would try until its timeout."""
+    for field, name in json.loads(config.get_json(_TLS)).items():
+        if name is None or not field.endswith(("_certificate", "_private_key")):
+            continue
+        try:
+            Path(name).open("rb").close()
+        except OSError as error:
+            return f"{_TLS}/{field}: {name}: {(error.strerror or str(error)).lower()}"
+    return ""
 
 
 def _not_parsed(path: Path) -> str:

@@ -20,9 +20,17 @@ from support.viewers import wait_until
 
 from tauten.model import Robot
 from tauten.service.codec.messages import POINT
-from tauten.service.link import ask_metrics, close_session
+from tauten.service.link import NetworkError, ask_metrics, close_session, commanding, send_command
 from tauten.service.plant import free_ports
-from tauten.service.wire import CDR, TEXT, Keys, OperatorCommand, decode_health, read_config
+from tauten.service.wire import (
+    CDR,
+    TEXT,
+    Keys,
+    Network,
+    OperatorCommand,
+    decode_health,
+    read_config,
+)
 
 SHIPPED = Path(__file__).resolve().parents[3] / "docker" / "zenoh"
 ROLES = ("node", "operator", "viewer")
@@ -160,6 +168,31 @@ def test_a_viewer_reads_but_does_not_command(connect: Connect, node: Process, be
     assert counts["targets"] > 10
     assert counts["commands"] == 1
     assert node.end() == 0
+
+
+def test_a_viewer_whose_stop_does_not_pass_is_told_so(
+    site: Site, node: Process, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The node, which answered every question, was said not to answer."""
+    network = Network(config=site.client("viewer"))
+    monkeypatch.setattr(commanding, "_ANSWER", 3.0)
+    monkeypatch.setattr(commanding, "_PATIENCE", 180.0)
+    with pytest.raises(
+        NetworkError, match=r"answers, but has not carried .* a router may not permit"
+    ):
+        send_command("beam", network, OperatorCommand.STOP)
+
+
+@pytest.mark.parametrize("site", ["certificates"], indirect=True)
+def test_a_key_that_is_not_there_is_named(site: Site) -> None:
+    """At once: Zenoh tries for ten seconds, and says that it cannot connect."""
+    file = site.client("operator")
+    (site.folder / "operator.key").unlink()
+    said = (
+        f"{file}: transport/link/tls/connect_private_key: .*operator.key: no such file or directory"
+    )
+    with pytest.raises(NetworkError, match=said):
+        send_command("beam", Network(config=file), OperatorCommand.STOP)
 
 
 def test_strangers_are_not_let_in(site: Site, tmp_path: Path) -> None:

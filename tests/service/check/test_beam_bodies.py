@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tauten.model import load_robot
 from tauten.service.check import CheckSettings, check_robot
+from tauten.service.check.mesh_variants import make_loads
 from tauten.service.process import StopFlag
 
 SPINE = """
@@ -40,6 +42,35 @@ max_rate = 0.1
 name = "tip"
 point = [0.1, 0.0, 0.0]
 """
+
+
+ARM = """{
+  "nodes": [[0.0, 0.0, 0.0], [0.0, 0.0, -0.05], [0.0, 0.0, -0.1]],
+  "beams": [
+    {"ends": [0, 1], "profile": "rod", "up": [1.0, 0.0, 0.0]},
+    {"ends": [1, 2], "profile": "rod", "up": [1.0, 0.0, 0.0]}
+  ]
+}"""
+
+
+@pytest.mark.parametrize("tension", [10.0, 300.0])
+def test_no_tendon_is_pulled_farther_than_it_may_be(tension: float, tmp_path: Path) -> None:
+    """Half of 10 N took it to 76 mm, where the robot never is, and half of 300 N nowhere."""
+    text = SPINE.replace(
+        'points = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], elements = 4, profile = "rod"',
+        'file = "arm.json"',
+    )
+    text = text.replace(
+        "[[0.0, 0.0, 0.008], [0.1, 0.0, 0.008]]", "[[0.015, 0.0, -0.05], [0.015, 0.0, -0.1]]"
+    )
+    text = text.replace("[0.1, 0.0, 0.0]", "[0.0, 0.0, -0.1]").replace(
+        "max_outside = 0.01", "max_outside = 0.02"
+    )
+    (tmp_path / "arm.json").write_text(ARM)
+    file = tmp_path / "arm.toml"
+    file.write_text(text.replace("max_tension = 1.0", f"max_tension = {tension}"))
+    loads = make_loads(load_robot(file), (0.25, 0.5), antagonists=True)
+    assert [load.position for load in loads] == pytest.approx([0.0025, 0.005])
 
 
 def test_a_body_that_is_a_beam_is_checked(tmp_path: Path) -> None:
