@@ -52,6 +52,17 @@ def coarse_finger() -> Robot[NodalBody]:
     return robot
 
 
+def write_coarse_finger(folder: Path) -> Path:
+    """File and mesh of the shipped finger on a coarse mesh, without its bases; returns the file."""
+    mesh = coarse_finger_mesh()
+    meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]).write(folder / "finger.vtu")
+    lines = robot_path("finger").read_text().splitlines(keepends=True)
+    kept = [line for line in lines if not line.startswith(("basis =", "states =", "order ="))]
+    file = folder / "finger.toml"
+    file.write_text("".join(kept))
+    return file
+
+
 def thumb_settings() -> dict[str, Any]:
     """Its robot file."""
     pitch = 0.05 / 3.0
