@@ -56,9 +56,9 @@ class ControllerSettings(Section):
     )
     following_horizon: Annotated[float, Field(ge=0.0, le=60.0)] | None = Field(
         default=None,
-        description="How far decisions look ahead at least [s] where contacts are in range and effectors "
-        "follow targets that move, by default `horizon`. Arms that take longer than a tick to come to rest "
-        "are late by about this then.",
+        description="How far decisions look ahead at least [s] where effectors follow targets that move. By "
+        "default motion goes on where no contact is in range; elsewhere arms that take longer than a tick "
+        "to come to rest are late by about `horizon`; with this they are late by about this everywhere.",
     )
     substeps: Annotated[int, Field(ge=0, le=64)] | None = Field(
         default=None,

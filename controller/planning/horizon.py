@@ -33,12 +33,13 @@ period. The decision corrects that, and so changes the velocity in the next tick
 factor were more than one, decisions would alternate: it bounds s. Over a short horizon, where plans follow
 every change of the velocity, the factor is at most 0.7, so that what alternates decays.
 
-**Following in contact.** A plan with s = 0 stops the robot at its end, so that a robot that does not come to
-rest within a tick is behind a moving target by about the horizon. Where the robot file gives a shorter
-horizon for it, that is the horizon of ticks in which all clusters have contacts in range and effectors follow
-targets: half of the time that the effectors are behind, between the two. Farther from targets, and where
-these stay or have jumped, plans look as far as ever: over a short horizon they weigh directions by inertia,
-and robots come to rest far from the best place.
+**Following over a shorter horizon.** A plan with s = 0 stops the robot at its end, so that a robot that does
+not come to rest within a tick is behind a moving target by about the horizon. Where the robot file gives a
+shorter horizon for it, that is the horizon of ticks in which effectors follow targets: half of the time that
+the effectors are behind, between the two. Farther from targets, and where these stay or have jumped, plans
+look as far as ever: over a short horizon they weigh directions by inertia, and robots come to rest far from
+the best place. No motion goes on then, also where no contact is in range: plans in which that of an arm with
+nine tendons goes on change from tick to tick between tensions of zero and the largest ones.
 
 **Robots that would buckle without their cables.** At efforts that are given, a compressed body may be
 unstable where it is stable at given positions, which is how its actuators hold it. The tangent K that
@@ -93,8 +94,8 @@ class Horizon:
         least: what an effort moves its own actuator by in a tick; less is rounding [m].
         clusters: what of the robot acts on each other.
         ticks: its length; 0: one tick, for which there is no step of its own.
-        following: its least length in contact, where the effectors follow targets that move [s]; infinite:
-            its own.
+        following: its least length where the effectors follow targets that move [s]; infinite: its own, and
+            motion goes on.
     """
 
     robot: Robot
@@ -126,8 +127,8 @@ def horizon_of(robot: Robot, seconds: float, following: float | None = None) -> 
     Args:
         robot: its workspace is used.
         seconds: of the horizon; at most a time step: decisions look one tick ahead.
-        following: least length in contact, where the effectors follow targets that move [s]; None: that of
-            the horizon.
+        following: least length where the effectors follow targets that move [s]; None: that of the horizon,
+            and motion goes on.
     """
     scheme = robot.integration
     known = frozenset(robot.body.idle_parts), ROUNDING * robot.part_size, clusters_of(robot)
@@ -191,8 +192,9 @@ def step_ahead(
     if horizon.idle and _touch_nothing_else(horizon, step):
         step = step.without_contacts()
     clusters, short = horizon.clusters, scheme.h <= SHORT
+    follows = horizon.following < scheme.h
     meets = _in_contact(clusters, step, forces, scheme.h, robot.tolerance)  # (c,)
-    if course is not None and not all(meets.tolist()):
+    if course is not None and not follows and not all(meets.tolist()):
         moved = robot.h * (step.compliance.H[step.layout.effectors] @ step.state.v)  # (n_e,)
         factor = DECAY if short else 1.0
         most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness, factor)
@@ -203,7 +205,7 @@ def step_ahead(
         if share > 0.0 and short:
             return moving_on(ahead, space, step, forces, scheme, share)
         scheme = _going_on(scheme, 1.0 - robot.h / scheme.h, shares, share, clusters)
-    elif course is not None and horizon.following < scheme.h:
+    elif course is not None and follows:
         behind = time_behind(course, robot.effector_layout, step.rows.effectors.values, robot.h)
         seconds = max(BEHIND * behind, horizon.following)
         scheme = replace(scheme, rate=1.0 / seconds) if seconds < scheme.h else scheme

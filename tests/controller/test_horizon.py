@@ -129,6 +129,34 @@ def test_an_arm_with_ribs_in_contact_follows_without_the_delay_of_the_horizon() 
     assert np.abs(np.diff(tensions, axis=0))[25:].max() < 3.0
 
 
+def test_an_arm_far_from_contact_follows_fast_targets_with_even_tensions() -> None:
+    """Along a line at 120 mm/s: where motion went on, tensions jumped between zero and the largest ones.
+
+    Turned by a third of a circle, which maps tendons to tendons, the targets need the same tensions.
+    """
+    setup, found = shipped_setup("manipulator_1290"), list[Array]()
+    robot, speed = setup.robot, 0.12
+    for turn in (0, 1):
+        angle = 2.0 * np.pi * turn / 3.0
+        R = np.array(
+            [[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0, 0, 1]]
+        )
+        controller = Controller(robot, "none", settings=setup.controller)
+        assert controller.settle_start().converged
+        way = R @ np.array([0.962, 0.192, 0.192])  # of length one
+        target, tensions = controller.effector, list[Array]()
+        for tick in range(60):
+            target = target + speed * robot.h * way
+            tensions.append(controller.step(target).effort)
+            late = np.linalg.norm(controller.effector - target)
+            assert tick < 20 or late < 0.03 * speed
+        jumps = np.abs(np.diff(tensions, axis=0)).max(axis=1)
+        assert np.median(jumps) < 1.0
+        thirds = np.array(tensions).reshape(-1, 3, 3)  # of each section a, b, c
+        found.append(np.roll(thirds, -turn, axis=2))
+    np.testing.assert_allclose(found[1], found[0], atol=0.05)
+
+
 @pytest.mark.parametrize("reduced", [False, True])
 def test_a_share_of_the_way_is_between_all_and_none_of_it(reduced: bool) -> None:
     """v_free is linear in the share a of the way that counts as made: b = h (f − C v − (1 − a) h K v)."""
