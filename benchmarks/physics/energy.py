@@ -259,7 +259,7 @@ def path_distance(name: str, seconds: float) -> PathDistance:
     """
     setup = load_setup(name, accept_error=True)
     controller, robot = warm_controller(setup), load_robot(name)
-    path = make_path("reach", robot, PathSettings())
+    path = make_path("reach", robot, PathSettings(period=10.0))
     time = robot.h * np.arange(1.0, round(seconds * robot.integration.rate) + 1)
     positions, model = [], []
     for moment in time % path.times[-1]:

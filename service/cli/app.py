@@ -34,6 +34,7 @@ from tauten.service.cli.terminal import (
     ClosedLoop,
     ExtraError,
     Model,
+    Period,
     Port,
     Rate,
     RobotName,
@@ -135,7 +136,7 @@ def stream(
     size: Annotated[
         float | None, typer.Option(help="Size of a shape in m; default: a tenth of the robot.")
     ] = None,
-    period: Annotated[float, typer.Option(min=0.01, help="Duration of one pass in s.")] = 10.0,
+    period: Period = None,
     plane: Annotated[Literal["xy", "xz", "yz"], typer.Option(help="Plane of a shape.")] = "xz",
     fraction: Annotated[
         float, typer.Option(min=0.0, max=1.0, help="Share of the largest pull, for reach.")

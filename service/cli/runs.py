@@ -19,6 +19,7 @@ from tauten.service.cli.terminal import (
     ClosedLoop,
     DriveOption,
     Model,
+    Period,
     StepsOption,
     YoungScale,
     progress_bar,
@@ -34,7 +35,7 @@ def demo(
     ] = None,
     seconds: Annotated[float, typer.Option(min=1.0, help="Duration of the targets.")] = 20.0,
     path: Annotated[str, typer.Option(help="As for `tauten stream`.")] = "reach",
-    period: Annotated[float, typer.Option(min=0.1, help="Duration of one pass in s.")] = 10.0,
+    period: Period = None,
     fraction: Annotated[
         float, typer.Option(min=0.0, max=1.0, help="Share of the largest pull, for reach.")
     ] = 0.8,

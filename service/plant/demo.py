@@ -71,7 +71,7 @@ class DemoSettings:
         folder: of log, report and targets.
         seconds: of targets.
         path: of the targets, as for `tauten stream`.
-        period: of one pass [s].
+        period: of one pass [s]; None: 10, or as many as the robot needs for "reach".
         fraction: of the largest pull, for "reach".
         basis: of the node, as for `tauten serve`.
         model: of node and plant, as for `tauten serve`; a plant of another stiffness is always full.
@@ -85,7 +85,7 @@ class DemoSettings:
     folder: Path
     seconds: float
     path: str = "reach"
-    period: float = 10.0
+    period: float | None = None
     fraction: float = 0.8
     basis: str | None = None
     model: Order | None = None
@@ -180,7 +180,8 @@ def run_demo(
         sending = StreamSettings(rate, settings.seconds, False, 0, True)
         sender = stack.enter_context(_sending(describe(setup), path, sending, network))
         plant.give_way()
-        notify(f"following targets for {settings.seconds:g} s")
+        whole = "" if path.duration <= settings.seconds else f"; a pass takes {path.duration:g} s"
+        notify(f"following targets for {settings.seconds:g} s{whole}")
         _wait_end(sender, (node, plant), stop)
         notify("releasing the actuators")
         _end(node)

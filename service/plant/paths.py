@@ -24,6 +24,9 @@ SHAPES: tuple[Shape, ...] = ("circle", "line", "figure-eight", "step")
 _SAMPLES = 720  # of an analytic shape: a chord is then nowhere farther off than 1e-5 of its size
 _REACH_SAMPLES = 12  # equilibria of `reach` in half a turn, each takes some control steps to find
 _REACH_TURNS = 3
+_PERIOD = 10.0  # s, of a pass, unless `reach` needs more:
+_SPEED = 0.2  # sizes of a robot that an effector moves in a second of `reach`, at most, in the mean of a pass
+_RATE_SHARE = 0.5  # of their largest rate, with which actuators move there at most
 _SETTLED = 1e-4  # m; targets need not be exact equilibria
 _NEARLY_SETTLED = 1e-3  # m
 _MAX_STEPS = 80
@@ -38,7 +41,7 @@ class PathSettings:
         rate: points a second of a CSV file without times.
         size: of a shape [m], for a volume [m³]; None: a tenth of the robot's size, for a distance, length or
             volume a tenth of what it is at rest.
-        period: seconds of one pass.
+        period: seconds of one pass; None: 10, or as many as the robot needs for "reach".
         plane: that a shape lies in.
         fraction: of the largest pull or tension, for "reach".
         repeats: whether a CSV file starts again at its end.
@@ -47,7 +50,7 @@ class PathSettings:
     effector: int = 0
     rate: float = 50.0
     size: float | None = None
-    period: float = 10.0
+    period: float | None = None
     plane: Plane = "xz"
     fraction: float = 0.8
     repeats: bool = False
@@ -88,7 +91,8 @@ def path_from(
         if name == shape:
             usual = 0.1 * (robot_size if len(start) > 1 else float(start[0]))
             size = usual if settings.size is None else settings.size
-            path = shape_path(shape, start, size, settings.period, settings.plane)
+            period = _PERIOD if settings.period is None else settings.period
+            path = shape_path(shape, start, size, period, settings.plane)
             return replace(path, kind=kind)
     if not name.endswith(".csv"):
         allowed = ", ".join([*SHAPES, "reach"])
@@ -130,7 +134,9 @@ def _unit_shape(shape: Shape, angle: Array) -> tuple[Array, Array]:
     return (angle >= np.pi).astype(float), flat
 
 
-def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> TargetPath:
+def reach_path(
+    robot: Robot, effector: int, fraction: float, period: float | None = None
+) -> TargetPath:
     """Where an effector gets when the cables are pulled: a path that the robot can follow.
 
     One cable is pulled and let go once; several are pulled one after another, in turns that grow
@@ -143,7 +149,7 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
         robot: the robot.
         effector: its number.
         fraction: of the range of each actuator that is used.
-        period: seconds of one pass.
+        period: seconds of one pass; None: as many as the robot needs, at least 10 (`_unhurried`).
 
     Raises:
         PathError: the model finds no equilibrium but that at rest.
@@ -152,15 +158,17 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
     simulator, shortened = Simulator(robot, contact="full"), 0
     layout = robot.effector_layout
     kind = layout.kinds[effector]
-    found: dict[bytes, Array] = {}  # one cable passes each equilibrium twice
+    found: dict[bytes, tuple[Array, Array]] = {}  # one cable passes each equilibrium twice
     for share in shares:
         if share.tobytes() not in found:
             if share.any():
                 shortened += not _settled_or_shortened(simulator, reach.command(share))
             else:
                 simulator.settle_start()
-            found[share.tobytes()] = simulator.effector_values[layout.values_of(effector)]
-    values = np.array([found[share.tobytes()] for share in shares])  # (m, v)
+            place = simulator.effector_values[layout.values_of(effector)]
+            found[share.tobytes()] = place, simulator.position
+    values = np.array([found[share.tobytes()][0] for share in shares])  # (m, v)
+    positions = np.array([found[share.tobytes()][1] for share in shares])  # (m, n_a)
     if kind == "frame":
         values[:, 3:] = without_sign_changes(values[:, 3:])
     unit = float(layout.units[layout.rows_of(effector).start])  # metres
@@ -173,12 +181,31 @@ def reach_path(robot: Robot, effector: int, fraction: float, period: float) -> T
         )  # fmt: skip
     from scipy.interpolate import CubicSpline  # takes long, and only this path needs it
 
+    if period is None:
+        period = _unhurried(robot, unit * values[:, :3], positions)
     knots = np.linspace(0.0, period, len(values))
     times = np.linspace(0.0, period, _SAMPLES + 1)
     curve = CubicSpline(knots, values, bc_type="periodic")(times)
     if kind == "frame":
         curve[:, 3:] /= np.linalg.norm(curve[:, 3:], axis=1, keepdims=True)
     return TargetPath(times, curve, True, kind)
+
+
+def _unhurried(robot: Robot, places: Array, positions: Array) -> float:
+    """Whole seconds for a pass, at least 10, in which a robot can follow points at equal intervals.
+
+    An effector moves by `_SPEED` of the size of the robot a second, in the mean, and no actuator faster than
+    `_RATE_SHARE` of its largest rate.
+
+    Args:
+        robot: its size and the rates of its actuators are used.
+        places: (m, 3 or 1) of the effector [m].
+        positions: (m, n_a) of the actuators there [m].
+    """
+    way = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+    moved = np.abs(np.diff(positions, axis=0)).max(axis=0)  # (n_a,) in an interval
+    at_rate = (len(positions) - 1) * float((moved / robot.limits.rate).max())  # s
+    return float(np.ceil(max(_PERIOD, way / (_SPEED * robot.part_size), at_rate / _RATE_SHARE)))
 
 
 def _settled_or_shortened(simulator: Simulator, command: Command) -> bool:

@@ -54,6 +54,13 @@ ZenohConfig = Annotated[
 ClosedLoop = Annotated[
     bool, typer.Option("--closed-loop", help="Correct the targets by measurements.")
 ]
+Period = Annotated[
+    float | None,
+    typer.Option(
+        min=0.1,
+        help="Duration of one pass in s; default: 10, for reach longer where the robot would have to hurry.",
+    ),
+]
 YoungScale = Annotated[
     float,
     typer.Option(

@@ -159,3 +159,15 @@ def test_winches_that_do_not_pay_out_are_commanded_by_pull(beam: Robot[NodalBody
     command = found.command(np.array([0.5, -1.0]))
     assert np.isnan(command.effort).all()
     assert command.position == pytest.approx([0.01, 0.0])
+
+
+def test_reach_takes_as_long_as_the_robot_needs(beam: Robot[NodalBody]) -> None:
+    """In 10 s the tip of the manipulator had to go 8 m, and was 0.4 m (RMS) from its targets."""
+    limits = beam.limits
+    slow = replace(beam, limits=replace(limits, rate=limits.rate / 50.0))
+    path = make_path("reach", slow, PathSettings())
+    np.testing.assert_allclose(path.values, make_path("reach", beam, PathSettings()).values)
+    # the last of three turns, to 0.8 of the largest position along a cosine, at half of the largest rate
+    turn = 2.0 * np.pi * 0.8 * float((limits.position_max / (0.5 * slow.limits.rate)).max())
+    assert path.duration == pytest.approx(3.0 * turn, rel=0.1)
+    assert make_path("reach", slow, PathSettings(period=4.0)).duration == 4.0
