@@ -90,9 +90,11 @@ def _send(
         end = path.duration
     _warn_of_distance(robot, path, settings.effector)
     log.info("sending targets to %s at %g Hz", robot.name, settings.rate)
-    clock, count, elapsed = Clock(1.0 / settings.rate), 0, 0.0
-    while not stop.requested and (end is None or elapsed <= end):
-        values = tuple(path.at(elapsed).tolist())
+    clock, count, elapsed, ended = Clock(1.0 / settings.rate), 0, 0.0, False
+    while not stop.requested and not ended:
+        # with the target at the end, also where that is between two ticks
+        ended = end is not None and elapsed >= end
+        values = tuple(path.at(elapsed if end is None else min(elapsed, end)).tolist())
         message = EffectorMessage(time.time_ns(), robot.frame, values)
         publisher.put(encode(effector.kind, effector.name, message))
         count += 1
