@@ -1,7 +1,7 @@
 """Inverse control: from a target to cable tensions, one decision a time step."""
 
 from tauten.controller.actuation import NO_CERTIFICATE, Actuation
-from tauten.controller.bases import load_contact, part_files
+from tauten.controller.bases import beside, load_contact, part_files
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.controller import Controller
 from tauten.controller.loading import ControllerSetup, Order, controller_setup
@@ -42,6 +42,7 @@ __all__ = [
     "Order",
     "Prepared",
     "Status",
+    "beside",
     "closed_compliance",
     "controller_setup",
     "decide",

@@ -11,11 +11,11 @@ from tauten.model import Robot
 from tauten.model.constraints import ConstrainedBody
 from tauten.model.load import part_path
 from tauten.model.schema import read_toml
-from tauten.reduction import ContactBasis
+from tauten.reduction import BasisError, ContactBasis
 from tauten.reduction.contact import SUFFIX as BASIS
 from tauten.reduction.contact import joined_basis
 from tauten.reduction.state import SUFFIX as STATES
-from tauten.reduction.state import StateBasis
+from tauten.reduction.state import StateBasis, StateBasisError
 
 PARTS = "parts"  # instead of a basis: those of the parts
 
@@ -38,7 +38,12 @@ def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"]
         return "full"
     if name == PARTS and robot.body.part_robots:
         return parts_contact(robot, path)
-    return ContactBasis.load(beside(path, name, BASIS)).fitted(robot)
+    found = beside(path, name, BASIS)
+    try:
+        basis = ContactBasis.load(found)
+    except BasisError as error:
+        raise BasisError(f"{error}{_or_beside(found, path, BASIS)}") from error
+    return basis.fitted(robot)
 
 
 def load_states(
@@ -49,7 +54,11 @@ def load_states(
     Raises:
         StateBasisError: there is none, it was made for another robot, or its error is larger than allowed.
     """
-    states = StateBasis.load(beside(path, settings.states or robot.name, STATES))
+    found = beside(path, settings.states or robot.name, STATES)
+    try:
+        states = StateBasis.load(found)
+    except StateBasisError as error:
+        raise StateBasisError(f"{error}{_or_beside(found, path, STATES)}") from error
     states.check_robot(robot)
     if not accept_error:
         states.check_tip(settings.max_tip_error)
@@ -62,6 +71,13 @@ def beside(path: Path, name: str, suffix: str) -> Path | str:
         if file.is_file():
             return file
     return name
+
+
+def _or_beside(found: Path | str, path: Path, suffix: str) -> str:
+    """The file that could have had the name of a basis which is not there; "" of a path."""
+    if isinstance(found, Path) or found.endswith(suffix):
+        return ""
+    return f"; no file {found}{suffix} is beside {path} either"
 
 
 def part_files(contents: dict[str, Any], path: Path) -> list[Path]:

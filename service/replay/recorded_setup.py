@@ -6,18 +6,17 @@ where they lie beside the log, unless the caller allows it.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tauten.controller import Order
+from tauten.controller import Order, beside
 from tauten.model.load import shipped_folder
+from tauten.reduction.contact import SUFFIX as BASIS
 from tauten.service.log import LogError, logged_description
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import RunDescription
 
 _PATH = "robot_path"  # an entry of the node's logs, not of those of `tauten record`
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  # of bases beside robot files and of shipped ones
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +95,8 @@ class RecordedSetup:
             LogError: the recorded file lies elsewhere, and recorded paths are not allowed.
         """
         basis = self.description.basis.name
-        if _NAME.fullmatch(basis):
-            return basis
+        if Path(basis).name == basis:
+            return self._named_basis(basis, allowed)
         beside = self.log.parent / Path(basis).name
         if beside.is_file():
             return str(beside.resolve())
@@ -105,6 +104,26 @@ class RecordedSetup:
             return basis
         raise LogError(
             f"{self.log}: recorded with the basis {basis}, which is not beside the log: "
+            "allow recorded paths (--recorded-paths)"
+        )
+
+    def _named_basis(self, name: str, allowed: bool) -> str:
+        """A basis that the log has by a name alone: of a file beside the robot file, or another one.
+
+        Where the robot file is beside the log, and such a basis was beside the recorded one only, its path.
+
+        Raises:
+            LogError: recorded paths are not allowed.
+        """
+        if not self.file or isinstance(beside(self.log.parent / "robot", name, BASIS), Path):
+            return name
+        recorded = beside(Path(self.file), name, BASIS)
+        if self.robot_file(allowed) == self.file or not isinstance(recorded, Path):
+            return name
+        if allowed:
+            return str(recorded.resolve())
+        raise LogError(
+            f"{self.log}: recorded with the basis {name} beside {self.file}, which is not beside the log: "
             "allow recorded paths (--recorded-paths)"
         )
 

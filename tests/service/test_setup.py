@@ -135,7 +135,8 @@ def test_bases_of_other_names_are_found_with_and_without_suffix(tmp_path: Path) 
         setup = load_setup(tmp_path / "other.toml", None, basis, "reduced", accept_error=True)
         assert isinstance(setup.contact, ContactBasis)
         assert setup.states
-    with pytest.raises(BasisError, match="no contact basis 'thumb'"):
+    said = f"no contact basis 'thumb'.*; no file thumb.basis is beside {path} either"
+    with pytest.raises(BasisError, match=said):
         load_setup(path, basis="thumb")
 
 
