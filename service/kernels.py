@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import pkgutil
 import sys
 import tempfile
@@ -93,6 +94,8 @@ def why_none() -> str:
         return (
             "this processor lacks instructions of x86-64-v3, or NUMBA_CPU_NAME chooses another one"
         )
+    if not file.is_file() and os.environ.get(SEED):
+        return f"{SEED} is {file}, which is no file"
     if not file.is_file():
         have = sorted(path.name.removesuffix(SUFFIX) for path in SHIPPED.glob(f"*{SUFFIX}"))
         here = seed_name().removesuffix(SUFFIX)

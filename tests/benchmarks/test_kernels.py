@@ -181,8 +181,11 @@ def test_why_none_is_used(
     with pytest.raises(SystemExit, match="0"):
         main()
     assert f"{SEED} is off" in capsys.readouterr().out
-    monkeypatch.setenv(SEED, str(tmp_path / "missing"))
     if portable_machine() is not None:
+        monkeypatch.setenv(SEED, str(tmp_path / "missing"))
+        assert why_none() == f"{SEED} is {tmp_path / 'missing'}, which is no file"
+        monkeypatch.delenv(SEED)
+        monkeypatch.setattr("tauten.service.kernels.seed_file", lambda: tmp_path / "missing")
         assert why_none().startswith(f"here is {seed_name()[:4]}")
     monkeypatch.setattr("tauten.service.kernels.portable_machine", lambda: None)
     assert "this processor lacks" in why_none()
