@@ -128,9 +128,8 @@ def _rate(setup: Setup, seconds: float) -> list[HostFinding]:
     rate, best = 1.0 / robot.h, rate_for(step)
     loop, goal = ControlLoop(controller, settings=setup.service), controller.effector_values
     late: list[float] = []
-    begin = time.monotonic()
     with manual_garbage_collection():
-        clock = punctual_clock(robot.h)
+        begin, clock = time.monotonic(), punctual_clock(robot.h)
         while not late or time.monotonic() - begin < seconds:
             late.append(clock.wait().lateness)
             loop.tick(goal, Signals(target=True))
