@@ -97,9 +97,9 @@ class RecordedSetup:
         basis = self.description.basis.name
         if Path(basis).name == basis:
             return self._named_basis(basis, allowed)
-        beside = self.log.parent / Path(basis).name
-        if beside.is_file():
-            return str(beside.resolve())
+        here = self.log.parent / Path(basis).name
+        if here.is_file():
+            return str(here.resolve())
         if allowed:
             return basis
         raise LogError(
@@ -115,10 +115,11 @@ class RecordedSetup:
         Raises:
             LogError: recorded paths are not allowed.
         """
-        if not self.file or isinstance(beside(self.log.parent / "robot", name, BASIS), Path):
-            return name
+        robot = Path(self.robot_file(allowed))  # a file, or the name of a shipped robot
         recorded = beside(Path(self.file), name, BASIS)
-        if self.robot_file(allowed) == self.file or not isinstance(recorded, Path):
+        if robot.suffix != ".toml" or robot == Path(self.file) or not isinstance(recorded, Path):
+            return name
+        if isinstance(beside(robot, name, BASIS), Path):
             return name
         if allowed:
             return str(recorded.resolve())

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from support.recorded_run import with_entry
 
+from tauten.model.load import shipped_folder
 from tauten.service.log import LogError, LogReader
 from tauten.service.replay.recorded_setup import recorded_setup
 
@@ -33,3 +34,12 @@ def test_a_basis_by_name_is_that_beside_the_log_or_on_request_the_recorded_one(
     assert found.contact_basis(True) == str(own / file)
     (away / "beam.toml").unlink()  # the recorded robot file names the one beside it
     assert found.contact_basis(True) == name
+
+
+def test_the_basis_of_a_shipped_robot_is_shipped(log: Path) -> None:
+    """Its log has the path of the robot in the installation, and may be replayed by another one."""
+    metadata = LogReader(log).read_metadata()
+    metadata["robot_path"] = str(shipped_folder() / "finger.toml")
+    for place, value in (("robot", "finger"), ("basis.name", "finger")):
+        metadata["description"] = with_entry(metadata["description"], place, value)
+    assert recorded_setup(log, metadata).contact_basis(False) == "finger"
