@@ -34,9 +34,10 @@ def exploring(
     """The design for a robot about which nothing else is known.
 
     Under the gravity of the robot file, one actuator goes through its range in small steps, as in the paper;
-    several go from rest to commands of a Latin hypercube over their ranges, in as many runs as their number
-    needs. Further runs go to such commands with gravity tilted by `TILT` to sides all round, and a `payload`
-    that pushes on the effectors in random directions.
+    several go from rest to commands of a Latin hypercube over their ranges, every second of them moved to the
+    corner of the ranges that is nearest, in as many runs as their number needs. Further runs go to such
+    commands with gravity tilted by `TILT` to sides all round, and a `payload` that pushes on the effectors in
+    random directions.
 
     Where the robot touches what is not in its file, more runs drive its surfaces against spheres.
 
@@ -111,9 +112,15 @@ def _loaded_runs(robot: Robot, found: CommandRange, effectors: int, seed: int) -
 
 
 def _random_ends(found: CommandRange, count: int, seed: int) -> Array:
-    """Shares (count, n_a) of the ranges, from a Latin hypercube."""
+    """Shares (count, n_a) of the ranges, from a Latin hypercube; every second at a corner of the ranges.
+
+    Decisions for targets out of reach, and of cables that work against each other, go to corners.
+    """
     levels = latin_hypercube_levels(count, len(found.least), seed)
-    ends: Array = np.where(found.least < 0.0, 2.0 * levels - 1.0, levels)
+    least = np.where(found.least < 0.0, -1.0, 0.0)  # (n_a,)
+    corners = np.where(levels < 0.5, least, 1.0)  # (count, n_a)
+    at_corner = (np.arange(count) % 2 == 1) & corners.any(axis=1)  # rest is no command
+    ends: Array = np.where(at_corner[:, None], corners, least + (1.0 - least) * levels)
     return ends
 
 

@@ -12,6 +12,7 @@ from tauten.reduction.campaign import (
     Design,
     DesignError,
     Ranges,
+    command_range,
     exploring,
     from_csv,
     latin_hypercube,
@@ -192,3 +193,18 @@ def test_designs_go_to_the_far_side_of_actuators_that_move_to_one_side_only() ->
         assert (ends >= -0.4).all()
         assert ends.min() < -0.2 + 1e-12
         assert ends.max() <= 0.0
+
+
+def test_every_second_run_of_exploring_ends_at_a_corner_of_the_ranges() -> None:
+    """Decisions go there; bases of random commands alone claimed a quarter of the error there."""
+    robot = constrained(drives=[{**TURN, "region": MIDDLE}])
+    found, corners = command_range(robot), 0
+    assert (found.least < 0.0).any() and (found.least == 0.0).any()  # a drive and a cable
+    for i, run in enumerate(run for run in exploring(robot).runs if not run.effector_force.any()):
+        assert run.effort is not None
+        end = np.where(found.by_force, run.effort[:, -1], run.position[:, -1])
+        ends = np.isclose(end, found.least) | np.isclose(end, found.most)
+        assert ends.all() == (i % 2 == 1)
+        assert end.any()
+        corners += ends.all()
+    assert corners >= 8
