@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.robots.examples import shipped_setup
 
-from tauten.controller import Controller, closed_compliance
+from tauten.controller import Controller, Order, closed_compliance
 from tauten.model import Robot, Simulator, one_blas_thread
 from tauten.reduction import ContactBasis
 from tauten.service.plant import PathSettings, make_path
@@ -111,13 +111,22 @@ def test_a_tick_of_the_reduced_finger_calls_few_python_functions() -> None:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "nearest"), [pytest.param(10.0, 0.5e-3, marks=pytest.mark.slow), (8.0, 0.8e-3)]
+    ("model", "seconds", "nearest", "farthest"),
+    [
+        pytest.param("reduced", 10.0, 0.5e-3, 0.35e-3, marks=pytest.mark.slow),
+        ("reduced", 8.0, 0.8e-3, 0.35e-3),
+        ("full", 8.0, 0.5e-3, 0.5e-3),
+    ],
 )
 def test_a_gripper_that_would_buckle_without_its_cables_is_pulled_smoothly(
-    seconds: float, nearest: float
+    model: Order, seconds: float, nearest: float, farthest: float
 ) -> None:
-    """Over the horizon its exact tangent becomes singular; pulls went to and fro by 0.5 mm a tick."""
-    controller = Controller.of("gripper")
+    """Over the horizon its exact tangent becomes singular; pulls went to and fro by 0.5 mm a tick.
+
+    Those of the full model went to and fro by 1 mm, as far as their rate permits, and the tip was 3.5 mm from
+    its targets (RMS).
+    """
+    controller = Controller.of("gripper", model=model)
     path = make_path("reach", controller.robot, PathSettings(fraction=0.8, period=1.0))
     rest, ticks = controller.effector_values, round(seconds / controller.period)
     pulls, errors = [], []
@@ -127,4 +136,4 @@ def test_a_gripper_that_would_buckle_without_its_cables_is_pulled_smoothly(
         pulls.append(controller.step(goal).position)
         errors.append(np.linalg.norm(controller.effector[0] - goal[:3]))
     assert np.sqrt(np.mean(np.square(errors))) < nearest
-    assert np.abs(np.diff(pulls, n=2, axis=0)).max() < 0.35e-3
+    assert np.abs(np.diff(pulls, n=2, axis=0)).max() < farthest

@@ -60,7 +60,7 @@ NOT_RUN = {
     "python -m benchmarks still --model full": "an hour; its results are in docs/results",
     "python -m benchmarks load-errors": "half an hour and more; its results are in the page",
     "sudo useradd": "changes the system; tests/docker checks the unit that it installs",
-    "docker compose": "needs a container engine; tests/docker checks the file and runs its steps",
+    "sudo chown": "needs root and a container engine; tests/docker checks the file and runs its steps",
     "nft add rule": "changes the firewall",
     "ssh -L": "needs a second computer; tests/service/view/test_guard has the tunnel's addresses",
 }

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.robots.gallery.blocks import grid_cells, write_mesh
-from benchmarks.robots.gallery.text import REDUCED_TABLES, point_list
+from benchmarks.robots.gallery.text import FOLLOWING, RATE, REDUCED_TABLES, point_list
 from tauten.model.numerics import Array, Ints
 
 HEAD = """\
@@ -86,7 +86,7 @@ def make_cells(shape: GripperShape) -> tuple[Array, Ints]:
 
 def make_text(shape: GripperShape) -> str:
     """The robot file."""
-    text = HEAD + REDUCED_TABLES
+    text = HEAD + REDUCED_TABLES.replace(RATE, RATE + FOLLOWING)
     depth = np.linspace(0.0, shape.length, 8)
     depth[0], depth[-1] = 0.002, depth[-1] - 0.004
     r = shape.radius - 0.5 * shape.size(depth)[0] + shape.cable

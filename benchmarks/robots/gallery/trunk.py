@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.robots.gallery.blocks import disc, grid_cells, write_mesh
-from benchmarks.robots.gallery.text import RATE, REDUCED_TABLES, point_list
+from benchmarks.robots.gallery.text import FOLLOWING, RATE, REDUCED_TABLES, point_list
 from tauten.model.numerics import Array, Ints
 
 SUBSTEPS = (
@@ -86,7 +86,7 @@ def make_cells(shape: TrunkShape) -> tuple[Array, Ints]:
 
 def make_text(shape: TrunkShape) -> str:
     """The robot file."""
-    tables = REDUCED_TABLES.replace(RATE, RATE + SUBSTEPS)
+    tables = REDUCED_TABLES.replace(RATE, RATE + SUBSTEPS + FOLLOWING)
     text = (HEAD + tables).format(tip=-shape.length)
     for kind, angle0, share, pull in (("long", 0.0, 1.0, 0.050), ("short", 45.0, 0.5, 0.025)):
         depth = np.linspace(0.0, share * shape.length, round(share * 16) + 1)
