@@ -6,7 +6,7 @@ from tauten.model.numerics import Array
 
 RATE = "rate = 50.0\n"
 # of robots that cables hold
-FOLLOWING = "following_horizon = 0.04    # s; over a longer one it buckles at given tensions\n"
+FOLLOWING = "following_horizon = 0.08    # s; over a longer one it buckles at given tensions\n"
 # The tables of time steps, control and service of a robot that its reduced model decides for.
 REDUCED_TABLES = f"""
 [integration]
