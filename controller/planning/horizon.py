@@ -192,23 +192,22 @@ def step_ahead(
     if horizon.idle and _touch_nothing_else(horizon, step):
         step = step.without_contacts()
     clusters, short = horizon.clusters, scheme.h <= SHORT
-    follows = horizon.following < scheme.h
-    meets = _in_contact(clusters, step, forces, scheme.h, robot.tolerance)  # (c,)
-    if course is not None and not follows and not all(meets.tolist()):
-        moved = robot.h * (step.compliance.H[step.layout.effectors] @ step.state.v)  # (n_e,)
-        factor = DECAY if short else 1.0
-        most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness, factor)
-        values, layout = step.rows.effectors.values, robot.effector_layout
-        shares = shares_that_go_on(course, layout, values, moved, clusters, most)
-        shares[meets] = 0.0
-        share = _mean_share(shares, layout.scale * moved, clusters)
-        if share > 0.0 and short:
-            return moving_on(ahead, space, step, forces, scheme, share)
-        scheme = _going_on(scheme, 1.0 - robot.h / scheme.h, shares, share, clusters)
-    elif course is not None and follows:
-        behind = time_behind(course, robot.effector_layout, step.rows.effectors.values, robot.h)
-        seconds = max(BEHIND * behind, horizon.following)
+    values, layout = step.rows.effectors.values, robot.effector_layout
+    if course is not None and horizon.following < scheme.h:
+        seconds = max(BEHIND * time_behind(course, layout, values, robot.h), horizon.following)
         scheme = replace(scheme, rate=1.0 / seconds) if seconds < scheme.h else scheme
+    elif course is not None:
+        meets = _in_contact(clusters, step, forces, scheme.h, robot.tolerance)  # (c,)
+        if not all(meets.tolist()):
+            moved = robot.h * (step.compliance.H[step.layout.effectors] @ step.state.v)  # (n_e,)
+            factor = DECAY if short else 1.0
+            most = largest_share(robot.h, scheme.h, scheme.rayleigh_stiffness, factor)
+            shares = shares_that_go_on(course, layout, values, moved, clusters, most)
+            shares[meets] = 0.0
+            share = _mean_share(shares, layout.scale * moved, clusters)
+            if share > 0.0 and short:
+                return moving_on(ahead, space, step, forces, scheme, share)
+            scheme = _going_on(scheme, 1.0 - robot.h / scheme.h, shares, share, clusters)
     rho, added = None, None
     if any(taut.tolist()) and not step.frictional:
         actuators = step.layout.actuators
