@@ -193,6 +193,11 @@ MaxOutside = Annotated[
 ]
 
 
+def cause(error: Exception) -> str:
+    """Why a file cannot be read, without its path and the number of the error, for a text that names it."""
+    return str(getattr(error, "strerror", None) or error)
+
+
 def read_text(path: Path, parse: Callable[[str], Any], kind: str) -> Any:
     """The contents of a file that holds TOML or JSON, not validated.
 
@@ -205,10 +210,8 @@ def read_text(path: Path, parse: Callable[[str], Any], kind: str) -> Any:
         )  # editors on Windows begin with a byte order mark
     except UnicodeDecodeError as error:
         raise RobotFileError(f"{path}: cannot be read ({error}); save it as UTF-8") from error
-    except OSError as error:
-        raise RobotFileError(f"{path}: cannot be read ({error.strerror or error})") from error
-    except ValueError as error:  # a zero byte in the path
-        raise RobotFileError(f"{path}: cannot be read ({error})") from error
+    except (OSError, ValueError) as error:  # a zero byte in the path too
+        raise RobotFileError(f"{path}: cannot be read ({cause(error)})") from error
     try:
         return parse(text)
     except (ValueError, RecursionError) as error:

@@ -10,6 +10,7 @@ import numpy as np
 
 from tauten.model import Robot
 from tauten.model.numerics import Array
+from tauten.model.schema import cause
 from tauten.reduction.campaign.designs import Design, DesignError, Run
 
 
@@ -50,10 +51,8 @@ def _read(path: Path, required: list[str], optional: list[str]) -> list[dict[str
             reader = csv.DictReader(file, restkey="(more fields than columns)", restval="")
             header = list(reader.fieldnames or [])
             lines = list(reader)
-    except OSError as error:
-        raise DesignError(f"{path}: cannot be read ({error.strerror or error})") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise DesignError(f"{path}: cannot be read ({error})") from error
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise DesignError(f"{path}: cannot be read ({cause(error)})") from error
     missing = [name for name in required if name not in header]
     unknown = [name for name in header if name not in [*required, *optional]]
     if missing or unknown:

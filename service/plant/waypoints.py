@@ -21,7 +21,7 @@ import numpy as np
 
 from tauten.model import UNIT_LENGTH
 from tauten.model.numerics import Array
-from tauten.model.schema import EffectorKind
+from tauten.model.schema import EffectorKind, cause
 
 _POSITION = ("x", "y", "z")
 # In the order of goal values.
@@ -110,10 +110,8 @@ def csv_path(path: Path, kind: EffectorKind, rate: float, repeats: bool) -> Targ
     """
     try:
         text = path.read_text(encoding="utf-8-sig")  # spreadsheets write its mark
-    except OSError as error:
-        raise PathError(f"{path}: cannot be read ({error.strerror or error})") from error
-    except UnicodeDecodeError as error:
-        raise PathError(f"{path}: cannot be read ({error})") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise PathError(f"{path}: cannot be read ({cause(error)})") from error
     return csv_text_path(text, str(path), kind, rate, repeats)
 
 
