@@ -90,10 +90,11 @@ def pulled(robot: Robot, guess: Guess, part: str, share: float = 1.0) -> Reached
 
 
 def inflated(robot: Robot, guess: Guess, young: float, part: str, share: float = 1.0) -> Reached:
-    """Inflate all guessed chambers alike, as far as there is an equilibrium and the tip stays near.
+    """Inflate the largest guessed chamber alone and all alike, as far as the tip stays near at equilibria.
 
-    The pressure doubles from a small one on: an equilibrium that is not there takes far longer to search than
-    one that is.
+    Chambers around an axis bend the robot one at a time, and only stretch it together: where the tip is, is
+    that of both which is farther from the start. The pressure doubles from a small one on: an equilibrium
+    that is not there takes far longer to search than one that is.
 
     Args:
         robot: of the guess.
@@ -103,27 +104,34 @@ def inflated(robot: Robot, guess: Guess, young: float, part: str, share: float =
         share: of the guessed pressure, at most.
 
     Raises:
-        PartError: no pressure of `LEAST_PRESSURE` or more has one.
+        PartError: no pressure of `LEAST_PRESSURE` or more has an equilibrium of each.
     """
-    sim = settled(robot, part)
-    start, nowhere = sim.effector[0], np.full(robot.n_a, np.nan)
-    half, found = start, None
+    which = np.unique([np.arange(robot.n_a) == 0, np.full(robot.n_a, True)], axis=0)
+    sims = [settled(robot, part) for _ in which]
+    nowhere, found = np.full(robot.n_a, np.nan), None
+    start = sims[0].effector[0]
+    half = np.tile(start, (len(sims), 1))
     tried = HALF * LEAST_PRESSURE
     while tried <= share:
         pressure = tried * PRESSURE * young
-        if not sim.settle(nowhere, np.full(robot.n_a, pressure)).converged:
+        if not all(
+            sim.settle(nowhere, np.where(filled, pressure, 0.0)).converged
+            for sim, filled in zip(sims, which, strict=True)
+        ):
             break
-        tip = sim.effector[0]
-        away = float(np.linalg.norm(tip - start))
-        if away >= FARTHEST * guess.length:
+        tips = np.stack([sim.effector[0] for sim in sims])
+        away = np.linalg.norm(tips - start, axis=1)
+        farther = int(away.argmax())
+        if away[farther] >= FARTHEST * guess.length:
             break
         if tried >= LEAST_PRESSURE:
-            volume = float(np.abs(sim.position).max())
-            moved = float(np.linalg.norm(half - start))
-            found = Reached(HALF * pressure, half, moved, tried, pressure, volume)
-        if away > HALF * FARTHEST * guess.length:
+            volume = float(max(np.abs(sim.position).max() for sim in sims))
+            tip = half[farther]
+            moved = float(np.linalg.norm(tip - start))
+            found = Reached(HALF * pressure, tip, moved, tried, pressure, volume)
+        if away[farther] > HALF * FARTHEST * guess.length:
             break  # twice the pressure would lead too far
-        half, tried = tip, tried / HALF
+        half, tried = tips, tried / HALF
     if found is None:
         raise PartError(
             f"{part}: the guessed chambers find no equilibrium at {LEAST_PRESSURE * PRESSURE * young:.2g} "

@@ -20,9 +20,10 @@ from tauten.service.check.findings import Level
 from tauten.service.new import Made, NewRobot, Trial, make_new_robot, mesher, meshing, read_part
 from tauten.service.new.choice import chosen_trial, compared, finer_than, verdict
 from tauten.service.new.guesses import guess_fields
+from tauten.service.new.make import write_files
 from tauten.service.new.meshing import mesh_part
-from tauten.service.new.template import Values, robot_text
-from tauten.service.new.trial import HALF, PRESSURE
+from tauten.service.new.template import Values, chamber_tables, robot_text
+from tauten.service.new.trial import HALF, PRESSURE, inflated
 from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
 
@@ -233,6 +234,31 @@ def test_a_closed_cavity_becomes_a_chamber(tmp_path: Path) -> None:
     moved = np.linalg.norm(simulator.effector[0] - start)
     assert 0.05 * 0.08 < moved < 0.3 * 0.08, "as far as a guess goes"
     assert guess_fields([robot.body.mesh], chambers=False).cavities == ()
+
+
+def test_chambers_around_an_axis_are_tried_one_at_a_time(tmp_path: Path) -> None:
+    """Together they only stretch the part, and its meshes were compared by what their asymmetry did."""
+    box = box_mesh((0.02, 0.012, 0.08), (5, 3, 8))
+    x, y, z = np.floor(box.nodes[box.tets].mean(axis=1) / (0.004, 0.004, 0.01)).T
+    mesh = TetMesh(box.nodes, box.tets[~(((x == 1) | (x == 3)) & (y == 1) & (z > 0) & (z < 7))])
+    guess = guess_fields([mesh])
+    text = robot_text(
+        Values("two", "two.stl", 8, 0.01, 3e5, 50.0), guess, chamber_tables(guess, 1e6, 1.0)
+    )
+    robot = load_robot(write_files(tmp_path, "two", text, mesh))
+    found = inflated(robot, guess, 3e5, "two.stl")
+    simulator = Simulator(robot, contact="none")
+    simulator.settle_start()
+    start = simulator.effector[0]
+    volumes, bent = [], []
+    for effort in ([found.effort, 0.0], [found.command, 0.0], [found.command, found.command]):
+        assert simulator.settle([np.nan] * 2, effort).converged
+        volumes.append(float(np.abs(simulator.position).max()))
+        bent.append(simulator.effector[0] - start)
+    assert abs(bent[0][0]) > 3.0 * abs(bent[0][2]), "one alone bends it"
+    assert found.moved == pytest.approx(float(np.linalg.norm(bent[0])), rel=1e-3)
+    assert abs(bent[2][0]) < 0.1 * abs(bent[2][2]), "both stretch it"
+    assert found.volume == pytest.approx(max(volumes), rel=1e-3)
 
 
 @pytest.mark.parametrize(("cells", "count"), [([(1, 1, 1)], 1), ([(1, 1, 1), (2, 2, 1)], 0)])
