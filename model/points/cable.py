@@ -15,9 +15,11 @@ from tauten.model.points.paths import Paths, Segments, blunted
 
 
 def segment_nodes(paths: Paths, stations: NodePoints) -> Ints:
-    """Nodes of both ends of every segment: (s, 8)."""
+    """Nodes of both ends of every segment (s, 8); an end that does not move has those of the other one."""
     first, nodes = paths.first, stations.nodes
-    return np.concatenate([nodes[first], nodes[first + 1]], axis=1)
+    moves = (stations.weights != 0.0).any(axis=1)[:, None]  # (p, 1)
+    start = np.where(moves[first], nodes[first], nodes[first + 1])
+    return np.concatenate([start, np.where(moves[first + 1], nodes[first + 1], start)], axis=1)
 
 
 def segment_weights(paths: Paths, stations: NodePoints) -> Array:

@@ -8,12 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.bodies import CABLE, box_mesh
 from support.robots.examples import EXAMPLES
 
 from tauten.controller import Controller, ControllerSetup, controller_setup
 from tauten.model import clusters_of
-from tauten.model.load import shipped_folder
+from tauten.model.load import build_robot, shipped_folder
+from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
+from tauten.model.schema import RobotConfig, validated
 
 HAND, GRIPPER = EXAMPLES / "hand.toml", shipped_folder() / "gripper.toml"
 
@@ -39,6 +42,26 @@ def test_clusters_are_what_neither_bodies_nor_contact_join(
     assert sorted(rows.tolist()) == list(range(robot.layout.contacts.start))
     values = np.concatenate([one.values for one in found.each])
     assert sorted(values.tolist()) == list(range(robot.effector_layout.n_values))
+
+
+@pytest.mark.parametrize("first", ["fixed", "free"])
+def test_cables_that_start_in_space_join_no_bodies(first: str) -> None:
+    """Whatever node the mesh begins with: a point in space was held by that of the first body."""
+    box = box_mesh((0.1, 0.02, 0.02), (4, 1, 1))
+    last = len(box.nodes) - 1
+    mesh = box if first == "fixed" else TetMesh(box.nodes[::-1].copy(), last - box.tets)
+    root = {"lower": [0.0, -1.0, -1.0], "upper": [0.0, 1.0, 1.0]}
+    rows = {"one": 0.0, "other": 0.1}
+    settings = {
+        "name": "pair", "material": {"young_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000.0},
+        "bodies": [{"name": name, "mesh": {"file": "box.vtu"}, "position": [0.0, y, 0.0], "fixed": [root]}
+                   for name, y in rows.items()],
+        "cables": [{**CABLE, "name": name, "pull_point": [-0.01, y + 0.01, 0.002],
+                    "points": [[0.01, y + 0.01, 0.002], [0.1, y + 0.01, 0.002]]} for name, y in rows.items()],
+        "effectors": [{"name": name, "point": [0.1, y + 0.01, 0.01]} for name, y in rows.items()],
+    }  # fmt: skip
+    robot = build_robot(validated(RobotConfig, settings, "pair.toml"), [mesh, mesh], "pair.toml")
+    assert [one.actuators.tolist() for one in clusters_of(robot).each] == [[0], [1]]
 
 
 @cache
