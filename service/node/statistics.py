@@ -98,8 +98,7 @@ class LoopStatistics:
             action: that left in it.
             values: (n_v,) goal values that the effectors of the model have after it.
         """
-        beside = self._effectors.difference(values, action.actuation.effector_values)  # (n_e,)
-        apart = float(self._effectors.lengths(beside).max())
+        apart = self._effectors.error(values, action.actuation.effector_values)  # m
         if action.decided and not isnan(apart):
             self._apart += (apart - self._apart) / AVERAGED
         self._ticks += 1

@@ -141,6 +141,23 @@ def test_every_kind_of_effector_may_move_away_from_what_decisions_say(number: in
     assert found == pytest.approx([0.0, 3.0], abs=0.01)
 
 
+def test_what_is_left_free_may_move_away_from_what_decisions_say() -> None:
+    """Along x and about z, with weight 0: no target was too fast for it, as health said."""
+    frame = next(one for one in ALL_KINDS if one.get("kind") == "frame")
+    robot = solid([{**frame, "weight": [0.0, 1.0, 1.0, 1.0, 1.0, 0.0]}])
+    loop, layout = ControlLoop(Controller(robot)), robot.effector_layout
+    statistics = LoopStatistics(robot.actuators, layout, robot.size)
+    action = loop.tick(loop.controller.effector_values, Signals(target=True))
+    change = np.array([0.03, 0.0, 4e-3, 0.0, 0.0, 0.5])  # m, rad
+    for _ in range(400):
+        statistics.add(
+            tick_of(action), action, layout.moved(action.actuation.effector_values, change)
+        )
+    health = statistics.diagnostics(Clock(0.02), [], None, {})
+    decisions = next(item for item in health if item.name == "decisions")
+    assert float(decisions.values["prediction_error_mm"]) == pytest.approx(4.0, abs=0.01)
+
+
 def test_health_says_that_time_ends_decisions() -> None:
     """A robot whose decisions are always cut is slow with usable statuses."""
     loop = ControlLoop(Controller(beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE)))
