@@ -1,6 +1,5 @@
 """Effectors of all kinds: their values and rows as functions of points that move with the body."""
 
-from tauten.model.effectors.effector_set import EffectorSet
 from tauten.model.effectors.effectors import Effectors
 from tauten.model.effectors.frame import FrameMeasure, frame_coefficients
 from tauten.model.effectors.measure import (
@@ -14,7 +13,6 @@ from tauten.model.effectors.measure import (
 
 __all__ = [
     "DistanceMeasure",
-    "EffectorSet",
     "Effectors",
     "FrameMeasure",
     "LengthMeasure",

@@ -11,7 +11,6 @@ from tauten.model.actuators import ChamberError
 from tauten.model.effectors import (
     DistanceMeasure,
     Effectors,
-    EffectorSet,
     FrameMeasure,
     LengthMeasure,
     Measure,
@@ -38,6 +37,7 @@ from tauten.model.signals import effector_layout
 
 EFFECTORS = "tauten.effectors"
 P = TypeVar("P", NodePoints, AttachedPoints)
+Q = TypeVar("Q", MeanPoints, AttachedPoints)
 
 
 def build_nodal_effectors(
@@ -60,8 +60,8 @@ def build_nodal_effectors(
         measures.append(measure)
         coefficients.append(weights)
     joined = sp.csr_array(sp.vstack(coefficients, format="csr"))
-    kinds = _effector_set(effectors, measures, np.asarray(joined @ places.nodes), places)
-    return Effectors(kinds, mean_points(joined, dof, n))
+    points = mean_points(joined, dof, n)
+    return _effectors(effectors, measures, np.asarray(joined @ places.nodes), places, points)
 
 
 def _on_nodes(
@@ -175,8 +175,7 @@ def build_beam_effectors(
     found = [_on_beams(item, f"effectors.{i}", places) for i, item in enumerate(effectors)]
     joined = join_attached_points([points for _, points in found])
     measures = [measure for measure, _ in found]
-    kinds = _effector_set(effectors, measures, places.at_rest(joined), places)
-    return Effectors(kinds, joined)
+    return _effectors(effectors, measures, places.at_rest(joined), places, joined)
 
 
 def _on_beams(
@@ -214,10 +213,14 @@ def _node_frame(origin: AttachedPoints) -> AttachedPoints:
     return join_attached_points([origin, axes])
 
 
-def _effector_set(
-    effectors: list[EffectorSettings], measures: list[Measure], y: Array, selector: NodeSelector
-) -> EffectorSet:
-    """Effectors over points at rest y (P, 3)."""
+def _effectors(
+    effectors: list[EffectorSettings],
+    measures: list[Measure],
+    y: Array,
+    selector: NodeSelector,
+    points: Q,
+) -> Effectors[Q]:
+    """Effectors over points that are at y (P, 3) at rest."""
     source, size = selector.source, float(np.linalg.norm(np.ptp(selector.nodes, axis=0)))
     starts = np.cumsum([0, *(len(measure.carrier) for measure in measures)])
     at_rest = [
@@ -231,4 +234,4 @@ def _effector_set(
         if item.kind == "volume":
             volumes[item.name] = float(values[0])
     layout = effector_layout(effectors, size, volumes)
-    return EffectorSet(layout, tuple(measures), starts)
+    return Effectors(layout, tuple(measures), starts, points)

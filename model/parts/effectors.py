@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tauten.model.effectors import Effectors, EffectorSet, Measure, Measurement
+from tauten.model.effectors import Effectors, Measure, Measurement
 from tauten.model.numerics import Array
 from tauten.model.parts.motion import PartsPoints, PointsOfPart
 from tauten.model.parts.part import Part, Placement
@@ -55,8 +55,7 @@ def parts_effectors(parts: Sequence[Part]) -> Effectors[PartsPoints]:
     starts, layouts, names, count = [np.zeros(1, np.int64)], [], [], 0
     for number, part in enumerate(parts):
         effectors = part.robot.effectors
-        kinds = effectors.kinds
-        points_only = kinds.layout.positions_only
+        points_only = effectors.layout.positions_only
         groups.append(
             PointsOfPart(
                 number, effectors.points, part.placement.elsewhere if points_only else None
@@ -64,12 +63,12 @@ def parts_effectors(parts: Sequence[Part]) -> Effectors[PartsPoints]:
         )
         measures += [
             measure if points_only else PlacedMeasure(measure, part.placement)
-            for measure in kinds.measures
+            for measure in effectors.measures
         ]
-        starts.append(kinds.starts[1:] + count)
-        count += int(kinds.starts[-1])
-        layouts.append(kinds.layout)
-        names += [part.named(name) for name in kinds.layout.names]
+        starts.append(effectors.starts[1:] + count)
+        count += int(effectors.starts[-1])
+        layouts.append(effectors.layout)
+        names += [part.named(name) for name in effectors.layout.names]
     layout: EffectorLayout = replace(joined_layout(layouts), names=tuple(names))
-    made = EffectorSet(layout, tuple(measures), np.concatenate(starts))
-    return Effectors(made, PartsPoints(tuple(groups)))
+    points = PartsPoints(tuple(groups))
+    return Effectors(layout, tuple(measures), np.concatenate(starts), points)

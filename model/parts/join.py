@@ -41,10 +41,10 @@ def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
     """
     effectors, motors = parts_effectors(parts), parts_motors(parts, assembly.couplings)
     check_unique("actuators", list(motors.actuators.names))
-    check_unique("effectors", list(effectors.kinds.layout.names))
+    check_unique("effectors", list(effectors.layout.names))
     vertices = contact_vertices(assembly.between, parts)
     return Robot(
-        names=RobotNames(assembly.name, assembly.frame, effectors.kinds.layout.names),
+        names=RobotNames(assembly.name, assembly.frame, effectors.layout.names),
         digest=assembly.digest,
         tolerance=assembly.tolerance,
         actuators=motors.actuators,

@@ -157,7 +157,7 @@ class Robot(Generic[B_co]):
     @cached_property
     def effector_layout(self) -> EffectorLayout:
         """Kinds of the effectors, their rows, goal values and weights."""
-        return self.effectors.kinds.layout
+        return self.effectors.layout
 
     @property
     def pairs(self) -> tuple[PairSlots, ...]:

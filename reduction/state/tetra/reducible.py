@@ -10,7 +10,6 @@ import scipy.sparse as sp
 
 from tauten.model import Robot
 from tauten.model.constraints import ConstrainedBody, Drums, FrameJoints
-from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.points import points_at, segment_nodes
 from tauten.model.tetra import NodalBody, TetBody
@@ -172,7 +171,7 @@ class ReducibleTetBody:
             work=make_work(sampled, curvature.tendons, motion.pulled),
         )
         points = mode_points(tetrahedra, E, effectors.points)
-        return robot.with_body(body, Effectors(effectors.kinds, points), contacts, surface)
+        return robot.with_body(body, effectors.over(points), contacts, surface)
 
     @property
     def floating(self) -> Bools:
