@@ -155,8 +155,8 @@ def prepare(
     """
     robot = horizon.robot
     contacts = space.k > 0 or enrichment.rounds > 0
-    assembled = robot.assemble(state, forces.effort)
-    system = robot.system(assembled, robot.integration)
+    assembled = robot.body.assemble(state, forces.effort)
+    system = robot.body.system(assembled, robot.integration)
     step = condensed(robot, space, state, forces, system, contacts, effectors=True)
     if not np.logical_and.reduce(np.isfinite(step.rows.contacts.rows.delta)):
         raise FactorisationError("the distance of a contact is not known")

@@ -36,7 +36,7 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class Assembled:
-    """Forces and tangents at a state, of which `Robot.system` makes systems; each kind of body adds its own.
+    """Forces and tangents at a state, of which `Body.system` makes systems; each kind of body adds its own.
 
     Attributes:
         state: where they were evaluated.
@@ -56,7 +56,7 @@ class Assembled:
             rho: (m,) stiffness of each; 0: none.
 
         Returns:
-            What `Robot.system` takes, and the stiffness (m,) that it adds.
+            What `Body.system` takes, and the stiffness (m,) that it adds.
         """
         return None, np.zeros_like(rho)
 

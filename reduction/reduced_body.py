@@ -84,7 +84,7 @@ class ReducedBody(Body[P]):
         return self.full.points(self.lifted(state))
 
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
-        """The state one step later, v and α + h v, see `Body`."""
+        """The state one step later, v and α + h v, see `Robot`."""
         return State(state.q + h * v, v, state.memory)
 
     def loaded(self, gravity: Array, effector_force: Array, effectors: Effectors[P]) -> Self:

@@ -140,7 +140,7 @@ class BeamBody(SparseBody[AttachedPoints]):
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Internal and outer forces, and the tangent, see `Body`."""
+        """Internal and outer forces, and the tangent, see `Robot`."""
         motion, beams, dof = self.motion(state), self.beams, self.pattern.dof
         x, Q = motion.x, motion.Q
         force, K = np.zeros((2 * self.n_nodes, 3)), np.zeros(len(self.pattern.indices))
@@ -278,7 +278,7 @@ class BeamBody(SparseBody[AttachedPoints]):
         Velocities are not turned with the nodes: inertia continues them along straight lines, and the forces
         of the next step curve the path.
 
-        See `Body`.
+        See `Robot`.
         """
         step, q = (h * v).reshape(-1, 6), state.q.reshape(-1, 7)
         if self.tree is None or straight:

@@ -1,7 +1,9 @@
 """A body: where its points are, its forces and its matrices, in coordinates of its own.
 
 A `Robot` asks its body for the mechanics of a step and knows nothing of its coordinates. There are bodies
-whose nodes move freely, bodies whose nodes follow frames, bodies of beams, and bodies of modes.
+whose nodes move freely, bodies whose nodes follow frames, bodies of beams, and bodies of modes. Where steps
+of several lengths start from one state, `assemble` gives forces and tangents there, and `system` the system
+of each step.
 """
 
 from __future__ import annotations
@@ -133,26 +135,13 @@ class Body(ABC, Generic[P]):
 
     @abstractmethod
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
-        """The state one step later, with the velocity v and moved by h v.
-
-        Args:
-            state: before the step.
-            v: (n,) velocity after it [m/s].
-            h: its length [s].
-            straight: whether nodes of beams move along straight lines where they could move along arcs.
-        """
+        """The state one step later, with the velocity v and moved by h v, see `Robot`."""
 
     @abstractmethod
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without actuators and contacts (n,) [N], and K = −∂force/∂q as the body stores it.
-
-        Args:
-            state: where to evaluate.
-            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
-            exact: exact derivative rather than the positive semidefinite tangent.
-        """
+        """Forces without actuators and contacts (n,) [N], and K = −∂force/∂q, see `Robot`."""
 
     @abstractmethod
     def assemble(
@@ -178,6 +167,11 @@ class Body(ABC, Generic[P]):
         self, assembled: Assembled, integration: Integration, added: Augmentation = None
     ) -> System:
         """The system of one step, `Robot.linearise` where forces and tangents are known.
+
+        Args:
+            assembled: by this body or one that it is a fork of or that is a fork of it.
+            integration: scheme and length of the step.
+            added: to the tangent, see `Assembled.augmentation`.
 
         Raises:
             FactorisationError: A is not positive definite (a state that has blown up).

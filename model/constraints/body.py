@@ -315,7 +315,7 @@ class ConstrainedBody(TetBody):
         return rows, self.drums.tensions(rows.delta, motion.travel[self.drums.regions])
 
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
-        """The state one step later, see `Body`."""
+        """The state one step later, see `Robot`."""
         step, first = h * v, 3 * len(self.coordinates.free)
         moved = self.frames.moved(state.q[first:], step[first:])
         after = State(np.concatenate([state.q[:first] + step[:first], moved]), v)

@@ -224,7 +224,7 @@ class PartsBody(Body[PartsPoints]):
         return max(body.displacement(own, dq[span]) for body, own, span in every)
 
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
-        """The state one step later, of every part by its body, see `Body`."""
+        """The state one step later, of every part by its body, see `Robot`."""
         every = zip(self.bodies, self.states(state), self.spans.columns, strict=True)
         return joined_state(
             [advanced(body, own, v[span], h, straight) for body, own, span in every]
@@ -238,7 +238,7 @@ class PartsBody(Body[PartsPoints]):
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without actuators and contacts (n,) [N], and K of every part, see `Body`."""
+        """Forces without actuators and contacts (n,) [N], and K of every part, see `Robot`."""
         every = zip(self.bodies, self.states(state), self.actuator_set.split(effort), strict=True)
         found = [body.forces(own, part, exact) for body, own, part in every]
         force, K = zip(*found, strict=True)

@@ -1,9 +1,8 @@
 """The robot: what a step uses, whatever its body is made of.
 
 `linearise` gives the system of one step, `rows` the rows of effectors, actuators and contacts,
-`advance` the next state, `rest` the initial one. Where steps of several lengths start from one state,
-`assemble` gives forces and tangents there, and `system` the system of each step. A robot is immutable except
-for the workspace of its body: code that steps a robot uses a `fork` of it.
+`advance` the next state, `rest` the initial one. A robot is immutable except for the workspace of its body:
+code that steps a robot uses a `fork` of it.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from tauten.model.points import Motion
 from tauten.model.rows import NO_EFFECTOR_ROWS, ContactRows, PairSlots
 from tauten.model.schema import RobotConfig
 from tauten.model.signals import Actuators, EffectorLayout, Limits
-from tauten.model.state import Assembled, Augmentation, RobotRows, State
+from tauten.model.state import RobotRows, State
 from tauten.model.system import Integration, System
 
 B_co = TypeVar("B_co", bound=Body, covariant=True, default=Body)
@@ -313,11 +312,11 @@ class Robot(Generic[B_co]):
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without actuators and contacts (n,) [N], and the tangent K as the body stores it.
+        """Forces without actuators and contacts (n,) [N], and K = −∂force/∂q as the body stores it.
 
         Args:
             state: where to evaluate.
-            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
+            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent; None: none does.
             exact: the exact derivative, which is not always positive definite.
         """
         return self.body.forces(state, effort, exact)
@@ -336,33 +335,6 @@ class Robot(Generic[B_co]):
             FactorisationError: A is not positive definite (a state that has blown up).
         """
         return self.body.linearise(state, effort, integration or self.integration)
-
-    def assemble(
-        self, state: State, effort: Array | None = None, integration: Integration | None = None
-    ) -> Assembled:
-        """Forces and tangents at a state, valid until this robot assembles others.
-
-        Args:
-            state: where steps start.
-            effort: (n_a,) last efforts of the actuators, for the curvature they add to A.
-            integration: another scheme than the robot's. The steps may have any length, but its damping.
-        """
-        return self.body.assemble(state, effort, integration)
-
-    def system(
-        self, assembled: Assembled, integration: Integration, added: Augmentation = None
-    ) -> System:
-        """The system of one step, `linearise` where forces and tangents are known.
-
-        Args:
-            assembled: by this robot or one that it is a fork of or that is a fork of it.
-            integration: scheme and length of the step.
-            added: to the tangent, see `Assembled.augmentation`.
-
-        Raises:
-            FactorisationError: A is not positive definite (a state that has blown up).
-        """
-        return self.body.system(assembled, integration, added)
 
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
         """The state one step later, with the velocity v and moved by h v.

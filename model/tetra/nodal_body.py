@@ -41,7 +41,7 @@ class NodalBody(TetBody):
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Internal forces plus gravity, and the tangent, see `Body`."""
+        """Internal forces plus gravity, and the tangent, see `Robot`."""
         return self.forces_with(
             EXACT if exact else self.tetrahedra.elements.semidefinite, state, effort
         )
@@ -103,5 +103,5 @@ class NodalBody(TetBody):
         return steps.turned(self.nodes(state), u)
 
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
-        """The state one step later, v and q + h v, see `Body`."""
+        """The state one step later, v and q + h v, see `Robot`."""
         return self.remembering(state, State(state.q + h * v, v), h)

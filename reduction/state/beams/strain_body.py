@@ -156,7 +156,7 @@ class StrainBody(ReducedBody[AttachedPoints]):
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without actuators and contacts (r,), and the tangent K (r, r), see `Body`."""
+        """Forces without actuators and contacts (r,), and the tangent K (r, r), see `Robot`."""
         work, full = self.moved(state.q), self.beams
         force = self.mass_rows(full.gravity) @ work.motion.J - self.stiffness @ state.q
         if self.outer:

@@ -151,7 +151,7 @@ class ModalBody(ReducedBody[ModePoints]):
         return most if map_.is_plain else max(most, map_.largest_move(dq))
 
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
-        """The state one step later, see `Body`."""
+        """The state one step later, see `Robot`."""
         map_, step = self.own_motion, h * v
         q = map_.moved(state.q, step) if map_.frames > 0 else state.q + step
         return State(q, v, state.memory)
@@ -167,7 +167,7 @@ class ModalBody(ReducedBody[ModePoints]):
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Forces without actuators and contacts (n,) [N], and the tangent K (n, n), see `Body`."""
+        """Forces without actuators and contacts (n,) [N], and the tangent K (n, n), see `Robot`."""
         at = self.responding(state, effort, dataclasses.replace(self.integration, static=True))
         return at.force, self.tangent(at, (0.0, 1.0), exact)
 

@@ -104,9 +104,9 @@ def test_plans_count_on_a_tangent_of_which_little_is_left_by_compression(tmp_pat
     def exact(share: float, seconds: float) -> bool:
         q, P = rest.q.reshape(-1, 7).copy(), share * euler
         q[:, 2] *= 1.0 - P / (E * SECTION.area)
-        at = robot.assemble(State(q.ravel(), rest.v), np.array([P]))
+        at = robot.body.assemble(State(q.ravel(), rest.v), np.array([P]))
         scheme = replace(robot.integration, rate=1.0 / seconds)
-        return robot.system(at, scheme).exact
+        return robot.body.system(at, scheme).exact
 
     assert [exact(share, 1e3) for share in (0.0, 0.08, 0.12, 0.9, 1.1, -1.0)] == [
         True, True, False, False, False, True,

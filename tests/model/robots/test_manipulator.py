@@ -60,7 +60,7 @@ def test_the_semidefinite_tangent_of_a_time_step_is_not_stiffer_than_the_arm(
     """
     simulator = Simulator(arm, contact="none")
     assert simulator.settle(effort=np.full(9, 40.0)).converged
-    at = arm.assemble(simulator.state, simulator.effort)
+    at = arm.body.assemble(simulator.state, simulator.effort)
     assert isinstance(at, SparseAssembled)
     tangents = at.K, arm.body.semidefinite(at, arm.integration)
     M = arm.body.matrix(at.mass).toarray()

@@ -105,7 +105,7 @@ def test_a_step_is_that_of_the_full_robot_in_the_basis(
     calm = State(0.1 * state.q, state.v)
     system, full = reduced.linearise(calm), robot.linearise(reduced.body.lifted(calm))
     if not alone:
-        system = reduced.system(reduced.assemble(calm), reduced.integration)
+        system = reduced.body.system(reduced.body.assemble(calm), reduced.integration)
     assert system.exact
     assert full.exact
     # A and b of the full system from its solutions; the reduced one has ΦᵀA Φ and Φᵀb

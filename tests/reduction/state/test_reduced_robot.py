@@ -80,9 +80,9 @@ def test_complete_basis_gives_the_step(
     if longer is None:
         found = complete.linearise(alpha, effort, scheme)
     else:
-        assembled = complete.assemble(alpha, effort, scheme)
+        assembled = complete.body.assemble(alpha, effort, scheme)
         scheme = replace(scheme, rate=scheme.rate / longer)
-        found = complete.system(assembled, scheme)
+        found = complete.body.system(assembled, scheme)
     known = thumb.linearise(full, effort, scheme)
     scale = np.abs(known.v_free).max()
     np.testing.assert_allclose(Phi @ found.v_free, known.v_free, atol=1e-7 * scale)
