@@ -30,7 +30,7 @@ from tauten.model.beams import (
 )
 from tauten.model.load.actuators import build_cables
 from tauten.model.load.beam_bodies import CORNERS, BeamPart
-from tauten.model.load.bodies import Bodies, Shape, digests_of
+from tauten.model.load.bodies import Bodies, Shape, robot_with
 from tauten.model.load.contacts import contact_set, contact_surfaces
 from tauten.model.load.effectors import build_beam_effectors
 from tauten.model.load.places import BeamPlaces
@@ -43,9 +43,8 @@ from tauten.model.points import (
     join_attached_points,
     no_attached_points,
 )
-from tauten.model.robot import Robot, names_of
+from tauten.model.robot import Robot
 from tauten.model.schema import RobotConfig
-from tauten.model.signals import actuators_of, limits_of
 from tauten.model.system import integration_of, make_pattern
 
 
@@ -103,36 +102,26 @@ def build_beam_robot(
         [groups(beams.ends), groups(ends_of(paths, stations)), *map(groups, coupled)],
     )
     free, scheme = ~fixed, config.integration
-    digest, fewer = digests_of(config, shapes, source)
-    return Robot(
-        names=names_of(config),
-        digest=digest,
-        tolerance=config.contact.tolerance,
-        actuators=actuators_of(config),
-        limits=limits_of(config, source),
-        effectors=effectors,
-        contacts=contact_set(config, vertices, triangles, joined[touched_nodes(bodies)], source),
-        vertices=surfaces.contact_points,
-        body=BeamBody(
-            gravity=np.array(config.gravity),
-            integration=integration_of(config),
-            actuator_set=actuators,
-            pattern=pattern,
-            factorisation=make_factorisation(
-                pattern.indptr, pattern.indices, scheme.factorisation, scheme.threads
-            ),
-            floating=np.zeros(pattern.n, dtype=bool),
-            beams=beams,
-            mass=np.repeat(np.stack([beams.mass, beams.inertia], axis=1)[free].ravel(), 3),
-            tree=tree_of(beams, fixed),
-            beam_slot=pattern.blocks(groups(beams.ends)),
-            cable_slot=pattern.blocks(groups(ends_of(paths, stations))),
-            force_slot=pattern.blocks(2 * levers_of(actuators) + 1),
-            outer=effectors.pushed(np.zeros(3 * len(config.effectors))),
-            surfaces=surfaces,
+    body = BeamBody(
+        gravity=np.array(config.gravity),
+        integration=integration_of(config),
+        actuator_set=actuators,
+        pattern=pattern,
+        factorisation=make_factorisation(
+            pattern.indptr, pattern.indices, scheme.factorisation, scheme.threads
         ),
-        digests_of_fewer=fewer,
+        floating=np.zeros(pattern.n, dtype=bool),
+        beams=beams,
+        mass=np.repeat(np.stack([beams.mass, beams.inertia], axis=1)[free].ravel(), 3),
+        tree=tree_of(beams, fixed),
+        beam_slot=pattern.blocks(groups(beams.ends)),
+        cable_slot=pattern.blocks(groups(ends_of(paths, stations))),
+        force_slot=pattern.blocks(2 * levers_of(actuators) + 1),
+        outer=effectors.pushed(np.zeros(3 * len(config.effectors))),
+        surfaces=surfaces,
     )
+    contacts = contact_set(config, vertices, triangles, joined[touched_nodes(bodies)], source)
+    return robot_with(config, shapes, source, body, effectors, contacts, surfaces.contact_points)
 
 
 def ends_of(paths: Paths, stations: AttachedPoints) -> Ints:

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
+from tauten.model.body import Body
+from tauten.model.contact import ContactSet
+from tauten.model.effectors import Effectors
 from tauten.model.load.beam_bodies import CORNERS, BeamPart, beam_network, build_beam
 from tauten.model.mesh import (
     BodyRange,
@@ -24,6 +28,7 @@ from tauten.model.mesh import (
 )
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.parts import Placement
+from tauten.model.robot import Robot
 from tauten.model.schema import (
     BeamNetwork,
     BodySettings,
@@ -34,7 +39,11 @@ from tauten.model.schema import (
     digests_of_fewer,
     robot_digest,
 )
+from tauten.model.signals import actuators_of, limits_of
 from tauten.model.tetra import BodyParts, body_parts, join_bodies
+
+B = TypeVar("B", bound=Body)
+P = TypeVar("P")
 
 AnyMesh = TetMesh | QuadraticMesh
 AT_DISC = 1e-9  # m, distance of a point that is on a disc
@@ -184,13 +193,41 @@ def contents_of(config: RobotConfig, shapes: Sequence[Shape]) -> list[bytes]:
     return found
 
 
-def digests_of(
-    config: RobotConfig, shapes: Sequence[Shape], source: str
-) -> tuple[str, tuple[str, ...]]:
-    """The digest of a robot, and those of the robot with fewer contacts."""
+def robot_with(
+    config: RobotConfig,
+    shapes: Sequence[Shape],
+    source: str,
+    body: B,
+    effectors: Effectors[P],
+    contacts: ContactSet,
+    vertices: P,
+) -> Robot[B]:
+    """The robot of a file, with what its kind of body has of its own.
+
+    Args:
+        config: the robot file.
+        shapes: of its bodies.
+        source: the robot file's path.
+        body: its mechanics.
+        effectors: over points of the body.
+        contacts: candidates and surfaces on
+        vertices: points of the body.
+    """
     folder = Path(source).parent
     digest = robot_digest(config, contents_of(config, shapes), folder)
-    return digest, digests_of_fewer(digest, config, folder)
+    return Robot(
+        name=config.name,
+        frame=config.frame,
+        digest=digest,
+        tolerance=config.contact.tolerance,
+        actuators=actuators_of(config),
+        limits=limits_of(config, source),
+        effectors=effectors,
+        contacts=contacts,
+        vertices=vertices,
+        body=body,
+        digests_of_fewer=digests_of_fewer(digest, config, folder),
+    )
 
 
 def content_of(mesh: AnyMesh) -> bytes:

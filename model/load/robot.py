@@ -14,9 +14,10 @@ from typing import Any, TypeVar
 import numpy as np
 
 from tauten.model.actuators import ActuatorSet, coupled_nodes, nodal_curvature
+from tauten.model.constraints import ConstrainedBody
 from tauten.model.load.actuators import build_actuators
 from tauten.model.load.beams import build_beam_robot, of_beams_alone, touched_triangles
-from tauten.model.load.bodies import Bodies, Shape, build_bodies, digests_of, read_bodies
+from tauten.model.load.bodies import Bodies, Shape, build_bodies, read_bodies, robot_with
 from tauten.model.load.constraints import build_constraints, constrained
 from tauten.model.load.contacts import contact_set, contact_surfaces
 from tauten.model.load.effectors import build_nodal_effectors
@@ -26,7 +27,7 @@ from tauten.model.load.places import MeshPlaces
 from tauten.model.numerics import Bools, Ints, make_factorisation
 from tauten.model.parts import PartsBody
 from tauten.model.points import MeanPoints, NodePoints, points_at
-from tauten.model.robot import Robot, names_of
+from tauten.model.robot import Robot
 from tauten.model.schema import (
     Changes,
     MaterialSettings,
@@ -39,7 +40,6 @@ from tauten.model.schema import (
     read_toml,
     validated,
 )
-from tauten.model.signals import actuators_of, limits_of
 from tauten.model.system import Integration, free_dof, integration_of, make_pattern
 from tauten.model.tetra import (
     NodalBody,
@@ -314,23 +314,14 @@ def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, sourc
         viscosity=viscosity,
     )
     scheme = replace(integration_of(config), viscous=viscosity is not None)
-    digest, fewer = digests_of(config, shapes, source)
-    return Robot(
-        names=names_of(config),
-        digest=digest,
-        tolerance=config.contact.tolerance,
-        actuators=actuators_of(config),
-        limits=limits_of(config, source),
-        effectors=build_nodal_effectors(config.effectors, places, pattern.dof, pattern.n),
-        contacts=contacts,
-        vertices=points_at(np.arange(len(body.mesh.nodes))),
-        body=(
-            constrained(tetrahedra, constraints, config, bodies, scheme, actuators, loose)
-            if constraints
-            else free_body(tetrahedra, config, scheme, actuators, loose)
-        ),
-        digests_of_fewer=fewer,
-    )
+    made: NodalBody | ConstrainedBody
+    if constraints:
+        made = constrained(tetrahedra, constraints, config, bodies, scheme, actuators, loose)
+    else:
+        made = free_body(tetrahedra, config, scheme, actuators, loose)
+    effectors = build_nodal_effectors(config.effectors, places, pattern.dof, pattern.n)
+    vertices = points_at(np.arange(len(body.mesh.nodes)))
+    return robot_with(config, shapes, source, made, effectors, contacts, vertices)
 
 
 def free_body(

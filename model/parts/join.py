@@ -26,7 +26,7 @@ from tauten.model.parts.motion import PartsPoints, PointsOfPart, slices
 from tauten.model.parts.motors import parts_motors
 from tauten.model.parts.part import Part, Placement
 from tauten.model.parts.spans import spans_of
-from tauten.model.robot import Robot, RobotNames
+from tauten.model.robot import Robot
 from tauten.model.schema import check_unique
 from tauten.model.system import Integration
 
@@ -44,7 +44,8 @@ def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
     check_unique("effectors", list(effectors.layout.names))
     vertices = contact_vertices(assembly.between, parts)
     return Robot(
-        names=RobotNames(assembly.name, assembly.frame, effectors.layout.names),
+        name=assembly.name,
+        frame=assembly.frame,
         digest=assembly.digest,
         tolerance=assembly.tolerance,
         actuators=motors.actuators,

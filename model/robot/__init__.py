@@ -1,7 +1,7 @@
 """The robot that a step uses, and what of it is drawn."""
 
 from tauten.model.robot.clusters import Cluster, Clusters, clusters_of
-from tauten.model.robot.robot import Robot, RobotNames, names_of
+from tauten.model.robot.robot import Robot
 from tauten.model.robot.skin import (
     NO_CONTACTS,
     Floats,
@@ -28,10 +28,8 @@ __all__ = [
     "NO_CONTACTS",
     "PushingContacts",
     "Robot",
-    "RobotNames",
     "SkinMesh",
     "held_vertices",
-    "names_of",
     "contact_wrenches",
     "touched_names",
     "obstacles_of",

@@ -23,7 +23,6 @@ from tauten.model.layout import Layout, row_layout
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Motion
 from tauten.model.rows import NO_EFFECTOR_ROWS, ContactRows, PairSlots
-from tauten.model.schema import RobotConfig
 from tauten.model.signals import Actuators, EffectorLayout, Limits
 from tauten.model.state import RobotRows, State
 from tauten.model.system import Integration, System
@@ -33,30 +32,6 @@ Other = TypeVar("Other", bound=Body)
 P = TypeVar("P")
 
 
-@dataclass(frozen=True, slots=True)
-class RobotNames:
-    """Names in keys, messages and tables.
-
-    Attributes:
-        robot: of the robot.
-        frame: frame id of its positions.
-        effectors: in row order.
-    """
-
-    robot: str
-    frame: str
-    effectors: tuple[str, ...]
-
-
-def names_of(config: RobotConfig) -> RobotNames:
-    """The names in a robot file."""
-    return RobotNames(
-        robot=config.name,
-        frame=config.frame,
-        effectors=tuple(effector.name for effector in config.effectors),
-    )
-
-
 @dataclass(frozen=True, eq=False)
 class Robot(Generic[B_co]):
     """A soft robot: a body, what drives it, what is to reach targets, and what may touch.
@@ -64,7 +39,8 @@ class Robot(Generic[B_co]):
     Robots can be pickled, the workspace of their body without its factors.
 
     Attributes:
-        names: of the robot and its effectors.
+        name: in keys and messages.
+        frame: frame id of its positions on the wire.
         digest: what its contact forces depend on, from its files alone, see
             `tauten.model.schema.robot_digest`.
         tolerance: depth of penetration from which a unit column is added for a contact candidate [m].
@@ -77,7 +53,8 @@ class Robot(Generic[B_co]):
         digests_of_fewer: digests of this robot with the first 0, 1, 2, ... of its contacts.
     """
 
-    names: RobotNames
+    name: str
+    frame: str
     digest: str
     tolerance: float
     actuators: Actuators
@@ -89,19 +66,9 @@ class Robot(Generic[B_co]):
     digests_of_fewer: tuple[str, ...] = ()
 
     @property
-    def name(self) -> str:
-        """Name in keys and messages."""
-        return self.names.robot
-
-    @property
-    def frame(self) -> str:
-        """Frame id of its positions on the wire."""
-        return self.names.frame
-
-    @property
     def effector_names(self) -> tuple[str, ...]:
         """Names of the effectors, in row order."""
-        return self.names.effectors
+        return self.effectors.layout.names
 
     @property
     def gravity(self) -> Array:
@@ -251,7 +218,7 @@ class Robot(Generic[B_co]):
             vertices: points of the body.
         """
         return Robot(
-            self.names, self.digest, self.tolerance, self.actuators, self.limits,
+            self.name, self.frame, self.digest, self.tolerance, self.actuators, self.limits,
             effectors, contacts, vertices, body, self.digests_of_fewer,
         )  # fmt: skip
 
