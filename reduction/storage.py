@@ -31,34 +31,48 @@ _LONGEST_HEADER = 1 << 20  # [bytes]
 _LONGEST_REASON = 200  # characters quoted of another library's message
 
 
-class UnknownFile(ValueError):
-    """Neither a path nor the name of a shipped file; the text names both possibilities."""
-
-
 class DamagedFile(ValueError):
     """A file with another content than was saved; the text names the file and the fault."""
 
 
 @contextmanager
-def located(name_or_path: str | Path, suffix: str, what: str) -> Iterator[Path]:
-    """The file of a path, or the file shipped for a robot of that name.
+def located(
+    name_or_path: str | Path, suffix: str, what: str, fault: type[ValueError]
+) -> Iterator[Path]:
+    """The file of a path, or the file shipped for a robot of that name, while it is read.
 
-    Raises:
-        UnknownFile: it is neither.
+    Args:
+        name_or_path: of the file.
+        suffix: of its name.
+        what: such files are called in messages.
+        fault: raised where it is neither, where it cannot be read, and as by `whole`.
     """
     path = Path(name_or_path)
-    if path.suffix == suffix or path.is_file():
-        yield path
-        return
-    resources = [p for p in files(_SHIPPED).iterdir() if p.name.endswith(suffix)]
-    shipped = {p.name.removesuffix(suffix): p for p in resources}
-    if str(name_or_path) not in shipped:
-        raise UnknownFile(
-            f"no {what} {str(name_or_path)!r}: expected a path ending in {suffix} "
-            f"or one of the shipped ones ({', '.join(sorted(shipped)) or 'none'})"
-        )
-    with as_file(shipped[str(name_or_path)]) as file:
-        yield file
+    shipped = {}
+    if path.suffix != suffix and not path.is_file():
+        resources = [p for p in files(_SHIPPED).iterdir() if p.name.endswith(suffix)]
+        shipped = {p.name.removesuffix(suffix): p for p in resources}
+        if str(name_or_path) not in shipped:
+            raise fault(
+                f"no {what} {str(name_or_path)!r}: expected a path ending in {suffix} "
+                f"or one of the shipped ones ({', '.join(sorted(shipped)) or 'none'})"
+            )
+    try:
+        with as_file(shipped.get(str(name_or_path), path)) as file, whole(file, what, fault):
+            yield file
+    except OSError as error:
+        raise fault(f"{path}: no {what} can be read there ({error.strerror})") from error
+
+
+@contextmanager
+def whole(path: str | Path, what: str, fault: type[ValueError]) -> Iterator[None]:
+    """While a file is read: where its content is not what was saved, a fault names file and reason."""
+    try:
+        yield
+    except DamagedFile as error:
+        raise fault(str(error)) from error
+    except (KeyError, TypeError, ValueError) as error:
+        raise fault(f"{path}: this {what} file is damaged ({error})") from error
 
 
 def write(

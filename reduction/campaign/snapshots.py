@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.reduction.storage import DamagedFile, parsed, read, write
+from tauten.reduction.storage import parsed, read, whole, write
 
 SUFFIX = ".snapshots"
 _KIND = "tauten snapshots"
@@ -148,15 +148,11 @@ class Snapshots:
             FileNotFoundError: there is none.
             SnapshotError: it is damaged or no snapshot file.
         """
-        try:
+        with whole(path, "snapshot", SnapshotError):
             names = [field.name for field in fields(cls) if field.name != "origin"]
             kinds = {name: _ARRAYS.get(name, _MATRIX)[0] for name in names}
             header, arrays = read(Path(path), _KIND, kinds)
             return cls(origin=parsed(Origin, header["origin"]), **arrays)
-        except DamagedFile as error:
-            raise SnapshotError(str(error)) from error
-        except (SnapshotError, KeyError, TypeError, ValueError) as error:
-            raise SnapshotError(f"{path}: this snapshot file is damaged ({error})") from error
 
     def _arrays(self) -> dict[str, Any]:
         names = (field.name for field in fields(self) if field.name != "origin")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tauten.model import ChainedRows, ContactRows, ReducedContacts, Robot
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.reduction.provenance import Provenance, made_for_another
-from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
+from tauten.reduction.storage import located, parsed, read, write
 
 SUFFIX = ".basis"
 _KIND = "tauten contact basis"
@@ -149,24 +149,10 @@ class ContactBasis:
         Raises:
             BasisError: no such basis, or the file is damaged; names the file and what was found.
         """
-        try:
-            with located(name_or_path, SUFFIX, "contact basis") as file:
-                return _load(file)
-        except UnknownFile as error:
-            raise BasisError(str(error)) from error
-
-
-def _load(path: Path) -> ContactBasis:
-    try:
-        header, arrays = read(path, _KIND, {"Psi": "f"})
-        provenance = parsed(Provenance, header["provenance"])
-        return ContactBasis(np.ascontiguousarray(arrays["Psi"], dtype=float), provenance)
-    except OSError as error:
-        raise BasisError(f"{path}: no basis file there can be read ({error.strerror})") from error
-    except DamagedFile as error:
-        raise BasisError(str(error)) from error
-    except (BasisError, KeyError, TypeError, ValueError) as error:
-        raise BasisError(f"{path}: this basis file is damaged ({error})") from error
+        with located(name_or_path, SUFFIX, "contact basis", BasisError) as path:
+            header, arrays = read(path, _KIND, {"Psi": "f"})
+            provenance = parsed(Provenance, header["provenance"])
+            return cls(np.ascontiguousarray(arrays["Psi"], dtype=float), provenance)
 
 
 @kernel

@@ -14,7 +14,7 @@ from tauten.model.schema import same_but_contacts
 from tauten.reduction.provenance import made_for_another
 from tauten.reduction.reduced_body import ReducedBody, StateBasisError
 from tauten.reduction.state.bodies import reducible
-from tauten.reduction.storage import DamagedFile, UnknownFile, located, parsed, read, write
+from tauten.reduction.storage import located, parsed, read, write
 
 SUFFIX = ".states"
 _KIND = "tauten state basis"
@@ -222,30 +222,14 @@ class StateBasis:
         Raises:
             StateBasisError: no such file, or it is damaged; names the file and what was found.
         """
-        try:
-            with located(name_or_path, SUFFIX, "state basis") as file:
-                return _load(file)
-        except UnknownFile as error:
-            raise StateBasisError(str(error)) from error
-
-
-def _load(path: Path) -> StateBasis:
-    try:
-        header, arrays = read(path, _KIND, _KINDS)
-        return StateBasis(
-            Phi=np.ascontiguousarray(arrays["Phi"], dtype=float),
-            elements=arrays["elements"].astype(np.int64),
-            weights=arrays["weights"].astype(float),
-            origin=parsed(StateOrigin, header["origin"]),
-        )
-    except OSError as error:
-        raise StateBasisError(
-            f"{path}: no state basis can be read there ({error.strerror})"
-        ) from error
-    except DamagedFile as error:
-        raise StateBasisError(str(error)) from error
-    except (StateBasisError, KeyError, TypeError, ValueError) as error:
-        raise StateBasisError(f"{path}: this state basis file is damaged ({error})") from error
+        with located(name_or_path, SUFFIX, "state basis", StateBasisError) as path:
+            header, arrays = read(path, _KIND, _KINDS)
+            return cls(
+                Phi=np.ascontiguousarray(arrays["Phi"], dtype=float),
+                elements=arrays["elements"].astype(np.int64),
+                weights=arrays["weights"].astype(float),
+                origin=parsed(StateOrigin, header["origin"]),
+            )
 
 
 def reduced_robot(robot: Robot, states: StateBasis) -> Robot[ReducedBody]:

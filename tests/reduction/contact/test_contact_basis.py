@@ -135,7 +135,9 @@ def test_cut_file(basis: ContactBasis, tmp_path: Path, length: int) -> None:
 
 
 def test_missing_file(tmp_path: Path) -> None:
-    with pytest.raises(BasisError, match=r"none\.basis: .* can be read \(No such file"):
+    with pytest.raises(
+        BasisError, match=r"none\.basis: no contact basis can be read there \(No such file"
+    ):
         ContactBasis.load(tmp_path / "none.basis")
 
 
@@ -160,7 +162,9 @@ def test_content_that_is_no_basis(Psi: Array, message: str, tmp_path: Path) -> N
     storage.write(
         path, "tauten contact basis", {"provenance": dataclasses.asdict(ORIGIN)}, {"Psi": Psi}
     )
-    with pytest.raises(BasisError, match=rf"thumb.basis: this basis file is damaged .*{message}"):
+    with pytest.raises(
+        BasisError, match=rf"thumb.basis: this contact basis file is damaged .*{message}"
+    ):
         ContactBasis.load(path)
 
 
