@@ -105,16 +105,9 @@ class ConstrainedBody(TetBody):
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:
-        """Internal forces plus gravity, and the tangent.
+        """Internal forces plus gravity, and the tangent as CSC values (nnz,), see `Robot`.
 
-        Args:
-            state: where to evaluate.
-            effort: (n_a,) efforts of the actuators, whose curvature enters the tangent.
-            exact: with the change of the rotations of elements and levers: the derivative, symmetrised; not
-                always positive definite.
-
-        Returns:
-            force (n,) without actuators and contacts, and K = −∂force/∂q as CSC values (nnz,).
+        The derivative, with the change of the rotations of elements and levers, is symmetrised.
         """
         kind = EXACT if exact else self.tetrahedra.elements.semidefinite
         return self.forces_at(state, *self.placed_motion(state), effort, kind)

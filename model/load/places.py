@@ -92,13 +92,7 @@ class MeshPlaces(OnBodies):
         return self.bodies.selector.select_nodes(selection, what)
 
     def attach(self, points: Positions, what: str, slack: float) -> NodePoints:
-        """Points in the elements that contain them or are nearest, near a disc at its node.
-
-        Args:
-            points: as of `Places`.
-            what: as of `Places`.
-            slack: as of `Places`.
-        """
+        """Points in the elements that contain them or are nearest, near a disc at its node, see `Places`."""
         mesh, places, discs = self.bodies.parts.mesh, np.array(points), {}
         for number, point in enumerate(places):
             disc = self.bodies.nearest_disc(point)
@@ -167,12 +161,7 @@ class BeamPlaces(OnBodies):
     def attach(self, points: Positions, what: str, slack: float) -> AttachedPoints:
         """Points, each at the node of the nearest disc within `slack`, otherwise at the nearest node.
 
-        Those within the radius of the cross-section are at the node.
-
-        Args:
-            points: as of `Places`.
-            what: as of `Places`.
-            slack: as of `Places`.
+        Those within the radius of the cross-section are at the node. See `Places`.
         """
         ids, parts = [], self.bodies.beams
         radius = np.repeat([part.radius for part in parts], [len(part.nodes) for part in parts])

@@ -82,13 +82,7 @@ class ReducibleBeams:
 
         Elements that carry little but their own weight add nearly nothing. Those with the largest
         contributions to K d, for random directions d, are taken, so many that the others together add less
-        than a share of K d. All weights are one.
-
-        Args:
-            Phi: (6 e, r) strain modes.
-            alphas: (r, s) states of a campaign [J^(1/2)]; some of them, evenly spread, are training states.
-            tolerance: largest norm of what is left out, relative to that of K d.
-            seed: of the random directions.
+        than a share of K d, the tolerance. All weights are one. See `Reducible`.
         """
         rng = np.random.default_rng(seed)
         every = np.arange(len(self.tree))
@@ -123,13 +117,7 @@ class ReducibleBeams:
         )
 
     def reduced(self, Phi: Array, elements: Ints, weights: Array) -> Robot[StrainBody]:
-        """The robot in the coordinates of a state basis.
-
-        Args:
-            Phi: (6 e, r) strain modes.
-            elements: (s,) elements that carry loads.
-            weights: (s,) one for each.
-        """
+        """The robot in the coordinates of a state basis, see `Reducible`; elements are those with loads."""
         return make_reduced(self.robot, self.tree, Phi, elements)
 
 

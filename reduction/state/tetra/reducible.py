@@ -93,13 +93,9 @@ class ReducibleTetBody:
         return self.chart.rates(motion)
 
     def sample(self, Phi: Array, alphas: Array, tolerance: float, seed: int) -> ElementSample:
-        """A sample of integration points, see `sample_elements`.
+        """A sample of integration points, see `Reducible` and `sample_elements`.
 
-        Args:
-            Phi: (m, r) state modes, the last of which are the robot's own coordinates.
-            alphas: (r, s) states of a campaign [m, rad].
-            tolerance: relative residual.
-            seed: of random directions.
+        The last modes are the robot's own coordinates.
         """
         chart = self.chart
         E, motion = chart.places(Phi)
@@ -122,12 +118,7 @@ class ReducibleTetBody:
         )
 
     def reduced(self, Phi: Array, elements: Ints, weights: Array) -> Robot[ModalBody]:
-        """The robot in the coordinates of a state basis.
-
-        Args:
-            Phi: (m, r) state modes, the last of which are the robot's own coordinates.
-            elements: (s,) numbers of integration points, ascending.
-            weights: (s,) their weights.
+        """The robot in the coordinates of a state basis, see `Reducible`.
 
         Raises:
             StateBasisError: the last modes are not the robot's own coordinates.
