@@ -138,9 +138,14 @@ class NodeInputs:
             )
             self._message_kinds = message_kinds(keys, dict(zip(names, self._kinds, strict=True)))
 
-    def read_targets(self, tick: int) -> bool:
-        """Read the targets that have arrived; whether any has since `take_fresh`."""
-        accepted = self._targets.read(time.monotonic(), time.time())
+    def read_targets(self, tick: int, late: float = 0.0) -> bool:
+        """Read the targets that have arrived; whether any has since `take_fresh`.
+
+        Args:
+            tick: its number.
+            late: how long ago it was due [s]; targets that have arrived since are those of the next tick.
+        """
+        accepted = self._targets.read(time.monotonic(), time.time(), late)
         self._record(accepted, self._target_keys, tick)
         return self._targets.fresh
 
@@ -148,14 +153,15 @@ class NodeInputs:
         """Whether a target has arrived since the last call."""
         return self._targets.take_fresh()
 
-    def goal(self, effectors: Array) -> Goal | None:
+    def goal(self, effectors: Array, late: float = 0.0) -> Goal | None:
         """The goal to follow; None when no target is young enough.
 
         Args:
             effectors: (n_v,) values of the model; goal of an effector whose target is not young enough,
                 without correction: it would push the effector away from where it is.
+            late: how long ago the tick was due, whose goal it is [s].
         """
-        now = time.monotonic()
+        now = time.monotonic() - late
         values = self._targets.latest(now, effectors)
         if values is None:
             return None

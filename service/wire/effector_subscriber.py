@@ -93,18 +93,21 @@ class EffectorSubscriber:
         self._values = np.full_like(rest, np.nan)  # (n_v,), NaN before the first
         self._made = [-math.inf] * len(layout)  # monotonic time of the latest of each effector [s]
         self._stamps = [0] * len(layout)  # and the time in its header [ns since the epoch]
+        self._early: list[list[zenoh.Sample]] = [[] for _ in layout.names]  # for the next `read`
         self._course = TargetCourse(layout, delay, timeout) if delay > 0.0 else None
 
-    def read(self, now: float, wall: float) -> list[Received]:
+    def read(self, now: float, wall: float, late: float = 0.0) -> list[Received]:
         """Read what has arrived; returns what was accepted, oldest first.
 
         Args:
             now: monotonic time [s].
             wall: time since the Unix epoch [s].
+            late: how long ago this was due [s]. What has arrived since waits for the next call, so that goals
+                of a stream change evenly: not by twice as much in a late tick, and then not at all.
         """
         accepted: list[Received] = []
-        for effector, source in enumerate(self._sources):
-            for sample in waiting(source, EFFECTOR_RING):
+        for effector in range(len(self._sources)):
+            for sample in self._due(effector, wall, late):
                 found = self._checked(effector, sample, wall)
                 if isinstance(found, Received):
                     found = self._in_order(found, now)
@@ -189,6 +192,17 @@ class EffectorSubscriber:
         """The largest of these."""
         return max(self.ages(now))
 
+    def _due(self, effector: int, wall: float, late: float) -> Iterator[zenoh.Sample]:
+        """Samples of an effector that had arrived when `read` was due, with what the last call left."""
+        left, self._early[effector] = self._early[effector], []
+        yield from left
+        for sample in waiting(self._sources[effector], EFFECTOR_RING):
+            early = self._early[effector]
+            if early or (late > 0.0 and arrived_before(sample, wall) < late):
+                early.append(sample)
+            else:
+                yield sample
+
     def _checked(self, effector: int, sample: zenoh.Sample, wall: float) -> Received | Rejection:
         """A sample decoded, and checked for what does not depend on the others."""
         kind, name = self._layout.kinds[effector], self._layout.names[effector]
@@ -200,7 +214,7 @@ class EffectorSubscriber:
             return Rejection(RejectionReason.OUT_OF_REACH, detail)
         age = age_by(_NANO * message.stamp, wall)
         if sample.timestamp is not None:
-            age = max(age, age_by(sample.timestamp.get_time().timestamp(), wall))
+            age = max(age, arrived_before(sample, wall))
         if age > self._timeout:
             detail = (
                 f"made or arrived {age:.3g} s ago, allowed are {self._timeout:g} s; "
@@ -248,6 +262,18 @@ def age_by(made: float, wall: float) -> float:
     """
     age = wall - made
     return age if 0.0 < age <= CLOCKS_AGREE else 0.0
+
+
+def arrived_before(sample: zenoh.Sample, wall: float) -> float:
+    """Seconds since a sample arrived, by what Zenoh has written down; infinity where it has not.
+
+    Args:
+        sample: that has arrived.
+        wall: this clock's time [s].
+    """
+    if sample.timestamp is None:
+        return math.inf
+    return age_by(sample.timestamp.get_time().timestamp(), wall)
 
 
 def waiting(source: Ring, most: int) -> Iterator[zenoh.Sample]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -183,13 +185,23 @@ class Queue:
         return self.samples.pop(0) if self.samples else None
 
 
+@dataclass(frozen=True)
+class Arrival:
+    """When a sample arrived, as Zenoh writes it down."""
+
+    wall: float  # s since the epoch
+
+    def get_time(self) -> datetime:
+        return datetime.fromtimestamp(self.wall, UTC)
+
+
 class Sample:
     """One sample as Zenoh gives it."""
 
-    timestamp = None
-
-    def __init__(self, payload: bytes, encoding: str = CDR) -> None:
-        self.payload, self.encoding = payload, encoding
+    def __init__(
+        self, payload: bytes, encoding: str = CDR, timestamp: Arrival | None = None
+    ) -> None:
+        self.payload, self.encoding, self.timestamp = payload, encoding, timestamp
 
 
 def test_a_subscriber_of_all_kinds_gives_goal_values() -> None:
@@ -243,3 +255,27 @@ def test_a_point_for_a_frame_is_counted_by_its_reason() -> None:
         queues[1].samples.append(Sample(payload, f"{CDR};{POINT}"))
     assert subscriber.read(1.0, 0.0) == []
     assert subscriber.counts.refused == {"wrong_type": EFFECTOR_RING}
+
+
+def test_targets_that_arrive_after_a_late_tick_was_due_are_those_of_the_next() -> None:
+    """Goals changed by twice the way of a period in a late tick, and then not at all."""
+    robot = solid()
+    layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
+    queues = [Queue() for _ in ALL_KINDS]
+    subscriber = EffectorSubscriber(queues, "base", layout, rest, reach_of(robot.size), 0.5)
+    number = layout.kinds.index("point")
+    part, period, wall = layout.values_of(number), 0.02, 1e9
+    stream = []  # a target of each period, 5 ms after its tick was due
+    for target in range(8):
+        x, y, z = (rest[part] + 1e-4 * target).tolist()
+        payload, arrival = encode_point(Point(0, "", (x, y, z))), target * period + 0.005
+        stream.append((arrival, Sample(payload, timestamp=Arrival(wall + arrival))))
+    for tick, late in enumerate([0.0, 0.008, 0.0, 0.004, 0.008, 0.008, 0.0], 1):
+        now = tick * period + late
+        while stream[0][0] <= now:
+            queues[number].samples.append(stream.pop(0)[1])
+        accepted = subscriber.read(now, wall + now, late)
+        assert len(accepted) == 1
+        followed = subscriber.latest(now, rest)
+        assert followed is not None
+        np.testing.assert_allclose(followed[part] - rest[part], 1e-4 * (tick - 1), atol=1e-12)
