@@ -23,6 +23,13 @@ from tauten.model.system import Integration, Tangent, tried_tangents
 from tauten.model.tetra import TetBody
 
 LEAST = 1e-9  # of the mass over the square of a time step: less stiffness is rounding
+RATES = (
+    1.0,
+    10.0,
+    100.0,
+    1e3,
+    1e4,
+)  # 1/s; with them a mass counts as stiffness where nothing else holds it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -236,7 +243,10 @@ class ConstrainedBody(TetBody):
 
         Past the largest torque a drive holds the body against its own tangent: stiffness on the diagonal of a
         drive that is held changes no step towards equilibrium, the semidefinite tangent does. Nor has a rigid
-        body that a drive moves a stiffness of its own, where the step is static.
+        body that a drive moves a stiffness of its own, where the step is static. Links that only cables hold
+        on their hinges have a negative one at given tensions, which no tangent of elements makes positive.
+        Then the mass over the square of a time is added, of a long time first, as in the pseudo-transient
+        continuation of `tauten.model.simulation.relaxation`.
 
         See `SparseBody`.
         """
@@ -244,18 +254,22 @@ class ConstrainedBody(TetBody):
         drives = self.product.drive_places[self.driven]
         if not len(drives):
             yield from tried_tangents(scheme, at.K, semidefinite)
-            return
-        mass = (self.masses(at.state) if scheme.static else at.mass)[drives] / scheme.h**2
-        loose = scheme.static and bool((at.K[drives] < LEAST * mass).any())
-        for tried in tried_tangents(scheme, at.K, semidefinite):
-            if not (tried.exact and loose):
-                yield tried
-            if tried.exact:
-                D, K = semidefinite() if at.D is None else at.D, at.K.copy()
-                more = D[drives] + 2.0 * np.abs(K[drives]) + mass
-                K[drives] += more
-                unknowns = 3 * len(self.coordinates.free) + self.frames.drives[self.driven]
-                yield Tangent(K, False, 0.0, (unknowns, more))
+        else:
+            mass = (self.masses(at.state) if scheme.static else at.mass)[drives] / scheme.h**2
+            loose = scheme.static and bool((at.K[drives] < LEAST * mass).any())
+            for tried in tried_tangents(scheme, at.K, semidefinite):
+                if not (tried.exact and loose):
+                    yield tried
+                if tried.exact:
+                    D, K = semidefinite() if at.D is None else at.D, at.K.copy()
+                    more = D[drives] + 2.0 * np.abs(K[drives]) + mass
+                    K[drives] += more
+                    unknowns = 3 * len(self.coordinates.free) + self.frames.drives[self.driven]
+                    yield Tangent(K, False, 0.0, (unknowns, more))
+        if scheme.static:
+            M = self.masses(at.state)
+            for rate in RATES:
+                yield Tangent(semidefinite() + rate**2 * M, False, 1.0)
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
-from support.robots.bodies import beam_robot, box_mesh
+from support.robots.bodies import CABLE, beam_robot, box_mesh
+from support.robots.joined import joined
 from support.robots.small_bodies import ROOT, RUBBER, SIZE, constrained, moved, rigid_box
 
 from tauten.model import Robot, Simulator, State
@@ -286,3 +287,37 @@ def test_a_drive_is_drawn_on_its_axis_beside_its_region() -> None:
     beside = nodes[nodes[:, 0] > 0.0799, 1].mean()
     assert start == pytest.approx([0.07, beside, 0.03])
     assert end - start == pytest.approx([0.0, 1.0, 0.0])
+
+
+@pytest.mark.parametrize(("points", "up", "angles"), [
+    ([[0.05, 0.01, 0.002], [0.15, 0.01, 0.002]], -1.0, (0.4, 0.6, 0.75)),
+    ([[0.08, 0.01, 0.0], [0.12, 0.01, 0.0]], 1.0, (0.0, -0.3, -0.6, -0.2)),
+])  # fmt: skip
+def test_a_link_that_its_tendon_alone_holds_is_at_rest(
+    points: list[list[float]], up: float, angles: tuple[float, ...]
+) -> None:
+    """An arm that hangs, and one that stands on its head and leans on its tendon: m g sin θ times the levers.
+
+    At a given tension the link has a negative stiffness, and no search found these equilibria reliably.
+    """
+    bar, lean = ((0.1, 0.02, 0.02), (2, 1, 1)), 0.3 if up > 0.0 else 0.0
+    whole = {name: {"kind": "all", "body": name} for name in ("upper", "lower")}
+    axis = {"axis": [0.0, 1.0, 0.0]}
+    robot = joined(
+        [{"name": "upper"}, {"name": "lower", "rigid": True, "position": [0.1, 0.0, 0.0]}],
+        {"upper": bar, "lower": bar},
+        gravity=[-up * G * np.cos(lean), 0.0, G * np.sin(lean)],
+        drives=[{"name": "shoulder", "region": whole["upper"], "through": [0, 0.01, 0.01], **axis, **STILL}],
+        attachments=[{"kind": "hinge", "region": whole["lower"], "to": whole["upper"],
+                      "through": [0.1, 0.01, 0.01], **axis}],
+        cables=[{**CABLE, "points": points}],
+        effectors=[{"name": "tip", "point": [0.2, 0.01, 0.01]}],
+    )  # fmt: skip
+    simulator, weight = Simulator(robot, contact="none"), 1000.0 * 0.1 * 0.02**2 * G  # N
+    for angle in angles:
+        assert simulator.settle(position=[0.0, angle]).converged
+        straight = [0.2 * np.cos(angle), 0.01, 0.01 - 0.2 * np.sin(angle)]
+        assert simulator.effector[0] == pytest.approx(straight, abs=1e-6)
+        across = weight * abs(np.sin(angle - lean))  # N
+        lever = 0.01 - points[0][2]  # of the tendon about the hinge [m]
+        assert simulator.effort == pytest.approx([0.05 * across / lever, 0.2 * across], rel=1e-4)
