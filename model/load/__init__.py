@@ -2,7 +2,7 @@
 
 from tauten.model.load.beam_bodies import beam_network
 from tauten.model.load.beams import groups
-from tauten.model.load.bodies import Bodies, build_bodies, read_bodies
+from tauten.model.load.bodies import Bodies, build_bodies, mesh_files, read_bodies
 from tauten.model.load.extensions import extension, extension_names, made
 from tauten.model.load.robot import (
     build_robot,
@@ -28,6 +28,7 @@ __all__ = [
     "load_part",
     "load_robot",
     "make_robot",
+    "mesh_files",
     "part_path",
     "read_bodies",
     "robot_path",

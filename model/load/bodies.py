@@ -143,6 +143,26 @@ def outside(disc: Disc, away: Array) -> float:
     return float(np.hypot(beyond, aside))
 
 
+def mesh_files(config: RobotConfig, path: Path) -> list[Path | None]:
+    """The mesh file of each body, None of one that is made of beams.
+
+    Args:
+        config: the robot file.
+        path: of the file, beside which they are.
+
+    Raises:
+        MeshError: one is not there.
+    """
+    files: list[Path | None] = []
+    for index, body in enumerate(config.all_bodies):
+        file = path.parent / body.mesh.file if body.mesh else None
+        if file is not None and not file.is_file():
+            of = f"bodies.{index}." if config.bodies else ""
+            raise MeshError(f"{path}: {of}mesh.file: no such file {str(file)!r}")
+        files.append(file)
+    return files
+
+
 def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[Shape]:
     """The shapes of the bodies as they are in their files [m], a mesh file used twice read once.
 
@@ -156,22 +176,21 @@ def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[S
         RobotFileError: a file of beams cannot be used.
     """
     read: dict[str, AnyMesh] = {}
-    for index, body in enumerate(config.all_bodies):
+    for index, (body, file) in enumerate(
+        zip(config.all_bodies, mesh_files(config, path), strict=True)
+    ):
         settings = body.mesh
-        if settings is None:
+        if settings is None or file is None:
             continue
         of = f"bodies.{index}." if config.bodies else ""
         key = settings.model_dump_json()
         if key not in read:
-            file = path.parent / settings.file
-            if not file.is_file():
-                raise MeshError(f"{path}: {of}mesh.file: no such file {str(file)!r}")
             reader = read_quadratic_mesh if settings.element == "quadratic" else read_mesh
             read[key] = reader(file, settings.length_unit, not config.needs_boundary)
             for _ in range(refinements):
                 read[key] = read[key].refine()
         fields = f"{of}mesh.length_unit" + (f" and {of}scale" if of else "")
-        require_size(read[key].nodes, body.scale, str(path.parent / settings.file), fields)
+        require_size(read[key].nodes, body.scale, str(file), fields)
     return [
         read[body.mesh.model_dump_json()]
         if body.mesh

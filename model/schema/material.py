@@ -29,13 +29,13 @@ WATER = 1000.0  # kg/m³; any density serves where the total mass is given
 class MaterialSettings(Section):
     """Isotropic material."""
 
-    young_modulus: Annotated[float, Field(ge=1e2, le=1e12)] = Field(
+    young_modulus: Annotated[float, in_range(1e2, 1e12, "Pa")] = Field(
         description="Young's modulus [Pa]; hyperelastic constants give it where it is missing."
     )
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)] = Field(
         description="Poisson's ratio, unitless."
     )
-    density: Annotated[float, Field(ge=1.0, le=3e4)] = Field(description="Density [kg/m³].")
+    density: Annotated[float, in_range(1.0, 3e4, "kg/m³")] = Field(description="Density [kg/m³].")
 
 
 def _required(schema: dict[str, Any]) -> None:

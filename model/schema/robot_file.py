@@ -112,6 +112,8 @@ def model_tables(raw: dict[str, Any]) -> dict[str, Any]:
 class NamedRobot(Section):
     """The fields of every robot file."""
 
+    read_elsewhere: ClassVar[tuple[str, ...]] = OTHER_LAYERS
+
     name: Name = Field(description="Name of the robot, part of every key on the wire.")
     frame: Name = Field(
         default="base",

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, ClassVar, TypeVar, get_args
 
 import numpy as np
 from pydantic import (
@@ -21,7 +21,7 @@ from pydantic import (
     ValidationError,
     model_validator,
 )
-from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core import CoreSchema, ErrorDetails, PydanticCustomError
 from pydantic_core.core_schema import (
     no_info_after_validator_function,
     no_info_before_validator_function,
@@ -59,9 +59,9 @@ def _with_strict_numbers(schema: Any) -> Any:
 
 
 def _labelled(choice: Any) -> Any:
-    """A choice of a union; an integer with a label that errors leave out, see `validated`."""
-    is_integer = isinstance(choice, dict) and choice.get("type") == "int"
-    return (choice, "<integer>") if is_integer else choice
+    """A choice of a union; a number or a list with a label that errors leave out, see `validated`."""
+    kind = choice.get("type") if isinstance(choice, dict) else None
+    return (choice, f"<{kind}>") if kind in ("int", "float", "list", "tuple") else choice
 
 
 def _number(value: object) -> object:
@@ -75,6 +75,9 @@ class Section(BaseModel):
     """A table of a robot file: unknown keys and non-finite numbers are errors, so is `true` for a number."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
+    read_elsewhere: ClassVar[
+        tuple[str, ...]
+    ] = ()  # fields of the table in the file that others read
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -90,10 +93,11 @@ class Section(BaseModel):
         if isinstance(raw, dict) and cls.model_config.get("extra") == "forbid":
             strange = sorted(str(key) for key in raw if key not in cls.model_fields)
             if strange:
+                allowed = ", ".join(dict.fromkeys((*cls.model_fields, *cls.read_elsewhere)))
                 raise PydanticCustomError(
                     UNKNOWN,
                     "unknown field, allowed are {allowed}",
-                    {"field": encodable(strange[0]), "allowed": ", ".join(cls.model_fields)},
+                    {"field": encodable(strange[0]), "allowed": allowed},
                 )
         return raw
 
@@ -243,18 +247,53 @@ def validated(kind: type[S], raw: object, source: str | Path, prefix: str = "") 
     try:
         return kind.model_validate(raw)
     except ValidationError as error:
-        first = error.errors()[0]
-        # a part in angle brackets names the kind of a table or value, see `tauten.model.schema.region`
-        place = [str(part) for part in first["loc"] if not str(part).startswith("<")]
-        if first["type"] == UNKNOWN:
-            place.append(first["ctx"]["field"])
+        errors = error.errors()
+        places = [_place(one) for one in errors]
+        # of the choices of a union the first one whose error is in an item of the value
+        within = [i for i, place in enumerate(places) if place[: len(places[0])] == places[0]]
+        chosen = max(within, key=lambda i: len(places[i]))
+        place, value = places[chosen], errors[chosen]["input"]
         field = ".".join([prefix] * bool(prefix) + place)
-        found = "" if isinstance(first["input"], dict) else f", found {shown(first['input'])}"
-        more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-        message = first["msg"].removeprefix("Value error, ")
+        message = _reason(kind, place, errors[chosen])
+        found = "" if isinstance(value, dict) else f", found {shown(value)}"
+        others = len({tuple(one) for i, one in enumerate(places) if i not in within})
+        more = f" (and {others} more)" if others else ""
         colon = ": " if field else ""
         text = f"{source}: {field}{colon}{message}{found}{more}"
         raise RobotFileError(" ".join(text.split())) from error
+
+
+def _place(error: ErrorDetails) -> list[str]:
+    """The field of an error and the tables around it, from the outermost in."""
+    # a part in angle brackets names the kind of a table or value, see `tauten.model.schema.region`
+    place = [str(part) for part in error["loc"] if not str(part).startswith("<")]
+    return [*place, error["ctx"]["field"]] if error["type"] == UNKNOWN else place
+
+
+def _reason(kind: type[Section], place: list[str], error: ErrorDetails) -> str:
+    """What is wrong with a field, in words of a robot file where pydantic's are those of Python."""
+    sort, outermost = error["type"], kind.model_fields.get(place[0]) if len(place) == 1 else None
+    if sort in ("model_type", "model_attributes_type", "dict_type"):
+        return (
+            f"needs to be a table, [{place[0]}] with single brackets"
+            if outermost
+            else "needs to be a table"
+        )
+    if sort in ("list_type", "tuple_type"):
+        if isinstance(error["input"], dict) and outermost and _has_tables(outermost.annotation):
+            return f"needs to be a list of tables, [[{place[0]}]] with double brackets"
+        return "needs to be a list"
+    if sort == "string_pattern_mismatch" and error["ctx"]["pattern"] == NAME:
+        return "allowed are a letter, then letters, digits and _"
+    message = error["msg"].removeprefix("Value error, ").replace(" after validation", "")
+    return message.replace("Tuple should", "List should")
+
+
+def _has_tables(annotation: Any) -> bool:
+    """Whether a type is that of a table, or of something that contains one."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return True
+    return any(_has_tables(one) for one in get_args(annotation))
 
 
 def shown(value: object) -> str:

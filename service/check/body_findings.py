@@ -16,17 +16,35 @@ from tauten.service.check.findings import Finding, graded
 SAG = (0.1, 0.5)  # of the size; from here on doubtful and wrong
 VIBRATION = "natural frequencies"  # subject of a finding
 FREQUENCIES = 3
+LIGHT = 20.0  # kg/m³; the lightest foams, and a density that was written in g/cm³ is less
 STEPS_A_PERIOD = 10.0  # that resolve the first vibration
 
 
-def body_findings(robot: Robot, free: tuple[str, ...] = ()) -> Iterator[Finding]:
-    """Mass, sag under gravity, natural frequencies."""
-    yield Finding("moving mass", "fine", f"{1e3 * robot.body.moving_mass:.4g} g")
+def body_findings(
+    robot: Robot, free: tuple[str, ...] = (), density: float | None = None
+) -> Iterator[Finding]:
+    """Mass, sag under gravity, natural frequencies.
+
+    Args:
+        robot: the robot.
+        free: bodies that only contact holds.
+        density: the least of its materials [kg/m³]; None where none is given.
+    """
+    yield mass(robot, density)
     if free:
         yield Finding("sag and natural frequencies", "fine", not_held(free))
     else:
         yield sag(robot)
         yield vibration(robot)
+
+
+def mass(robot: Robot, density: float | None) -> Finding:
+    """What moves, and whether its density is that of something solid; arguments as of `body_findings`."""
+    subject, found = "moving mass", f"{1e3 * robot.body.moving_mass:.4g} g"
+    if density is None or density >= LIGHT:
+        return Finding(subject, "fine", found)
+    advice = "check density [kg/m³]: a silicone of 1.07 g/cm³ has 1070"
+    return Finding(subject, "doubtful", f"{found} with a density of {density:.3g} kg/m³", advice)
 
 
 def not_held(free: tuple[str, ...]) -> str:

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from tauten.model import MeshError, Robot, RobotFileError, load_robot, one_blas_thread
-from tauten.model.load import build_bodies, part_path, read_bodies, robot_path
+from tauten.model.load import build_bodies, mesh_files, part_path, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import (
     ACTUATOR_TABLES,
@@ -19,6 +19,7 @@ from tauten.model.schema import (
     read_toml,
     validated,
 )
+from tauten.service.check.actuator_findings import actuator_findings
 from tauten.service.check.body_findings import VIBRATION, body_findings, not_held, thin_walls
 from tauten.service.check.control_findings import control_findings
 from tauten.service.check.findings import Finding, Level, worst
@@ -117,8 +118,10 @@ def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
             return check_parts(settings, path, stop, progress)
         config = validated(RobotConfig, raw, path)
         progress(0.0, "mesh")
+        files = [file for file in mesh_files(config, path) if file is not None]
         meshes = [
-            read_unchecked_mesh(path.parent / mesh.file, mesh.length_unit) for mesh in config.meshes
+            read_unchecked_mesh(file, mesh.length_unit)
+            for file, mesh in zip(files, config.meshes, strict=True)
         ]
         findings = tuple(mesh_findings(config, meshes))
         element = config.meshes[0].element if config.meshes else "beam"
@@ -131,13 +134,14 @@ def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         findings += tuple(chamber_findings(config, path.parent))
         progress(0.02, "body")
         free = tuple(body.name for body in config.bodies if body.free)
-        findings += tuple(body_findings(robot, free))
+        findings += tuple(body_findings(robot, free, least_density(config)))
         if config.meshes:
             findings += (thin_walls(robot, robot.contacts.alarm_distance),)
         progress(0.08, own.name)
         if free:
             findings += (Finding("error of the mesh", "fine", not_held(free)),)
             return RobotCheck(config.name, findings, digest=robot.digest)
+        findings += tuple(actuator_findings(robot, config))
         if not settings.shares:
             return RobotCheck(config.name, findings, digest=robot.digest)
         variants = chosen_variants(element, settings.refinements)
@@ -147,6 +151,13 @@ def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         return RobotCheck(
             config.name, findings, found, complete=found.complete, digest=robot.digest
         )
+
+
+def least_density(config: RobotConfig) -> float | None:
+    """The least density that the materials of a robot have [kg/m³]; None where masses are given instead."""
+    materials = [body.material for body in config.all_bodies]
+    known = [one.density for one in materials if one is not None and one.total_mass is None]
+    return min(known, default=None)
 
 
 def check_parts(

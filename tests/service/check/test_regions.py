@@ -54,7 +54,7 @@ max_rate = 1.0
 
 [[effectors]]
 name = "tip"
-point = [0.1, 0.01, 0.035]
+point = [0.1, 0.01, 0.02]
 """
 
 
@@ -97,3 +97,11 @@ def test_the_command_draws_them(robot: str, tmp_path: Path) -> None:
     assert figure.stat().st_size > 10_000
     _, parts = selected(robot)
     assert [part.name for part in parts] == ["top", "nothing", "drives.0.region"]
+
+
+def test_a_mesh_that_is_not_there_is_said_with_robot_file_and_field(
+    robot: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "box.vtu").unlink()
+    assert run_main("--log-level", "error", "check", robot) == 2
+    assert f"{robot}: bodies.0.mesh.file: no such file" in capsys.readouterr().err

@@ -1,0 +1,155 @@
+"""What a robot's actuators can do: pulls against cables, times of ways, movement of the effectors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tauten.model import ActuatorKind, Robot, Simulator
+from tauten.model.numerics import Array
+from tauten.model.schema import RobotConfig
+from tauten.service.check.findings import Finding
+
+FAR = 10.0  # of the robot's size; a cable that starts farther from its first point is doubtful
+SLOW = 600.0  # s from rest to the farthest position; a longer time is doubtful
+SHARE = 0.1  # of the way, at which it is looked whether an actuator moves the effectors
+MOVED = 1e-5  # of the robot's size; movements at this share that are smaller are none
+TOLERANCE = 1e-8  # m; movement of the last step of an equilibrium
+
+
+def actuator_findings(robot: Robot, config: RobotConfig) -> Iterator[Finding]:
+    """Cables against their pulls, rates against ways, and the movement of effectors.
+
+    Args:
+        robot: of one or several bodies, all of which are held.
+        config: its file.
+    """
+    if config.cables:
+        yield cable_lengths(config, robot.size)
+    if robot.n_a:
+        yield times_of_ways(robot)
+        if robot.effector_layout.kinds:
+            yield movement(robot)
+
+
+def cable_lengths(config: RobotConfig, size: float) -> Finding:
+    """Whether a cable is as long as its largest pull, and starts near the robot.
+
+    Args:
+        config: of a robot with cables.
+        size: of the robot [m].
+    """
+    subject, shares = "cables against their pulls", []
+    for cable in config.cables:
+        points = np.array([cable.pull_point] * (cable.pull_point is not None) + cable.points)
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)  # (p - 1,)
+        length = float(steps.sum())
+        if cable.spring is not None:  # the winch pulls it beyond the length of its cable
+            continue
+        found = f"{cable.name} is {1e3 * length:.4g} mm long and pulled by {1e3 * cable.max_pull:.4g} mm"
+        if cable.max_pull > length:
+            return Finding(subject, "wrong", found, f"a smaller max_pull of {cable.name} [m]")
+        if cable.pull_point is not None and steps[0] > FAR * size:
+            found = f"{cable.name} starts {steps[0]:.3g} m from its first point"
+            advice = f"check pull_point of {cable.name} [m]: the robot is {size:.3g} m long"
+            return Finding(subject, "doubtful", found, advice)
+        shares.append(cable.max_pull / length)
+    if not shares:
+        return Finding(subject, "fine", "all have springs")
+    percent = interval(100.0 * np.array(shares))
+    return Finding(subject, "fine", f"the largest pull is {percent} % of the cable")
+
+
+def times_of_ways(robot: Robot) -> Finding:
+    """The time in which actuators get from rest to their farthest position at their largest rate."""
+    subject = "rates of actuators"
+    times: Array = np.abs(robot.limits.farthest_position) / robot.limits.rate  # (n_a,)
+    period = 1.0 / robot.integration.rate
+    for which, wrong in (
+        (int(times.argmax()), times > SLOW),
+        (int(times.argmin()), times < period),
+    ):
+        if wrong[which]:
+            name = robot.actuators.names[which]
+            unit = robot.actuators.kinds[which].position.unit
+            found = f"{name} gets from rest to its farthest position in {times[which]:.2g} s"
+            advice = f"check max_rate of {name} [{unit}/s]; a control period is {period:.2g} s"
+            return Finding(subject, "doubtful", found, advice)
+    return Finding(subject, "fine", f"from rest to the farthest position in {interval(times)} s")
+
+
+def interval(values: Array) -> str:
+    """The least and the largest value, or both as one where they are shown the same."""
+    least, most = f"{values.min():.3g}", f"{values.max():.3g}"
+    return least if least == most else f"{least} to {most}"
+
+
+def movement(robot: Robot) -> Finding:
+    """Whether each actuator moves an effector, and each effector is moved, at equilibria without contact."""
+    subject, layout = "movement of effectors", robot.effector_layout
+    moved, efforts = movements(robot)  # (n_a, p), (n_a,)
+    owner = (
+        np.searchsorted(layout.row_starts, [part.start for part in layout.parts()], side="right")
+        - 1
+    )
+    least = MOVED * robot.size
+    if not np.isfinite(moved).all():
+        return Finding(
+            subject, "doubtful", "not every actuator has an equilibrium a tenth of its way"
+        )
+    for effector, name in enumerate(layout.names):
+        if moved[:, owner == effector].max() < least:
+            found = f"no actuator moves {name} by more than {1e3 * least:.2g} mm a tenth of its way"
+            return Finding(
+                subject, "wrong", found, f"check where {name} is, fixed, and the actuators"
+            )
+    for actuator, name in enumerate(robot.actuators.names):
+        if moved[actuator].max() < least:
+            found = f"{name} moves no effector by more than {1e3 * least:.2g} mm a tenth of its way"
+            return Finding(subject, "doubtful", found, f"check where {name} acts, and fixed")
+    needed = efforts / robot.limits.largest_effort  # (n_a,)
+    if needed.max() > 1.0:
+        which = int(needed.argmax())
+        name, unit = robot.actuators.names[which], robot.actuators.kinds[which].effort.unit
+        limit = robot.limits.largest_effort[which]
+        found = (
+            f"{name} needs {efforts[which]:.3g} a tenth of its way, allowed are {limit:.3g} {unit}"
+        )
+        return Finding(
+            subject, "doubtful", found, f"check young_modulus [Pa] and the limits of {name}"
+        )
+    farthest = moved.max(axis=1)  # (n_a,)
+    return Finding(
+        subject, "fine", f"{interval(1e3 * farthest)} mm by each actuator a tenth of its way"
+    )
+
+
+def movements(robot: Robot) -> tuple[Array, Array]:
+    """How far each actuator alone moves the effectors from where gravity holds them, a tenth of its way.
+
+    Drives stay where they are meanwhile, other actuators are slack.
+
+    Returns:
+        (n_a, p) movement of each part of the effectors, in metres by the units of `EffectorLayout` [m]; NaN
+        where no equilibrium was found. (n_a,) magnitude of the effort that this takes, in its unit.
+    """
+    layout, limits = robot.effector_layout, robot.limits
+    motors = (ActuatorKind.DRIVE, ActuatorKind.SLIDE)
+    held = np.array([kind in motors for kind in robot.actuators.kinds])
+    simulator = Simulator(robot, contact="none")
+    found, efforts = np.full((robot.n_a, len(layout.parts())), np.nan), np.zeros(robot.n_a)
+    for actuator in range(robot.n_a):
+        position, effort = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)
+        simulator.reset()
+        if not simulator.settle(position, effort, tolerance=TOLERANCE).converged:
+            break
+        start, values = float(simulator.position[actuator]), simulator.effector_values
+        slack = not robot.actuators.laws.bilateral[actuator]
+        begin = max(start, 0.0) if slack else 0.0
+        position[actuator] = begin + SHARE * (limits.farthest_position[actuator] - begin)
+        effort[actuator] = np.nan
+        if simulator.settle(position, effort, tolerance=TOLERANCE).converged:
+            found[actuator] = layout.lengths(layout.counted(simulator.effector_values, values))
+            efforts[actuator] = abs(simulator.effort[actuator])
+    return found, efforts
