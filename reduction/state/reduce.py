@@ -233,8 +233,8 @@ def far(attempt: Attempt, goal: float) -> bool:
 
 
 def _part(report: Report, size: float, title: str, share: float, what: str) -> None:
-    """Report a share of a part of the work."""
-    report(size * share, title + what)
+    """Report a share of a part of the work, and what is done next where that is said."""
+    report(size * share, title + what if what else "")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

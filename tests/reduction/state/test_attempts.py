@@ -44,6 +44,7 @@ def test_modes_and_elements_are_added_until_the_error_is_within_the_goal(
     size = f"{more.r} modes, {len(more.elements)} elements, held-out loads"
     (number, checks) = re.fullmatch(rf"attempt (\d): {size} \d+ of (\d+)", said[-1][1]).groups()
     assert (f"attempt {number}: {size} 1 of {checks}") in [what for _, what in said]
+    assert not any(what.endswith(": ") for _, what in said), "a number without what is done"
     done = int(number) / reduce.ATTEMPTS
     assert sum(share for share, _ in said) == pytest.approx(done)
 
