@@ -4,6 +4,9 @@ The exact point of holding is the first answer. Trials follow, each a path throu
 solution at its end, restoration of the limits and descent on exact pieces; the best exact point within the
 limits is the answer, whenever the search is cut. One that is cut tells where, and the next one goes on from
 there: so searches that are all cut come to an end together.
+
+Below, `search` is the problem, `held` the exact point of holding, `near` one of a guess or None, `settings`
+how far the search goes, and `before` where it was cut before, or None.
 """
 
 from __future__ import annotations
@@ -158,14 +161,7 @@ def solve_friction_inverse(
 
 
 def _status(search: EffortSearch, best: EffortPoint, hidden: bool, cut: CutSearch | None) -> Status:
-    """The status of an answer.
-
-    Args:
-        search: the problem.
-        best: the answer.
-        hidden: whether it is holding, from where descent is out of sight.
-        cut: where the search was cut; None: it was not.
-    """
+    """The status of an answer; `hidden`: it is holding, from where descent is out of sight."""
     if not search.feasible(best):
         return Status.INFEASIBLE
     if hidden and cut is None:
@@ -180,15 +176,7 @@ def _searched(
     settings: FrictionSettings,
     before: CutSearch | None,
 ) -> tuple[EffortPoint, bool, CutSearch | None]:
-    """The best point of a search, whether descent from holding was out of sight, and where it was cut.
-
-    Args:
-        search: the problem.
-        held: the point of holding.
-        near: exact, of a guess; None: there is none.
-        settings: how far the search goes.
-        before: where the one before was cut.
-    """
+    """The best point of a search, whether descent from holding was out of sight, and where it was cut."""
     best = _lower(search, near, held, settings)
     if best is not None:
         return best, False, None
@@ -213,16 +201,11 @@ def _searched(
 
 
 def _flat(search: EffortSearch, held: EffortPoint, warm: bool) -> bool:
-    """Whether descent from holding is out of sight.
+    """Whether descent from holding is out of sight; `warm`: in a step of a control loop.
 
-    In a control loop most points without gain are minima; there the efforts must also be unable to move the
-    effectors, while they move contacts that nothing touches. How far that is depends on the limits of a
-    tick, so that a target far away alone does not count.
-
-    Args:
-        search: the problem.
-        held: the point of holding.
-        warm: whether it is a step of a control loop.
+    There most points without gain are minima; the efforts must also be unable to move the effectors, while
+    they move contacts that nothing touches. How far that is depends on the limits of a tick, so that a target
+    far away alone does not count.
     """
     if warm:
         if held.objective <= search.problem.enough:
@@ -239,16 +222,9 @@ def _best(
     settings: FrictionSettings,
     before: CutSearch | None,
 ) -> tuple[EffortPoint, tuple[int, PathEnd | None] | None]:
-    """The best point of some trials, and which one was cut where.
+    """The best point of some trials in their order, and which one was cut where.
 
     It is holding, where that is within the limits and none is lower.
-
-    Args:
-        search: the problem.
-        held: the point of holding.
-        trials: in their order.
-        settings: lengths of path and descent.
-        before: the trial at which they begin, and where it was cut; None: with the first one.
     """
     best, allowed = held, search.feasible(held)
     enough = max(GONE * held.objective, search.problem.enough)
@@ -281,15 +257,9 @@ def _tried(
     settings: FrictionSettings,
     before: PathEnd | None,
 ) -> tuple[EffortPoint | None, PathEnd]:
-    """The exact point within the limits that a trial leads to, None where it leads to none, and its path.
+    """The exact point within the limits that a trial leads to from an exact start, or None, and its path.
 
-    Args:
-        search: the problem.
-        trial: how.
-        start: exact, where its path starts.
-        held: the point of holding.
-        settings: lengths of path and descent.
-        before: where its path was cut, or has ended; None: it begins.
+    The path goes on, or has ended, where `before` says.
     """
     if before is not None and not before.cut:
         path = before
@@ -312,11 +282,7 @@ def _without_friction(
 ) -> EffortPoint | None:
     """The exact point at the efforts of the QPCC without friction, which sees other minima than a path.
 
-    Args:
-        search: the problem.
-        lam: (n_a,) efforts of holding.
-        forces: (3 m,) contact forces to start from.
-        settings: length of the search.
+    It starts from the efforts of holding (n_a,) and contact forces (3 m,).
     """
     program, rows = normals_alone(search.problem)
     pushing, budget = search.rows(forces)[rows] > 0.0, search.budget
@@ -335,14 +301,7 @@ def _without_friction(
 def _lower(
     search: EffortSearch, near: EffortPoint | None, held: EffortPoint, settings: FrictionSettings
 ) -> EffortPoint | None:
-    """The point that descent from a guess leads to; None where it is no lower than what is known.
-
-    Args:
-        search: the problem.
-        near: exact; None: there is none.
-        held: the point of holding.
-        settings: length of the descent.
-    """
+    """The point that descent from a guess leads to; None where it is no lower than what is known."""
     if near is not None:
         near = within_limits(search, near, held)
     if near is None:
