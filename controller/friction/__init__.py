@@ -3,7 +3,6 @@
 from tauten.controller.friction.planned import (
     MET,
     CutPlan,
-    PlanContacts,
     PlanSearch,
     no_slots,
     pushed_slots,
@@ -26,7 +25,6 @@ __all__ = [
     "FrictionInverse",
     "FrictionSettings",
     "InverseSolution",
-    "PlanContacts",
     "PlanSearch",
     "no_slots",
     "normals_alone",

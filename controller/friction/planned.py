@@ -64,80 +64,6 @@ def pushed_slots(predicted: PredictedStep) -> Ints:
 
 
 @dataclass(frozen=True, slots=True)
-class PlanContacts:
-    """What a plan has besides its QPCC where contacts have friction.
-
-    Attributes:
-        friction: (k,) coefficients that it counts on.
-        forces: (s + 3 k,) contact forces from which those of holding are looked for.
-        exact: error of the natural map up to which forces are exact [m].
-        enough: objective that need not become lower [m²].
-        near: objective without that of the efforts, up to which no contact is looked for [m²].
-        energy: (n_a, n_a) curvature of the energy of the actuators.
-        settings: of the search.
-    """
-
-    friction: Array
-    forces: Array
-    exact: float
-    enough: float
-    near: float
-    energy: Array
-    settings: FrictionSettings
-
-    @classmethod
-    def of(
-        cls,
-        step: CondensedStep,
-        start: Array,
-        share: float,
-        size: float,
-        energy: Array,
-        settings: FrictionSettings,
-    ) -> PlanContacts:
-        """Those of a plan, the last ones of which have friction.
-
-        Args:
-            step: with the contacts that have friction.
-            start: (s + 3 k,) contact forces from which those of holding are looked for.
-            share: of the coefficients, that the plan counts on.
-            size: of the robot's largest part [m].
-            energy: (n_a, n_a) curvature of the energy of the actuators.
-            settings: of the search.
-        """
-        enough, near = (0.5 * (distance * size) ** 2 for distance in (ARRIVED, MET))
-        return cls(share * step.friction, start, EXACTLY * size, enough, near, energy, settings)
-
-    def solve(
-        self,
-        program: Qpcc,
-        lam: Array,
-        forces: Array | None = None,
-        guess: Solution | None = None,
-        before: CutSearch | None = None,
-    ) -> tuple[Solution, CutSearch | None]:
-        """The best efforts found, and where the search was cut; None where it was not.
-
-        Args:
-            program: limits and objective; its rows are the contacts.
-            lam: (n_a,) efforts of holding.
-            forces: (s + 3 k,) contact forces to start from; None: `forces`.
-            guess: answer to nearly the same problem, whose rows are the first ones of this.
-            before: where the search of nearly the same problem was cut.
-        """
-        problem = FrictionInverse(
-            program, self.friction, self.exact, self.enough, self.near, self.energy
-        )
-        near = None
-        if guess is not None:
-            near = guess.lam_a, np.zeros(len(self.forces))
-            near[1][: len(guess.beta)] = guess.beta
-        start = self.forces if forces is None else forces
-        found = solve_friction_inverse(problem, lam, start, self.settings, near, before)
-        return as_solution(program, found), found.cut
-
-
-@dataclass(frozen=True, slots=True)
 class CutPlan:
     """Where the search of a plan was cut; another plan can go on from there, with other contacts in range.
 
@@ -189,33 +115,47 @@ class CutPlan:
 
 @dataclass(slots=True)
 class PlanSearch:
-    """The solver of a plan's problems; each goes on where the one before was cut.
+    """The search of a plan whose contacts have friction; each problem goes on where the one before was cut.
 
     Attributes:
-        contacts: what the problems have besides their QPCC.
+        friction: (k,) coefficients that the plan counts on, of the last contacts.
         lam: (n_a,) efforts of holding.
+        forces: (s + 3 k,) contact forces from which those of holding are looked for.
+        size: of the robot's largest part [m].
+        energy: (n_a, n_a) curvature of the energy of the actuators.
+        settings: of the search.
         guess: answer before the last contacts joined; None: there is none.
         cut: where the last search was cut; None: it was not.
     """
 
-    contacts: PlanContacts
+    friction: Array
     lam: Array
+    forces: Array
+    size: float
+    energy: Array
+    settings: FrictionSettings
     guess: Solution | None
     cut: CutSearch | None
 
     def __call__(self, problem: Qpcc, near: Solution | None) -> Solution:
-        """Solve a problem.
+        """The best efforts found.
 
         Args:
-            problem: limits and objective.
+            problem: limits and objective; its rows are the contacts.
             near: the point that violates the limits least, where that is known.
         """
-        if near is None:
-            found = self.contacts.solve(problem, self.lam, guess=self.guess, before=self.cut)
-        else:
-            found = self.contacts.solve(problem, near.lam_a, near.beta, before=self.cut)
-        solution, self.cut = found
-        return solution
+        lam, start, guess = self.lam, self.forces, None
+        if near is not None:
+            lam, start = near.lam_a, near.beta
+        elif self.guess is not None:  # its rows are the first ones of this problem
+            guess = self.guess.lam_a, np.zeros(len(start))
+            guess[1][: len(self.guess.beta)] = self.guess.beta
+        enough, met = (0.5 * (distance * self.size) ** 2 for distance in (ARRIVED, MET))
+        exact, energy = EXACTLY * self.size, self.energy
+        asked = FrictionInverse(problem, self.friction, exact, enough, met, energy)
+        found = solve_friction_inverse(asked, lam, start, self.settings, guess, self.cut)
+        self.cut = found.cut
+        return as_solution(problem, found)
 
 
 def as_solution(program: Qpcc, found: InverseSolution) -> Solution:

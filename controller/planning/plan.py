@@ -16,7 +16,6 @@ import numpy as np
 
 from tauten.controller.friction import (
     CutPlan,
-    PlanContacts,
     PlanSearch,
     pushed_slots,
     with_slip,
@@ -220,10 +219,12 @@ def plan_from(situation: Situation, aim: Aim, step: CondensedStep, h: float) -> 
         if step.frictional and len(step.extra) > 0:
             forces, a = _forces_of_hold(prepared, step), places.actuators
             forces = forces if reduced is None else reduced.with_cables(effort, forces)
-            given = settings.friction_share, robot.part_size, weight * W[a, a], settings.search
-            contacts = PlanContacts.of(step, forces, *given)
+            counted_on = settings.friction_share * step.friction
             begun = None if before is None else before.on(step, free, len(problem.m))
-            search = PlanSearch(contacts, start.lam_a, guess, begun)
+            search = PlanSearch(
+                counted_on, start.lam_a, forces, robot.part_size, weight * W[a, a], settings.search,
+                guess, begun,
+            )  # fmt: skip
             problem, solution = solve_relaxed(problem, others, search, EMPTY[:1] if elastic else ())
             guess, columns = solution if solution.status.usable else None, len(prepared.forces.beta)
             cut = None if search.cut is None else CutPlan.of(search.cut, step, free, columns)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import meshio
 import numpy as np
@@ -14,11 +13,11 @@ from support.robots.examples import EXAMPLES, example
 from support.robots.solids import RIGID_CUBE
 
 from tauten.controller import Controller
-from tauten.controller.friction import FrictionInverse, PlanContacts, with_slip
+from tauten.controller.friction import FrictionInverse, PlanSearch, with_slip
 from tauten.controller.friction.problem import cones_at
 from tauten.controller.friction.search import effort_search
 from tauten.controller.planning import Aim, Situation, make_plan
-from tauten.controller.qpcc import Budget, Qpcc, TimeLimit
+from tauten.controller.qpcc import Budget, Qpcc, Solution, TimeLimit
 from tauten.model import load_robot, unit_start
 from tauten.model.friction import error_of
 from tauten.model.numerics import Array
@@ -189,27 +188,26 @@ def test_a_search_begins_at_the_forces_of_holding(
     controller = table(tmp_path, 0.1)
     moved(controller, np.array([2e-3, 0.0, 0.0]), 5)
     controller.prepare()
-    prepared, solve, asked = controller._prepared, PlanContacts.solve, []
+    prepared, solve, asked = controller._prepared, PlanSearch.__call__, []
     assert prepared is not None
 
-    def asks(contacts: PlanContacts, program: Qpcc, lam: Array, *others: Any, **known: Any) -> Any:
-        asked.append((contacts, program, lam))
-        return solve(contacts, program, lam, *others, **known)
+    def asks(plan: PlanSearch, program: Qpcc, near: Solution | None) -> Solution:
+        asked.append((plan, program))
+        return solve(plan, program, near)
 
-    monkeypatch.setattr(PlanContacts, "solve", asks)
+    monkeypatch.setattr(PlanSearch, "__call__", asks)
     controller.settings = replace(controller.settings, friction_share=1.0)
     controller.decide(controller.shifted(1e-3))
-    contacts, program, lam = asked[0]
-    search = effort_search(
-        FrictionInverse(program, contacts.friction), "daqp", Budget(1, TimeLimit())
-    )
+    plan, program = asked[0]
+    search = effort_search(FrictionInverse(program, plan.friction), "daqp", Budget(1, TimeLimit()))
     start = np.zeros((2, len(search.contacts.q)))
     start[0, search.place], start[1, search.place] = (
-        contacts.forces,
+        plan.forces,
         unit_start(prepared.farther, prepared.forces),
     )
-    now, before = (error_of(cones_at(search.contacts, lam), r) for r in start)
-    assert now <= contacts.exact < 10.0 * contacts.exact < before
+    now, before = (error_of(cones_at(search.contacts, plan.lam), r) for r in start)
+    exact = 1e-7 * plan.size
+    assert now <= exact < 10.0 * exact < before
 
 
 @pytest.mark.slow
