@@ -9,7 +9,7 @@ import numpy as np
 
 from tauten.controller.friction.dual_qp import solve_dual
 from tauten.controller.friction.problem import RANK, FrictionInverse, contact_rows, symmetric_root
-from tauten.controller.qpcc import UNBOUNDED, Backend, Qp, qp_backend
+from tauten.controller.qpcc import UNBOUNDED
 from tauten.model.numerics import Array, Ints, kernel
 
 PULL = 100.0  # weight of violated limits against the objective, by their curvatures
@@ -280,40 +280,3 @@ class EffortStep:
 
     change: Array
     gain: float
-
-
-@dataclass(frozen=True, slots=True)
-class EffortProgram:
-    """The inverse problem in the efforts alone, where forces follow them with a slope.
-
-    Attributes:
-        problem: limits and objective.
-        arrays: the same for kernels.
-        solver: name of the QP library, or a function, for QPs that the kernel does not solve.
-    """
-
-    problem: FrictionInverse
-    arrays: EffortArrays
-    solver: str | Backend
-
-    def measures(self, lam: Array, r: Array) -> tuple[float, float]:
-        """The objective (I1) at efforts (n_a,) and contact forces (3 m,), and the excess over (I2)."""
-        return effort_measures(self.arrays, lam, r)
-
-    def step(self, lam: Array, r: Array, slope: Array, trust: Array) -> EffortStep | None:
-        """The best change of the efforts; None where the QP has no solution.
-
-        Args:
-            lam: (n_a,) efforts.
-            r: (3 m,) contact forces there, or where the law of contact leads from them.
-            slope: (3 m, n_a) of the forces.
-            trust: (n_a,) largest change of each effort.
-        """
-        solved, change, gain = effort_step(self.arrays, lam, r, slope, trust)
-        if solved:
-            return EffortStep(change, gain)
-        qp = effort_qp(self.arrays, lam, r, slope, trust)
-        answer = qp_backend(self.solver)(Qp(qp.H, qp.f, qp.A, qp.lower, qp.upper))
-        if answer.infeasible or not np.isfinite(answer.y).all():
-            return None
-        return EffortStep(*effort_change(qp, answer.y))

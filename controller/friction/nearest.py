@@ -127,7 +127,7 @@ def _pull(search: EffortSearch, point: EffortPoint, slope: Array, trust: Array) 
         slope: (3 m, n_a) of its contact forces.
         trust: (n_a,) largest change of each effort.
     """
-    arrays, unit, n_a = search.program.arrays, search.span, len(point.lam)
+    arrays, unit, n_a = search.arrays, search.span, len(point.lam)
     A = (arrays.G_a + arrays.G_c @ slope) * unit  # (p, n_a)
     rows = arrays.G_a @ point.lam + arrays.G_c @ point.r
     lo, hi = arrays.g_lo - rows, arrays.g_hi - rows

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauten.controller.friction.effort_step import EffortArrays, effort_step
+from tauten.controller.friction.effort_step import EffortArrays, effort_measures, effort_step
 from tauten.controller.friction.exact import NARROWER
 from tauten.controller.friction.problem import EffortPoint, InverseContacts, cones_at
 from tauten.controller.friction.search import EffortSearch
@@ -131,9 +131,7 @@ def one_shot_path(
     while state.narrow < ENOUGH_NARROW and budget.spent < end and not cut:
         number = min(budget.at_once(AT_ONCE), end - budget.spent)
         begin = budget.time.clock()
-        state, spent = path_steps(
-            contacts, search.program.arrays, state, length, widest, pace, number
-        )
+        state, spent = path_steps(contacts, search.arrays, state, length, widest, pace, number)
         budget.count(spent, begin)
         taken += spent
         cut = budget.exhausted or not budget.allows(AT_ONCE)
@@ -252,7 +250,7 @@ def nested_path(
     while True:
         width = widths(contacts.w, r, share, length)
         r, slope, _ = _meet(search, lam, r, width)
-        objective, cut = search.program.measures(lam, r)[0], False
+        objective, cut = effort_measures(search.arrays, lam, r)[0], False
         for _ in range(4):
             step = search.step(lam, r, slope, trust)
             if step is None or step.gain < 1e-3 * objective:
@@ -260,7 +258,7 @@ def nested_path(
             ahead = r + slope @ step.change
             there = lam + step.change
             found, turned, met = _meet(search, there, ahead, width)
-            value = search.program.measures(there, found)[0]
+            value = effort_measures(search.arrays, there, found)[0]
             if met and value < objective - 0.1 * step.gain:
                 if value < objective - 0.5 * step.gain:
                     trust = np.minimum(2.0 * trust, WIDEST * widest)

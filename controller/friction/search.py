@@ -7,10 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.controller.friction.effort_step import (
-    EffortProgram,
+    EffortArrays,
     EffortStep,
     effort_arrays,
+    effort_change,
+    effort_qp,
     effort_reach,
+    effort_step,
 )
 from tauten.controller.friction.exact import WIDE, exact_point, point_at
 from tauten.controller.friction.problem import (
@@ -21,7 +24,7 @@ from tauten.controller.friction.problem import (
     inverse_contacts,
     largest_limit,
 )
-from tauten.controller.qpcc import Backend, Budget
+from tauten.controller.qpcc import Backend, Budget, Qp, qp_backend
 from tauten.model.friction import Width
 from tauten.model.numerics import Array, Ints, kernel
 
@@ -36,7 +39,8 @@ class EffortSearch:
         problem: the inverse problem.
         contacts: with three rows each.
         place: (s + 3 k,) where each row of the problem is among these.
-        program: the QP in the efforts.
+        arrays: objective and limits for kernels.
+        solver: name of the QP library, or a function, for QPs that the kernel does not solve.
         span: (n_a,) range of the efforts [N, Pa].
         allowed: excess over the limits that counts as none, in the unit of their rows.
         budget: linear systems and time.
@@ -45,7 +49,8 @@ class EffortSearch:
     problem: FrictionInverse
     contacts: InverseContacts
     place: Ints
-    program: EffortProgram
+    arrays: EffortArrays
+    solver: str | Backend
     span: Array
     allowed: float
     budget: Budget
@@ -56,15 +61,23 @@ class EffortSearch:
         return chosen
 
     def step(self, lam: Array, r: Array, slope: Array, trust: Array) -> EffortStep | None:
-        """The best change of the efforts, see `EffortProgram.step`.
+        """The best change of the efforts; None where the QP has no solution.
 
         Args:
             lam: (n_a,) efforts.
-            r: (3 m,) contact forces.
-            slope: (3 m, n_a) of these.
+            r: (3 m,) contact forces there, or where the law of contact leads from them.
+            slope: (3 m, n_a) of the forces.
             trust: (n_a,) largest change of each effort.
         """
-        return self.program.step(lam, r, slope, trust)
+        given = self.arrays, lam, r, slope, trust
+        solved, change, gain = effort_step(*given)
+        if solved:
+            return EffortStep(change, gain)
+        qp = effort_qp(*given)
+        answer = qp_backend(self.solver)(Qp(qp.H, qp.f, qp.A, qp.lower, qp.upper))
+        if answer.infeasible or not np.isfinite(answer.y).all():
+            return None
+        return EffortStep(*effort_change(qp, answer.y))
 
     def reach(self, point: EffortPoint) -> tuple[float, float]:
         """How far one effort within the limits moves the effectors, on a piece, and open contacts, at most.
@@ -74,7 +87,7 @@ class EffortSearch:
         """
         energy = self.problem.energy
         energy = np.zeros(len(self.span)) if energy is None else energy.diagonal().copy()
-        return effort_reach(self.program.arrays, point.slope, self.contacts.W_ca, self.span, energy)
+        return effort_reach(self.arrays, point.slope, self.contacts.W_ca, self.span, energy)
 
     def away(self, point: EffortPoint) -> float:
         """The objective of a point without the energy of its efforts."""
@@ -105,8 +118,7 @@ class EffortSearch:
             wide: of the smoothed law, where the exact one fails.
             needed: whether it is looked for whatever the budget.
         """
-        arrays = self.program.arrays
-        return exact_point(self.contacts, arrays, lam, start, self.budget, wide, needed)
+        return exact_point(self.contacts, self.arrays, lam, start, self.budget, wide, needed)
 
     def along(
         self, point: EffortPoint, change: Array, newton: int, farthest: float
@@ -121,7 +133,7 @@ class EffortSearch:
         """
         ahead, begin = point.r + point.slope @ change, self.budget.time.clock()
         found, there, systems = point_at(
-            self.contacts, self.program.arrays, point.lam + change, ahead, newton, farthest
+            self.contacts, self.arrays, point.lam + change, ahead, newton, farthest
         )
         self.budget.count(systems, begin)
         return there if found else None
@@ -141,7 +153,7 @@ def effort_search(problem: FrictionInverse, solver: str | Backend, budget: Budge
     largest = largest_limit(p.g_lo, p.g_hi)
     return EffortSearch(
         problem, contacts, contact_rows(problem),
-        EffortProgram(problem, effort_arrays(problem), solver), span, WITHIN * largest, budget,
+        effort_arrays(problem), solver, span, WITHIN * largest, budget,
     )  # fmt: skip
 
 
