@@ -351,13 +351,13 @@ class Controller(RobotModel):
             return
         self._robot = self._robot.later(self._robot.h)
         try:
-            moved = advance(self._robot, self.space, self.settings, made, self._left, now)
+            given = self._robot, self.space, self.settings, made, self._left, now
+            self._state, self._forces, solved = advance(*given)
         except FactorisationError:
             self.status = Status.NOT_FINITE
         else:
-            self._state, self._forces, self._stalled = moved.state, moved.forces, made.stalled
-            self._contacts = moved.solved.step.rows.contacts.found
-            self._stepped = self._state, moved.solved
+            self._contacts, self._stalled = solved.step.rows.contacts.found, made.stalled
+            self._stepped = self._state, solved
             grasp, carried = self._carried.grasp, made.carried or self._carried
             after = None if grasp is None else grasp.after(self.contacts)
             self._carried = carried if after is None else replace(carried, grasp=after)

@@ -112,21 +112,6 @@ class Decision:
         return None if self.plan is None else self.plan.start
 
 
-@dataclass(frozen=True, slots=True)
-class Advanced:
-    """The model after a tick.
-
-    Attributes:
-        state: there.
-        forces: constraint forces of its last step.
-        solved: that step.
-    """
-
-    state: State
-    forces: Forces
-    solved: PredictedStep
-
-
 @one_blas_thread(whole=True)
 def prepare(
     horizon: Horizon,
@@ -312,8 +297,8 @@ def advance(
     decision: Decision,
     before: Actuation,
     now: Actuation,
-) -> Advanced:
-    """The model after the tick, in which the actuators move evenly to what left.
+) -> tuple[State, Forces, PredictedStep]:
+    """The state after the tick, in which the actuators move evenly to what left; its last step, with forces.
 
     The decision predicts the tick with one linearisation; the model follows what left in steps of second
     order (`tauten.model.simulation.travel`). Without sub-steps it moves as the decision predicts, a
@@ -325,31 +310,17 @@ def advance(
     """
     given, predicted = decision.command, decision.predicted
     step, forces = predicted.step, predicted.step.split(predicted.lam, space.k)
-    if settings.substeps == 0 and not moves_far(robot, predicted):
-        return Advanced(_predicted_state(robot, predicted), forces, predicted)
-    kept = now.position if given is None else np.where(given.by_position, now.position, np.nan)
-    command = Command.of(kept, None) if given is None else Command(kept, given.effort)
-    start = Command(before.position, before.effort)
-    moved = travel(
-        robot,
-        space,
-        settings.enrichment,
-        step.state,
-        forces,
-        start,
-        command,
-        settings.substeps or 1,
-    )
-    way = robot.body.displacement(moved.state, step.system.h * moved.state.v)  # next tick's [m]
-    if not way < FARTHEST * robot.part_size:  # also NaN
-        return Advanced(_predicted_state(robot, predicted), forces, predicted)
-    return Advanced(moved.state, moved.forces, moved.last)
-
-
-def _predicted_state(robot: Robot, predicted: PredictedStep) -> State:
-    """Where a predicted step ends."""
-    system = predicted.step.system
-    return robot.advance(predicted.step.state, system.v + predicted.dv, system.h)
+    if settings.substeps > 0 or moves_far(robot, predicted):
+        kept = now.position if given is None else np.where(given.by_position, now.position, np.nan)
+        command = Command.of(kept, None) if given is None else Command(kept, given.effort)
+        ends, start = (Command(before.position, before.effort), command), (step.state, forces)
+        steps = settings.substeps or 1
+        moved = travel(robot, space, settings.enrichment, *start, *ends, steps)
+        way = robot.body.displacement(moved.state, step.system.h * moved.state.v)  # next tick's [m]
+        if way < FARTHEST * robot.part_size:  # not where it is NaN
+            return moved.state, moved.forces, moved.last
+    end = robot.body.advance(step.state, step.system.v + predicted.dv, step.system.h)
+    return end, forces, predicted
 
 
 @one_blas_thread(whole=True)
