@@ -21,13 +21,12 @@ def cone_projected_greedy(S: Array, k: int) -> Iterator[Factors]:
         k: number of snapshots to choose.
 
     Yields:
-        For 1, 2, … k: the chosen columns Ψ (n_c, k), the coordinates B (k, s) of the nearest points
-        of their cone, and the history of ‖S − Ψ B‖_F / ‖S‖_F so far.
+        For 1, 2, … k: the chosen columns Ψ (n_c, k) and the coordinates B (k, s) of the nearest
+        points of their cone.
 
     Source: Benaceur, Ern, Ehrlacher, Int. J. Numerical Methods in Engineering 121, 2020.
     """
     chosen: list[int] = []
-    history: list[float] = []
     residual = S
     for _ in range(k):
         distance = np.linalg.norm(residual, axis=0)  # (s,)
@@ -36,5 +35,4 @@ def cone_projected_greedy(S: Array, k: int) -> Iterator[Factors]:
         Psi: Array = S[:, chosen]
         B = coordinates(Psi, S)
         residual = S - Psi @ B
-        history.append(float(np.linalg.norm(residual) / np.linalg.norm(S)))
-        yield Psi, B, np.array(history)
+        yield Psi, B

@@ -1,7 +1,7 @@
 """Nonnegative matrix factorisation S ≈ Ψ B, Ψ ≥ 0, B ≥ 0 (17): the paper's ALS, and HALS.
 
 Every function takes a snapshot matrix S (n_c, s) ≥ 0 that `factorise` has checked, and returns
-(Ψ (n_c, k), B (k, s), history), the history being ‖S − Ψ B‖_F / ‖S‖_F after every iteration.
+(Ψ (n_c, k), B (k, s)).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from tauten.model.numerics import Array, kernel
 
-Factors = tuple[Array, Array, Array]
+Factors = tuple[Array, Array]
 
 # A relative decrease below 1e-4 is smaller than the error of a mode that is out of range; 100 iterations
 # limit the time for each k.
@@ -38,15 +38,16 @@ def als(S: Array, k: int, seed: int) -> Factors:
     rng = np.random.default_rng(seed)
     Psi = rng.random((S.shape[0], k))  # (n_c, k)
     B = np.zeros((k, S.shape[1]))
-    history: list[float] = []
+    before = np.inf
     for _ in range(2 * MAX_ITERATIONS):
         # lstsq equals `solve` for a regular matrix and also works with zero columns
         B = np.maximum(np.linalg.lstsq(Psi.T @ Psi, Psi.T @ S, rcond=None)[0], 0.0)  # (k, s)
         Psi = np.maximum(np.linalg.lstsq(B @ B.T, B @ S.T, rcond=None)[0].T, 0.0)  # (n_c, k)
-        history.append(relative_error(S, Psi, B))
-        if len(history) > 1 and abs(history[-2] - history[-1]) <= TOLERANCE * history[-1]:
+        error = relative_error(S, Psi, B)
+        if abs(before - error) <= TOLERANCE * error:
             break
-    return Psi, B, np.array(history)
+        before = error
+    return Psi, B
 
 
 def hals(S: Array, k: int) -> Iterator[Factors]:
@@ -66,8 +67,8 @@ def hals(S: Array, k: int) -> Iterator[Factors]:
     Psi, B = np.zeros((S.shape[0], 0)), np.zeros((0, S.shape[1]))
     for _ in range(k):
         column, row = leading_part(*_leading_pair(S - Psi @ B))
-        Psi, B, history = descend(S, np.c_[Psi, column], np.r_[B, row[None]])
-        yield Psi, B, history
+        Psi, B = descend(S, np.c_[Psi, column], np.r_[B, row[None]])
+        yield Psi, B
 
 
 def hals_nndsvd(S: Array, k: int) -> Factors:
@@ -92,14 +93,15 @@ def descend(S: Array, Psi: Array, B: Array) -> Factors:
     the products with S, the most expensive part, are computed again).
     """
     Psi, Bt = np.ascontiguousarray(Psi), np.ascontiguousarray(B.T)  # (n_c, k), (s, k)
-    history: list[float] = []
+    before = np.inf
     for _ in range(MAX_ITERATIONS):
         _minimise(Bt, S.T @ Psi, Psi.T @ Psi)
         _minimise(Psi, S @ Bt, Bt.T @ Bt)
-        history.append(relative_error(S, Psi, Bt.T))
-        if len(history) > 1 and history[-2] - history[-1] <= TOLERANCE * history[-1]:
+        error = relative_error(S, Psi, Bt.T)
+        if before - error <= TOLERANCE * error:
             break
-    return Psi, np.ascontiguousarray(Bt.T), np.array(history)
+        before = error
+    return Psi, np.ascontiguousarray(Bt.T)
 
 
 def leading_part(u: Array, v: Array) -> tuple[Array, Array]:

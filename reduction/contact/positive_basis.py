@@ -28,14 +28,11 @@ class PositiveFactorisation:
         Psi: (n_c, k) contact modes; "als" may drop some, then k is less than requested.
         B: (k, s) coefficients of the modes in every snapshot [N].
         error: ‖S − Ψ B‖_F / ‖S‖_F.
-        history: (iterations,) the same after every iteration; for "greedy" after every column, for
-            "hals" those of the last column.
     """
 
     Psi: Array
     B: Array
     error: float
-    history: Array
 
     @property
     def k(self) -> int:
@@ -107,7 +104,7 @@ def _factors(S: Array, ks: Sequence[int], method: Method, seed: int) -> Iterator
 
 def _unit_columns(S: Array, rows: Ints, columns: Ints, found: Factors) -> PositiveFactorisation:
     """Factors of S[rows, columns] as factors of S, with unit columns of Ψ."""
-    Psi, B, history = found
+    Psi, B = found
     norms = np.linalg.norm(Psi, axis=0)  # (k,)
     nonzero = norms > 0.0
     full_Psi = np.zeros((S.shape[0], int(nonzero.sum())))
@@ -115,7 +112,7 @@ def _unit_columns(S: Array, rows: Ints, columns: Ints, found: Factors) -> Positi
     full_Psi[rows] = Psi[:, nonzero] / norms[nonzero]
     full_B[:, columns] = B[nonzero] * norms[nonzero, None]
     error = relative_error(S, full_Psi, full_B)
-    return PositiveFactorisation(full_Psi, full_B, error, history)
+    return PositiveFactorisation(full_Psi, full_B, error)
 
 
 def checked_forces(S: Array) -> Array:
