@@ -27,7 +27,6 @@ from tauten.controller.settings import ControllerSettings, checked_settings, dec
 from tauten.controller.step import Decision, advance, decide, hold, prepare
 from tauten.model import (
     Command,
-    ContactForces,
     ContactSpace,
     Enrichment,
     Forces,
@@ -54,8 +53,7 @@ class Controller(RobotModel):
     so that the next step is ready before its target arrives. Between two calls of `advance` the last
     `decide` or `hold` counts, and each starts from the positions that left in the step before.
 
-    Attributes:
-        space: basis of its contact forces.
+    Attributes, beside those of every `RobotModel`:
         horizon: how far its decisions look ahead.
         settings: of its decisions.
         settled: whether it starts from an equilibrium rather than from rest, see `settle_start`.
@@ -140,7 +138,6 @@ class Controller(RobotModel):
         """
         given = self._checked_start(state, forces, self.space.k, position)
         (self._state, self._forces, position), self.status = given, Status.OK
-        self._contacts = self.robot.rows(state).contacts.found  # of the last step
         self._prepared: Prepared | None = None
         self._decision = self._stepped = None
         self._last_decision: Decision | None = None
@@ -163,26 +160,16 @@ class Controller(RobotModel):
         self._carried = replace(self._carried, grasp=other.grasp)
 
     @property
-    def lam_c(self) -> Array:
-        """Normal force of every candidate in the last step: (n_c,) [N]."""
-        return self._forces.at_candidates(self.space, self.robot.contacts.without_friction)
-
-    @property
-    def contacts(self) -> ContactForces:
-        """The contacts in range in the last step: their forces, and which slide."""
-        return self._forces.on(self._contacts, self.space)
-
-    @property
     def effector(self) -> Array:
         """The model's own effector positions: (p, 3) [m]."""
         known = self._prepared and self._prepared.step.rows.effectors  # which has computed them
-        return (known.positions if known else self.robot.effector(self._state)).copy()
+        return known.positions.copy() if known else super().effector
 
     @property
     def effector_values(self) -> Array:
         """The model's own goal values of the effectors: (n_v,), see `EffectorLayout`."""
         known = self._prepared and self._prepared.step.rows.effectors
-        return (known.values if known else self.robot.effector_values(self._state)).copy()
+        return known.values.copy() if known else super().effector_values
 
     def shifted(self, distance: float) -> Array:
         """The effectors' goal values (n_v,) with every row changed by a distance, by its unit [m]."""
@@ -356,8 +343,7 @@ class Controller(RobotModel):
         except FactorisationError:
             self.status = Status.NOT_FINITE
         else:
-            self._contacts, self._stalled = solved.step.rows.contacts.found, made.stalled
-            self._stepped = self._state, solved
+            self._stepped, self._stalled = (self._state, solved), made.stalled
             grasp, carried = self._carried.grasp, made.carried or self._carried
             after = None if grasp is None else grasp.after(self.contacts)
             self._carried = carried if after is None else replace(carried, grasp=after)

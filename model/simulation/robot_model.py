@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,12 +20,17 @@ from tauten.model.simulation.commands import (
     checked_state,
 )
 from tauten.model.state import State
-from tauten.model.step import Forces, PredictedStep, step_certificate
+from tauten.model.step import ContactSpace, Forces, PredictedStep, step_certificate
 
 
-class RobotModel(ABC):
-    """A robot in a state, with its obstacles around it. Arrays that it returns are copies."""
+class RobotModel:
+    """A robot in a state, with its obstacles around it. Arrays that it returns are copies.
 
+    Attributes:
+        space: basis of its contact forces.
+    """
+
+    space: ContactSpace
     _robot: Robot
     _state: State
     _forces: Forces
@@ -77,9 +81,16 @@ class RobotModel(ABC):
         return self._forces.copy()
 
     @property
-    @abstractmethod
+    def lam_c(self) -> Array:
+        """Normal force of every candidate in the last step: (n_c,) [N]."""
+        return self._forces.at_candidates(self.space, self._robot.contacts.without_friction)
+
+    @property
     def contacts(self) -> ContactForces:
         """The contacts in range in the last step: their forces, and which slide."""
+        if self._stepped is not None and self._stepped[0] is self._state:
+            return self._forces.on(self._stepped[1].step.rows.contacts.found, self.space)
+        return self._forces.on(self._robot.rows(self._state).contacts.found, self.space)
 
     @property
     def contact_forces(self) -> Array:
@@ -98,9 +109,14 @@ class RobotModel(ABC):
         return step_certificate(self._stepped[1], quickly)
 
     @property
-    @abstractmethod
     def effector(self) -> Array:
         """Positions of the effectors: (p, 3) [m]."""
+        return self._robot.effector(self._state).copy()
+
+    @property
+    def effector_values(self) -> Array:
+        """Goal values of the effectors: (n_v,), see `EffectorLayout`."""
+        return self._robot.effector_values(self._state).copy()
 
     @property
     def tip(self) -> Array:

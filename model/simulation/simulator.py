@@ -11,7 +11,6 @@ import numpy as np
 
 from tauten.model.arguments import count, positive
 from tauten.model.contact import ObstaclePoses
-from tauten.model.contacts import ContactForces
 from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
@@ -72,11 +71,11 @@ class Simulator(RobotModel):
             TypeError, ValueError: no robot; `contact` is none of these, or a basis of another robot's size.
         """
         self._robot = self._forked(robot)
-        self._space, self._enrichment = contact_model(
+        self.space, self._enrichment = contact_model(
             contact, self.robot.contacts, NO_ENRICHMENT, enrichment
         )
         self._search: EquilibriumSearch | None = None
-        self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
+        self._start = self.robot.rest(), no_forces(self.robot.n_a, self.space.k)
         self.reset()
 
     @classmethod
@@ -111,7 +110,7 @@ class Simulator(RobotModel):
         Actuators that a hold keeps by their position are at zero, the others have no effort. Where no
         equilibrium is found, the start is rest.
         """
-        self._start = self.robot.rest(), no_forces(self.robot.n_a, self._space.k)
+        self._start = self.robot.rest(), no_forces(self.robot.n_a, self.space.k)
         self.reset()
         held = self.robot.actuators.laws.held(*np.zeros((2, self.robot.n_a)))
         report = self.settle(held.position, held.effort, max_iterations=START_ITERATIONS)
@@ -131,7 +130,7 @@ class Simulator(RobotModel):
             TypeError, ValueError: these are none, or of another robot or basis, by their size.
         """
         self._state = checked_state(self._robot, state)
-        self._forces = checked_forces(self._robot, self._space.k, forces)
+        self._forces = checked_forces(self._robot, self.space.k, forces)
         self._stepped: tuple[State, PredictedStep] | None = None  # a state, and the step there
         self._moved: Command | None = None  # command of the last `move`
 
@@ -151,16 +150,6 @@ class Simulator(RobotModel):
             self._search = None
 
     @property
-    def effector(self) -> Array:
-        """Positions of the effectors: (p, 3) [m]."""
-        return self.robot.effector(self._state).copy()
-
-    @property
-    def effector_values(self) -> Array:
-        """Goal values of the effectors: (n_v,), see `EffectorLayout`."""
-        return self.robot.effector_values(self._state).copy()
-
-    @property
     def position(self) -> Array:
         """Positions of the actuators: (n_a,) [m, m³]."""
         delta = self.robot.rows(self._state, False, False).actuators.delta
@@ -175,18 +164,6 @@ class Simulator(RobotModel):
     def gaps(self) -> Array:
         """Signed gap of every candidate, +inf where out of range: (n_c,) [m]."""
         return self.robot.rows(self._state).contacts.found.gaps()
-
-    @property
-    def lam_c(self) -> Array:
-        """Normal force of every candidate in the last step: (n_c,) [N]."""
-        return self._forces.at_candidates(self._space, self._robot.contacts.without_friction)
-
-    @property
-    def contacts(self) -> ContactForces:
-        """The contacts in range in the last step: their forces, and which slide."""
-        if self._stepped is not None and self._stepped[0] is self._state:
-            return self._forces.on(self._stepped[1].step.rows.contacts.found, self._space)
-        return self._forces.on(self.robot.rows(self._state).contacts.found, self._space)
 
     @one_blas_thread(whole=True)
     def step(
@@ -215,7 +192,7 @@ class Simulator(RobotModel):
         if converged and self.robot.integration.static:
             return self._attempt(command, command, STATIC_TOLERANCE, STATIC_ITERATIONS)
         if converged:
-            model = self.robot, self._space, self._enrichment
+            model = self.robot, self.space, self._enrichment
             return self._taken(converged_step(*model, self._state, self._forces, command))
         result, movement = self._advance(command)
         return make_report(self.robot, self._state, result, 1, movement, self._ending())
@@ -246,7 +223,7 @@ class Simulator(RobotModel):
         command = checked_command(self.robot, position, effort)
         before = self._moved or Command(self.position, self.effort)
         self.set_obstacles(self.obstacles.after(self.robot.h))
-        model = self._robot, self._space, self._enrichment
+        model = self._robot, self.space, self._enrichment
         try:
             done = travel(*model, self._state, self._forces, before, command, steps)
         except FactorisationError as error:
@@ -342,7 +319,7 @@ class Simulator(RobotModel):
         taken += failed.iterations
         if share < 1.0 and last.ending in LEFT_IN_TIME:
             good = self._state, self._forces
-            model = self._at_rest(), self._space, self._enrichment
+            model = self._at_rest(), self.space, self._enrichment
             self._state, self._forces = relaxed(*model, *good, command)
             snapped = self._attempt(command, command, tolerance, LOAD_STEP_ITERATIONS)
             taken += snapped.iterations
@@ -367,7 +344,7 @@ class Simulator(RobotModel):
             max_iterations: linearised steps at most.
         """
         if self._search is None:
-            self._search = EquilibriumSearch(self._at_rest(), self._space, self._enrichment)
+            self._search = EquilibriumSearch(self._at_rest(), self.space, self._enrichment)
         at = self._state, self._forces
         return self._taken(self._search.run(*at, command, start, tolerance, max_iterations))
 
@@ -387,14 +364,14 @@ class Simulator(RobotModel):
 
     def _advance(self, command: Command) -> tuple[PredictedStep, float]:
         """One time step, and the largest displacement of a node in it [m]."""
-        contacts = self._space.k > 0 or self._enrichment.rounds > 0
+        contacts = self.space.k > 0 or self._enrichment.rounds > 0
         robot = self.robot.stepping(self._state, far=True)
-        step = condense_step(robot, self._space, self._state, self._forces, contacts, False)
+        step = condense_step(robot, self.space, self._state, self._forces, contacts, False)
         solved = forward_step(step, self._enrichment, self._forces, command)
         system = step.system
         v = system.v + solved.dv
         movement = self.robot.displacement(self._state, system.h * v)
         self._state = self.robot.advance(self._state, v, system.h)
-        self._forces = solved.step.split(solved.lam, self._space.k)
+        self._forces = solved.step.split(solved.lam, self.space.k)
         self._stepped = self._state, solved
         return solved, movement
