@@ -15,10 +15,9 @@ from tauten.service.check.mesh_variants import (
 from tauten.service.check.rate import (
     RateError,
     check_rate,
-    faster,
+    faster_here,
     fits,
     rate_for,
-    reducing,
     step_seconds,
 )
 from tauten.service.check.region_findings import RegionParts
@@ -43,13 +42,12 @@ __all__ = [
     "check_rate",
     "check_robot",
     "equilibria",
-    "faster",
+    "faster_here",
     "first_decision",
     "fits",
     "make_loads",
     "mesh_error_text",
     "rate_for",
-    "reducing",
     "selected",
     "step_seconds",
     "variant_robot",

@@ -14,6 +14,7 @@ from tauten.controller import Controller, part_files, target_beside
 from tauten.model import Robot
 from tauten.model.load import command_name
 from tauten.model.schema import ACTUATOR_TABLES, read_toml
+from tauten.service.process import busy
 
 log = logging.getLogger(__name__)
 
@@ -89,6 +90,19 @@ def faster(commands: str, seconds: float, reduced: bool, robot: Robot | None = N
     if reduced:
         return f"set {rate}, or reduce with fewer modes"
     return f"{commands} makes a model with faster steps; or set {rate}"
+
+
+def faster_here(path: Path, seconds: float, reduced: bool, robot: Robot) -> str:
+    """`faster` of a step that the real clock timed, which is longer where other programs run, and says so.
+
+    Args:
+        path: of the robot file.
+        seconds: time of a control step by the real clock.
+        reduced: whether its model is reduced already.
+        robot: of the file.
+    """
+    advice, others = faster(reducing(path), seconds, reduced, robot), busy()
+    return f"{others}; {advice}" if others else advice
 
 
 def check_rate(rate: float, seconds: float, requested: bool, advice: str = "") -> None:

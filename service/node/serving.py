@@ -13,7 +13,7 @@ import zenoh
 
 from tauten.controller import warm_controller
 from tauten.model import one_blas_thread
-from tauten.service.check import check_rate, faster, reducing, step_seconds
+from tauten.service.check import check_rate, faster_here, step_seconds
 from tauten.service.describing import log_metadata
 from tauten.service.link import address, announced
 from tauten.service.log import LogRecorder
@@ -78,7 +78,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
             setup = replace(setup, start="settled" if controller.settled else "rest")
             claim = stack.enter_context(claimed(session, keys))
             step = step_seconds(controller)
-            advice = faster(reducing(setup.path), step, bool(setup.states), setup.robot)
+            advice = faster_here(setup.path, step, bool(setup.states), setup.robot)
             check_rate(rate, step, settings.rate_requested, advice)
             loop = ControlLoop(controller, not settings.wait, setup.service, timed=True)
             typestore()

@@ -1,6 +1,6 @@
 """The process around the service: signals, host facts, real-time priority. It loads nothing of the model."""
 
-from tauten.service.process.host import HostInfo, host_info
+from tauten.service.process.host import HostInfo, busy, host_info
 from tauten.service.process.progress import Progress
 from tauten.service.process.queues import drained
 from tauten.service.process.realtime import (
@@ -28,6 +28,7 @@ __all__ = [
     "Interrupted",
     "StopFlag",
     "apply_realtime",
+    "busy",
     "drained",
     "give_lower_priority",
     "has_realtime_priority",

@@ -49,6 +49,14 @@ def host_info() -> HostInfo:
     )
 
 
+def busy() -> str:
+    """That other programs take the processors that this one may use, "" where they do not."""
+    load, cores = os.getloadavg()[0], len(os.sched_getaffinity(0))
+    if load <= cores:
+        return ""
+    return f"this computer is busy (load {load:.1f} on {cores} processors), on an idle one steps are shorter"
+
+
 def _processor() -> str:
     facts = Path("/proc/cpuinfo")
     if facts.is_file():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ from support.robots.examples import example
 from support.robots.hanging import hanging_beam
 
 from tauten.model import load_robot
-from tauten.service.check import CheckSettings, Finding, check_robot
+from tauten.model.load import robot_path
+from tauten.service.check import CheckSettings, Finding, check_robot, faster_here
 from tauten.service.check.control_findings import step_time
 from tauten.service.check.rate import reducing
 from tauten.service.process import StopFlag
@@ -72,3 +74,16 @@ def test_a_basis_that_is_missing_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("seconds", "level"), [(0.015, "fine"), (0.0161, "doubtful")])
 def test_a_fifth_of_the_period_is_left_for_the_rest(seconds: float, level: str) -> None:
     assert step_time(seconds, 0.02, "finger", reduced=False).level == level
+
+
+@pytest.mark.parametrize(("load", "said"), [(1.0, False), (6.5, True)])
+def test_a_busy_computer_is_said_before_the_robot_file_is_to_be_changed(
+    load: float, said: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The demo of a clone told a first user to reduce the shipped finger because other programs ran."""
+    monkeypatch.setattr(os, "getloadavg", lambda: (load, load, load))
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _process: {0, 1})
+    robot = load_robot("finger")
+    advice = faster_here(robot_path("finger"), 0.019, True, robot)
+    assert advice.endswith("set controller.rate = 42, or reduce with fewer modes")
+    assert advice.startswith("this computer is busy (load 6.5 on 2 processors), ") == said
