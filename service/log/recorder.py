@@ -16,6 +16,7 @@ from pathlib import Path
 
 from mcap.writer import CompressionType, Writer
 
+from tauten.service.process import locked_new
 from tauten.service.wire import definition
 
 log = logging.getLogger(__name__)
@@ -65,12 +66,12 @@ class LogRecorder:
             metadata: facts about the run, written first.
 
         Raises:
-            OSError: the file cannot be created.
+            OSError: the file cannot be created, or another process records to it.
         """
         path.parent.mkdir(parents=True, exist_ok=True)
         self.dropped = 0
         self.fault = ""
-        self._file: BufferedWriter = path.open("wb")
+        self._file: BufferedWriter = open(path, "wb", opener=locked_new)  # noqa: SIM115 (a thread closes it)
         self._writer = Writer(
             self._file,
             chunk_size=_CHUNK,

@@ -39,7 +39,7 @@ from tauten.service.plant.processes import (
 )
 from tauten.service.plant.streaming import StreamSettings, stream
 from tauten.service.plant.waypoints import TargetPath, save_path
-from tauten.service.process import StopFlag, stop_on_signals
+from tauten.service.process import StopFlag, alone_in, stop_on_signals
 from tauten.service.replay import RecordedRun, RunReport, make_report, read_run
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
@@ -126,7 +126,20 @@ def run_demo(
         DemoError: a process failed, or a file of the user is in the folder.
         RobotFileError, MeshError, BasisError, PathError: what cannot be used, and why.
         LogError: nothing was recorded.
+        OSError: another demo writes into the folder.
     """
+    with contextlib.ExitStack() as held:
+        return _run(settings, stop, notify, as_command, held)
+
+
+def _run(
+    settings: DemoSettings,
+    stop: StopFlag,
+    notify: Callable[[str], None],
+    as_command: Callable[[Program], object] | None,
+    held: contextlib.ExitStack,
+) -> DemoResult:
+    """Run the demo, see `run_demo`; `held` keeps the folder for this one."""
     with one_blas_thread():
         setup = load_setup(settings.robot, basis=settings.basis, model=settings.model)
     typestore()  # for the copies too
@@ -134,6 +147,7 @@ def run_demo(
     copies = robot_copies(setup.path, settings.basis, folder)
     _spare(folder, settings.path)
     folder.mkdir(parents=True, exist_ok=True)
+    held.enter_context(alone_in(folder))
     write_copies(copies)
     port = free_ports()
     common, network = ["--port", str(port)], Network(port)

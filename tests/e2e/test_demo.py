@@ -17,7 +17,7 @@ from support.robots.hanging import hanging_beam
 
 from tauten.service.plant import DemoError, DemoSettings, child, run_demo
 from tauten.service.plant.demo import FIGURE, LOG, REPORT, TARGETS, slow_plant
-from tauten.service.process import StopFlag
+from tauten.service.process import StopFlag, alone_in
 from tauten.service.replay import Series, read_run, replay
 from tauten.service.view import export_log
 
@@ -99,6 +99,20 @@ def test_a_demo_without_one_good_decision_fails_and_names_the_limit(
     assert (out / REPORT).is_file()
 
 
+def test_a_folder_that_another_demo_writes_into_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two demos that began in the same second had one folder, and a log that could not be read."""
+    robot, out = hanging_beam(tmp_path), tmp_path / "demo"
+    out.mkdir()
+    with alone_in(out):
+        assert run_main("demo", robot, "--seconds", 1, "--out", out) == 2
+    assert f"{out}: another process writes to it" in capsys.readouterr().err
+    assert not list(out.iterdir())
+    with alone_in(out):
+        pass  # free again
+
+
 def test_targets_are_slowed_where_the_period_cannot_be_held(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -108,7 +122,9 @@ def test_targets_are_slowed_where_the_period_cannot_be_held(
     robot = hanging_beam(tmp_path, rate=100.0)
     settings = DemoSettings(str(robot), tmp_path / "demo", 1.0, path="line", period=1.5)
     done = run_demo(settings, StopFlag(), lambda _said: None)
-    note = [said for said in done.notes if "times slower; tauten reduce" in said][-1]
+    note = [said for said in done.notes if "times slower; " in said and "; tauten reduce" in said][
+        -1
+    ]
     slower = float(note.split(" times slower")[0].split()[-1])
     assert done.report.rate_hz <= 25.0
     assert done.report.following > 5

@@ -45,6 +45,19 @@ def test_a_log_comes_back_in_order(tmp_path: Path) -> None:
     assert messages[1].payload == encode_point(Point(0, "base", (0.1, 0.2, 0.0)))
 
 
+def test_a_file_that_another_recorder_writes_is_refused_and_stays_whole(tmp_path: Path) -> None:
+    """Two nodes that recorded to one file wrote over each other, and nothing of it could be read."""
+    path = tmp_path / "log.mcap"
+    first = write_log(path, 3, close=False)
+    with pytest.raises(OSError, match="another process writes to it"):
+        LogRecorder(path, {"robot": "other"})
+    first.close()
+    reader = LogReader(path)
+    assert len(list(reader.messages())) == 12 and reader.metadata == METADATA
+    write_log(path, 1)
+    assert len(list(LogReader(path).messages())) == 4, "a later one replaces it"
+
+
 def test_the_mcap_libraries_own_ros_2_reader_decodes_it(tmp_path: Path) -> None:
     write_log(tmp_path / "log.mcap", 3)
     found = []
