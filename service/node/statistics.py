@@ -157,7 +157,7 @@ class LoopStatistics:
         values["clamped"] = str(self._clamped)
         values |= {f"ticks_{mode}": str(count) for mode, count in self._modes.items()}
         values |= {f"status_{name}": str(count) for name, count in self._statuses.items()}
-        values["deepest_penetration_mm"] = f"{_MS * max(-self._deepest, 0.0):.4g}"
+        values["deepest_penetration_mm"] = f"{_MS * max(0.0, -self._deepest):.4g}"
         values["prediction_error_mm"] = f"{_MS * self._apart:.3g}"
         surprising = self._apart > SURPRISING * self._size
         cut = sum(self._cut)

@@ -244,7 +244,7 @@ def _rms_and_max(errors: Array) -> tuple[float | None, float | None]:
 
 def penetration(gaps: Array) -> float:
     """Deepest penetration of gaps [m] in millimetres."""
-    return 1e3 * max(-float(gaps.min(initial=0.0)), 0.0)
+    return 1e3 * max(0.0, -float(gaps.min(initial=0.0)))  # without the sign of −0
 
 
 def finite(values: ArrayLike) -> Array:

@@ -156,6 +156,7 @@ def test_what_is_left_free_may_move_away_from_what_decisions_say() -> None:
     health = statistics.diagnostics(Clock(0.02), [], None, {})
     decisions = next(item for item in health if item.name == "decisions")
     assert float(decisions.values["prediction_error_mm"]) == pytest.approx(4.0, abs=0.01)
+    assert decisions.values["deepest_penetration_mm"] == "0"  # it was -0
 
 
 def test_health_says_that_time_ends_decisions() -> None:

@@ -217,6 +217,7 @@ def test_a_run_without_plant_is_reported_too(log: Path, beam: Robot, tmp_path: P
     report = make_report(run)
     assert report.plant_error.rms_mm is None
     assert report.plant_penetration_mm is None
+    assert f"{report.model_penetration_mm:g}" == "0"  # it was -0
     draw_run(run, beam.actuators, tmp_path / "figure.png")
 
 
