@@ -1,7 +1,7 @@
 """Actuators of robots: rows (H, δ) with the conjugate effort λ, and the curvature that efforts add."""
 
 from tauten.model.actuators.actuator_set import ActuatorRows, ActuatorSet, Loads
-from tauten.model.actuators.chamber import ChamberSurface, make_chambers, volumes
+from tauten.model.actuators.chamber import ChamberSurface, bulging, make_chambers, volumes
 from tauten.model.actuators.coupling import Coupling, coupling_of
 from tauten.model.actuators.curvature import NodalCurvature, coupled_nodes, nodal_curvature
 from tauten.model.actuators.drive import DriveSet, no_drives
@@ -40,6 +40,7 @@ __all__ = [
     "Transmitted",
     "NodalCurvature",
     "cavities",
+    "bulging",
     "cavity_around",
     "cavity_nearest",
     "chamber_surface",

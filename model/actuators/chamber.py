@@ -5,13 +5,18 @@ The volume of a closed surface is a sum over its triangles, seen from outside co
     V(x) = 1/6 Σ y_a · (y_b x y_c)                                                          (A1)
 
 δ = V − V(rest), H = ∂V/∂x. A corner y = Σ w_i x_i is a node of the body, or a point of one of its elements.
+
+A face of a quadratic element bulges between its nodes. By Simpson's rule its volume is (4 V₄ − V₁) / 3, with
+V₄ of its four triangles and V₁ of that of its corners: exact to first order in the displacement, so that a
+pressure acts on the nodes as the shape functions say. Weights of a triangle that are ∛s as large make its
+volume s times as large.
 Since the area vectors of the triangles turn and grow with the body, a pressure λ adds −λ ∂²V/∂x² to the
 tangent: symmetric for a closed surface, and indefinite.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,10 +32,13 @@ class ChamberSurface:
     Attributes:
         triangles: (t, 3) nodes of the body, or numbers of `points`; normals out of the chamber.
         points: points of the body that the triangles join; None: they join nodes.
+        faces: (f, 3) corners of the faces of quadratic elements that the triangles are parts of; none where
+            they are flat.
     """
 
     triangles: Ints
     points: NodePoints | None = None
+    faces: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
 
     @property
     def corner_nodes(self) -> int:
@@ -38,14 +46,15 @@ class ChamberSurface:
         return 1 if self.points is None else self.points.nodes.shape[1]
 
     def corners(self, count: int) -> tuple[Ints, Array]:
-        """Nodes and weights of the corners, each (t, 3 count); a corner has at most `count` of them."""
-        nodes, weights = self.triangles[:, :, None], np.ones((len(self.triangles), 3, 1))
+        """Nodes and weights of the corners, each (t + f, 3 count); a corner has at most `count` of them."""
+        triangles, scale = bulging(self.triangles, self.faces)
+        nodes, weights = triangles[:, :, None], np.tile(scale[:, None, None], (1, 3, 1))
         if self.points is not None:
             nodes, weights = self.points.nodes[self.triangles], self.points.weights[self.triangles]
         missing = count - nodes.shape[2]
         nodes = np.concatenate([nodes, np.repeat(nodes[:, :, :1], missing, axis=2)], axis=2)
         weights = np.pad(weights, ((0, 0), (0, 0), (0, missing)))
-        t = len(self.triangles)
+        t = len(nodes)
         return nodes.reshape(t, -1).astype(np.int64), weights.reshape(t, -1)
 
 
@@ -56,7 +65,7 @@ class ChamberSet:
     Attributes:
         owner: (t,) chamber of each triangle.
         nodes: (t, 3 k) nodes of its corners, one corner after the other.
-        weights: (t, 3 k) their weights, which sum to one in each corner.
+        weights: (t, 3 k) their weights, which sum to one in each corner of a triangle that counts once.
         starts: (c + 1,) where the nodes of each chamber start in `used`.
         used: (s,) nodes that the surfaces depend on, chamber by chamber.
         places: (t, 3 k) places of `nodes` in `used`.
@@ -76,10 +85,8 @@ class ChamberSet:
 
     def boundary_triangles(self) -> tuple[Ints, Ints]:
         """Triangles (t, 3) of nodes and the chamber (t,) of each; none where their corners are no nodes."""
-        if self.nodes.shape[1] == 3:
-            return self.nodes, self.owner
         k = self.nodes.shape[1] // 3
-        whole = (self.weights[:, ::k] == 1.0).all(axis=1)
+        whole = (self.weights[:, ::k] >= 1.0).all(axis=1)
         return self.nodes[whole, ::k], self.owner[whole]
 
     def corners(self, values: Array, triangles: Ints) -> Array:
@@ -95,6 +102,19 @@ class ChamberSet:
         volume, gradient = volumes(placed.y, self.owner, surface, self.places, count)
         H = placed.rows(Entries(self.starts, np.arange(count), gradient))
         return Rows(H, volume[: len(self)] - self.rest_volume)
+
+
+def bulging(triangles: Ints, faces: Ints) -> tuple[Ints, Array]:
+    """Triangles (t + f, 3) of a surface that bulges between its nodes, and the weight of each in its corners.
+
+    Args:
+        triangles: (t, 3) of it, normals out of the chamber.
+        faces: (f, 3) corners of the faces that they are four parts of each; none: the triangles are flat.
+    """
+    if len(faces) == 0:
+        return triangles, np.ones(len(triangles))
+    shares = np.repeat([4.0 / 3.0, -1.0 / 3.0], [len(triangles), len(faces)])
+    return np.concatenate([triangles, faces]), np.cbrt(shares)
 
 
 def make_chambers(surfaces: list[ChamberSurface], x0: Array) -> ChamberSet:

@@ -118,10 +118,12 @@ class VolumeMeasure:
     Attributes:
         triangles: (t, 3) its wall by number of the point, normals out of the cavity.
         count: number of points, P.
+        weights: (t,) of each triangle in its corners, see `tauten.model.actuators.bulging`.
     """
 
     triangles: Ints
     count: int
+    weights: Array
 
     @property
     def carrier(self) -> Array:
@@ -132,7 +134,7 @@ class VolumeMeasure:
         """The effector for positions y (P, 3) of its points."""
         mean = y.mean(axis=0)
         one = np.zeros(len(self.triangles), dtype=np.int64)
-        surface = (self.triangles, np.ones(self.triangles.shape))
+        surface = (self.triangles, np.repeat(self.weights[:, None], 3, axis=1))
         # relative to the mean, which changes no closed volume: products of large coordinates cancel
         found, gradient = volumes(y - mean, one, surface, self.triangles, self.count)
         return Measurement(found[:1], found[:1], mean, gradient[None])

@@ -23,7 +23,7 @@ from tauten.model.actuators import (
 )
 from tauten.model.load.places import MeshPlaces, Places
 from tauten.model.load.transmissions import build_transmissions
-from tauten.model.mesh import UNITS, MeshError, Selector, read_triangles
+from tauten.model.mesh import UNITS, MeshError, Selector, quadratic_faces, read_triangles
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
     MeanPoints,
@@ -42,7 +42,7 @@ from tauten.model.schema import (
 )
 
 log = logging.getLogger(__name__)
-
+QUADRATIC = (4, 10)  # points of quadrature and nodes of quadratic tetrahedra
 
 P = TypeVar("P")
 
@@ -91,7 +91,7 @@ def build_chamber(item: ChamberSettings, places: MeshPlaces) -> ChamberSurface:
     try:
         if item.stl is None:
             what = f"chambers.{item.name}.surface"
-            return ChamberSurface(wall_of_cavity(item.inside, item.surface, selector, what))
+            return flat_or_not(wall_of_cavity(item.inside, item.surface, selector, what), places)
         points, triangles = read_triangles(selector.folder / item.stl)
         points = UNITS[item.stl_unit] * points
         turned = inside_out(points, triangles)
@@ -104,7 +104,7 @@ def build_chamber(item: ChamberSettings, places: MeshPlaces) -> ChamberSurface:
         if not item.own_surface:
             centres = points[triangles].mean(axis=1)
             found = cavity_nearest(selector.nodes, selector.boundary, centres)
-            return ChamberSurface(chamber_surface(selector.nodes, found))
+            return flat_or_not(chamber_surface(selector.nodes, found), places)
         used, corners = np.unique(triangles, return_inverse=True)
         points, triangles = points[used], corners.reshape(-1, 3)
         if not turned:  # `chamber_surface` takes normals into the chamber
@@ -114,6 +114,18 @@ def build_chamber(item: ChamberSettings, places: MeshPlaces) -> ChamberSurface:
         raise RobotFileError(f"{where}: {error}") from error
     vertices = [(x, y, z) for x, y, z in points.tolist()]
     return ChamberSurface(outward, places.attach(vertices, f"{where}.stl", item.max_outside))
+
+
+def flat_or_not(wall: Ints, places: MeshPlaces) -> ChamberSurface:
+    """The surface of a chamber from boundary triangles (t, 3), normals out of it."""
+    return ChamberSurface(wall, faces=faces_of(wall, places))
+
+
+def faces_of(wall: Ints, places: MeshPlaces) -> Ints:
+    """Corners (f, 3) of the faces of quadratic elements that boundary triangles (t, 3) are four parts of."""
+    domains = places.bodies.parts.domains
+    tets = [one.nodes for one in domains if one.gradients.shape[1:3] == QUADRATIC]
+    return quadratic_faces(wall, np.concatenate([np.zeros((0, 10), np.int64), *tets]))
 
 
 def wall_of_cavity(

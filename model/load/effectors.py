@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 import scipy.sparse as sp
 
-from tauten.model.actuators import ChamberError
+from tauten.model.actuators import ChamberError, bulging
 from tauten.model.effectors import (
     DistanceMeasure,
     Effectors,
@@ -19,10 +19,10 @@ from tauten.model.effectors import (
     VolumeMeasure,
     frame_coefficients,
 )
-from tauten.model.load.actuators import wall_of_cavity
+from tauten.model.load.actuators import faces_of, wall_of_cavity
 from tauten.model.load.extensions import at_rest, made, required_extension
 from tauten.model.load.places import BeamPlaces, MeshPlaces, Places, Positions
-from tauten.model.mesh import NodeSelector, Selector
+from tauten.model.mesh import NodeSelector
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
     AttachedPoints,
@@ -85,7 +85,7 @@ def _on_nodes(
             (points.weights.ravel(), (row, points.nodes.ravel())), shape=shape
         )
     if item.kind == "volume":
-        measure, ids = _cavity(item, bodies.selector, field)
+        measure, ids = _cavity(item, places, field)
         return measure, spread(ids, np.eye(len(ids)))
     what = f"{field}.region"
     if item.region is None:
@@ -121,14 +121,16 @@ def _of_points(item: EffectorSettings, field: str, places: Places[P]) -> tuple[M
     return DistanceMeasure(), places.join([found, other])
 
 
-def _cavity(item: EffectorSettings, selector: Selector, what: str) -> tuple[VolumeMeasure, Ints]:
+def _cavity(item: EffectorSettings, places: MeshPlaces, what: str) -> tuple[VolumeMeasure, Ints]:
     """The volume of a cavity over the nodes (P,) of its wall."""
+    selector = places.bodies.selector
     try:
         wall = wall_of_cavity(item.inside, item.region, selector, f"{what}.region")
     except ChamberError as error:
         raise RobotFileError(f"{selector.source}: {what}: {error}") from error
-    ids, corners = np.unique(wall, return_inverse=True)
-    return VolumeMeasure(corners.reshape(-1, 3), len(ids)), ids
+    triangles, weights = bulging(wall, faces_of(wall, places))
+    ids, corners = np.unique(triangles, return_inverse=True)
+    return VolumeMeasure(corners.reshape(-1, 3), len(ids), weights), ids
 
 
 def length_measure(

@@ -2,7 +2,12 @@
 
 from tauten.model.mesh.groups import CellGroup
 from tauten.model.mesh.mesh_files import MeshError, read_triangles
-from tauten.model.mesh.quadratic import QuadraticMesh, quadratic_mesh, read_quadratic_mesh
+from tauten.model.mesh.quadratic import (
+    QuadraticMesh,
+    quadratic_faces,
+    quadratic_mesh,
+    read_quadratic_mesh,
+)
 from tauten.model.mesh.quality import (
     mean_ratios,
     off_a_line,
@@ -57,6 +62,7 @@ __all__ = [
     "off_a_line",
     "oriented",
     "part_numbers",
+    "quadratic_faces",
     "quadratic_mesh",
     "ray_crossings",
     "read_mesh",

@@ -10,6 +10,7 @@ import numpy as np
 from tauten.model.mesh.groups import CellGroup
 from tauten.model.mesh.mesh_files import MeshError, kinds_of, read_with_meshio
 from tauten.model.mesh.node_numbers import NodeNumbers
+from tauten.model.mesh.surface import FACES
 from tauten.model.mesh.tet_mesh import (
     EDGES,
     TetMesh,
@@ -19,7 +20,7 @@ from tauten.model.mesh.tet_mesh import (
     used_nodes,
     with_midpoints,
 )
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, row_keys
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,3 +104,27 @@ def require_shared_midpoints(tets: Ints, source: str) -> None:
             f"{source}: {len(double)} edges have two mid-edge nodes, the first joins nodes {a} and {b}; "
             "merge nodes that coincide"
         )
+
+
+def quadratic_faces(triangles: Ints, tets: Ints) -> Ints:
+    """The faces (f, 3) of quadratic tetrahedra, by their corners, that a surface consists of.
+
+    Args:
+        triangles: (4 f, 3) the surface, four triangles a face, between corners and mid-edge nodes.
+        tets: (e, 10) quadratic tetrahedra.
+
+    Returns:
+        With normals into the tetrahedra; none where the surface does not consist of such faces.
+    """
+    number = {frozenset(ends): i for i, ends in enumerate(EDGES.tolist())}
+    edges = [
+        [number[frozenset((face[i], face[i - 2]))] for i in range(3)] for face in FACES.tolist()
+    ]
+    corners = tets[:, FACES].reshape(-1, 3)  # (4 e, 3)
+    (a, b, c), (ab, bc, ca) = corners.T, tets[:, 4 + np.array(edges)].reshape(-1, 3).T
+    parts = np.array([(a, ab, ca), (b, ab, bc), (c, bc, ca), (ab, bc, ca)])  # (4, 3, 4 e)
+    rows = np.concatenate([triangles, np.moveaxis(parts, 1, 2).reshape(-1, 3)])
+    keys, count = row_keys(np.sort(rows, axis=1)), len(triangles)
+    own = np.isin(keys[count:], keys[:count]).reshape(4, -1).all(axis=0)
+    faces: Ints = corners[own][:, [0, 2, 1]]
+    return faces if 4 * len(faces) == count else faces[:0]

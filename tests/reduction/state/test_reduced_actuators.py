@@ -16,6 +16,7 @@ from tauten.reduction.campaign import Design, Run, run_campaign
 from tauten.reduction.contact import tip_errors
 from tauten.reduction.state import ReducedBody, pod, reduced_robot, reducible
 from tauten.reduction.state.held_out import check_errors
+from tauten.reduction.state.tetra import integration_points
 
 PUSH = {"name": "push", "point": [0.1, 0.01, 0.01], "direction": [0.0, 3.0, 4.0],
         "max_force": 1.0, "max_travel": 0.1, "max_rate": 1.0}  # fmt: skip
@@ -30,13 +31,18 @@ def reduced_of(robot: Robot[NodalBody], modes: int, seed: int = 0) -> Robot[Redu
     Phi = (
         turn / np.sqrt(3.0 * robot.body.tetrahedra.mass / robot.body.tetrahedra.mass.sum())[:, None]
     )
-    every = np.arange(robot.body.n_elements)
+    every = np.arange(len(integration_points(robot.body.tetrahedra)))
     return reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
 
 
-@pytest.mark.parametrize("couplings", [[], [DRUM]])
-def test_rows_and_tangent_are_those_of_the_full_robot_in_the_basis(couplings: list[object]) -> None:
-    robot = pneumatic_robot(cables=[CABLE, UPPER], forces=[PUSH], couplings=couplings)
+@pytest.mark.parametrize(
+    ("couplings", "element"), [([], "linear"), ([DRUM], "linear"), ([], "quadratic")]
+)
+def test_rows_and_tangent_are_those_of_the_full_robot_in_the_basis(
+    couplings: list[object], element: str
+) -> None:
+    mesh = {"file": "balloon.vtu", "element": element}
+    robot = pneumatic_robot(cables=[CABLE, UPPER], forces=[PUSH], couplings=couplings, mesh=mesh)
     reduced = reduced_of(robot, 12)
     alpha = 2e-3 * np.random.default_rng(1).normal(size=12)
     state = State(alpha, np.zeros(12))
