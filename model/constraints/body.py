@@ -23,13 +23,8 @@ from tauten.model.system import Integration, Tangent, tried_tangents
 from tauten.model.tetra import TetBody
 
 LEAST = 1e-9  # of the mass over the square of a time step: less stiffness is rounding
-RATES = (
-    1.0,
-    10.0,
-    100.0,
-    1e3,
-    1e4,
-)  # 1/s; with them a mass counts as stiffness where nothing else holds it
+# 1/s; with them a mass counts as stiffness where nothing else holds it
+RATES = (1.0, 10.0, 100.0, 1e3, 1e4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -75,9 +75,8 @@ class Section(BaseModel):
     """A table of a robot file: unknown keys and non-finite numbers are errors, so is `true` for a number."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
-    read_elsewhere: ClassVar[
-        tuple[str, ...]
-    ] = ()  # fields of the table in the file that others read
+    # fields of the table in the file that others read
+    read_elsewhere: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
