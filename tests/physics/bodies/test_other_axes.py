@@ -1,0 +1,92 @@
+"""A robot file in other axes, mirrored, or with a mesh that is numbered otherwise: the same decisions."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tauten.controller import Controller, controller_setup
+from tauten.model.load import shipped_folder
+from tauten.model.numerics import Array
+
+VECTORS = {"point", "points", "pull_point", "position", "gravity", "inside", "through", "normal"}
+AXES = {"turned": [[0, 0, 1], [1, 0, 0], [0, 1, 0]], "mirrored": [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]}
+TICKS = 4
+
+
+def in_axes(value: Any, S: Array, numbers: int | None, folder: Path, name: str = "") -> Any:
+    """What a robot file says, in other axes.
+
+    Args:
+        value: a table, a list or a value.
+        S: (3, 3) signed permutation, so that boxes remain boxes.
+        numbers: seed of other numbers of nodes and elements; None: they stay.
+        folder: where meshes are written.
+        name: of the field.
+    """
+    if name in VECTORS:
+        return (np.array(value, dtype=float) @ S.T).tolist()
+    if name == "axis":  # angles about it are of the other sense in a mirror
+        return (np.linalg.det(S) * (S @ value)).tolist()
+    if name == "rotation":
+        turn = Rotation.from_rotvec(np.deg2rad(value["angle_deg"]) * np.array(value["axis"]))
+        x, y, z, w = Rotation.from_matrix(S @ turn.as_matrix() @ S.T).as_quat()
+        return {"quaternion": [w, x, y, z]}
+    if name == "file":
+        mesh = meshio.read(shipped_folder() / value)
+        order = np.arange(len(mesh.points))
+        cells = [(block.type, block.data) for block in mesh.cells]
+        if numbers is not None:
+            rng = np.random.default_rng(numbers)
+            order = rng.permutation(order)
+            place = np.argsort(order)
+            cells = [(kind, place[data][rng.permutation(len(data))]) for kind, data in cells]
+        meshio.write(folder / value, meshio.Mesh(mesh.points[order] @ S.T, cells))
+        return str(folder / value)
+    if isinstance(value, list):
+        return [in_axes(one, S, numbers, folder, name) for one in value]
+    if not isinstance(value, dict):
+        return value
+    if {"lower", "upper"} <= value.keys():
+        ends = np.sort([S @ value["lower"], S @ value["upper"]], axis=0)
+        return {**value, "lower": ends[0].tolist(), "upper": ends[1].tolist()}
+    return {key: in_axes(one, S, numbers, folder, key) for key, one in value.items()}
+
+
+def decided(name: str, S: Array, numbers: int | None, folder: Path) -> tuple[Array, Array]:
+    """Positions and efforts (TICKS, n_a) for targets that are turned alike."""
+    folder.mkdir()
+    contents = tomllib.loads((shipped_folder() / f"{name}.toml").read_text(encoding="utf-8"))
+    other = in_axes(contents, S, numbers, folder)
+    setup = controller_setup(other, folder / f"{name}.toml", basis="none", model="full")
+    controller = Controller(setup.robot, setup.contact, settings=setup.controller)
+    assert controller.settle_start().converged
+    start, rng = controller.effector_values, np.random.default_rng(3)
+    positions, efforts = [], []
+    for _ in range(TICKS):
+        way = 2e-3 * rng.standard_normal(len(start))
+        assert controller.step(start + (way.reshape(-1, 3) @ S.T).ravel()).status.ok
+        positions.append(controller.position)
+        efforts.append(controller.effort)
+    return np.array(positions), np.array(efforts)
+
+
+SLOW = [(name, axes) for name in ("diamond", "trunk", "gripper") for axes in AXES]
+
+
+@pytest.mark.parametrize(
+    ("name", "axes"),
+    [("gripper", "mirrored"), *(pytest.param(*case, marks=pytest.mark.slow) for case in SLOW[:-1])],
+)
+def test_neither_axes_nor_numbers_choose_decisions(name: str, axes: str, tmp_path: Path) -> None:
+    """The gripper's fingers were one cluster or three by the first node of its mesh."""
+    expected = decided(name, np.eye(3), None, tmp_path / "as_shipped")
+    found = decided(name, np.array(AXES[axes], dtype=float), 5, tmp_path / "other")
+    for other, one in zip(found, expected, strict=True):
+        np.testing.assert_allclose(other, one, atol=1e-7 * np.abs(one).max())
