@@ -135,13 +135,12 @@ class Node:
             hurried: whether it was a second time.
         """
         inputs, loop, index = self._inputs, self._loop, self._index
-        late = beat.lateness if beat.slack < 0.0 else 0.0
-        inputs.read_targets(index, late)
+        inputs.read_targets(index, beat.lateness)
         for command in inputs.read_commands(index):
             inputs.count(command, loop.obey(command))
         effectors = loop.controller.effector_values
         measurement = inputs.read_measurements(effectors, loop.state.mode is not Mode.STOP, index)
-        goal, fresh = inputs.goal(effectors, late), inputs.take_fresh()
+        goal, fresh = inputs.goal(effectors, beat.lateness), inputs.take_fresh()
         seen = Signals(goal is not None, beat.slack >= 0.0, measurement, shutdown, hurried)
         begin = time.perf_counter()
         action = loop.tick(None if goal is None else goal.corrected, seen)
