@@ -4,7 +4,7 @@
 (r, z), with their images in Y (r, z), so that the product Z Yᵀ is a tangent. It is summed over blocks of
 elements, whose rows fit into the processor's cache. A system needs a sum h b_K D + h² K of the stiffness of
 the material and the tangent: their images are added, so that it costs one product. Systems of several lengths
-at one state need other sums: corotational elements have K and D − K of one pass, in which rows are the same.
+at one state need other sums: D and K have a product each, which corotational elements make in one pass.
 
 A cable segment's difference of stations is d = d₀ + D α; its tension adds λ Dᵀ (I − d dᵀ/ℓ²) D / ℓ. Lengths
 of short segments are rounded as in `tauten.model.points.cable`.
@@ -60,7 +60,7 @@ def tangents_apart(
     alpha: Array, effort: Array, response: Response, body: SampledElements, tendons: Tendons,
     work: Work,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """The stiffness of the material D of corotational elements and the derivative K of all: (k, k) each.
+    """The stiffness of the material D of elements and the derivative K of all: (k, k) each.
 
     Args:
         alpha: (k,) state [m]; elements depend on the first of its entries.
@@ -68,8 +68,13 @@ def tangents_apart(
         response: of the elements and chambers at the state.
         body: the elements.
         tendons: the cables.
-        work: Z, Y, segments and lower are overwritten.
+        work: overwritten.
     """
+    if not body.corotational:
+        combine(alpha, effort, (1.0, 0.0), True, response, body, tendons, work)
+        D = work.S.copy()
+        combine(alpha, effort, (0.0, 1.0), True, response, body, tendons, work)
+        return D, work.S.copy()
     n, r = alpha.shape[0], body.stiffness.shape[0]
     work.lower[:] = 0.0
     more = np.zeros(work.lower.shape)  # of D than of K

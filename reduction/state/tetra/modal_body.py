@@ -232,7 +232,7 @@ class ModalBody(ReducedBody[ModePoints]):
         if wound is not None:
             force = force + wound.tension @ wound.H
         apart, sums = None, (self.sampled, self.curvature.tendons, self.work)
-        if several and self.sampled.corotational and not scheme.static:
+        if several and not scheme.static:
             apart = tangents_apart(beta[:pulled], tension, response, *sums)
         return SampledAssembled(
             state, effort, mass, force, inertia, resisting,
