@@ -75,6 +75,13 @@ def take_inventory() -> Inventory:
     )  # fmt: skip
 
 
+def waiting() -> str:
+    """That kernels are compiled on this machine, for a text about a start; "" where they are shipped."""
+    if portable_machine() is not None and open_seed() is not None:
+        return ""
+    return f"kernels are compiled the first time, which takes some minutes ({why_none()})"
+
+
 def why_not_kept() -> str:
     """Why the user's folder does not keep what is compiled; empty where it does."""
     try:

@@ -15,6 +15,7 @@ from tauten.controller import warm_controller
 from tauten.model import one_blas_thread
 from tauten.service.check import check_rate, faster_here, step_seconds
 from tauten.service.describing import log_metadata
+from tauten.service.kernels import waiting
 from tauten.service.link import address, announced
 from tauten.service.log import LogRecorder
 from tauten.service.node.loop import ControlLoop
@@ -71,7 +72,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
         session = stack.enter_context(session_of(network, Role.NODE, setup.robot.name))
-        log.info("getting ready; kernels are compiled the first time, which takes a minute or two")
+        log.info("; ".join(filter(None, ("getting ready", waiting()))))
         stack.enter_context(announced(session, keys.starting))
         with stop.interruptible():
             controller = warm_controller(setup)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import math
 import signal
 import subprocess
@@ -17,6 +18,7 @@ from tauten.controller import Order, Status, warm_controller
 from tauten.model import Actuators, Robot, one_blas_thread
 from tauten.service.check import faster_here, first_decision, rate_for
 from tauten.service.describing import describe
+from tauten.service.kernels import waiting
 from tauten.service.link import step_at_start
 from tauten.service.node import ServeSettings, serve
 from tauten.service.plant.copying import robot_copies, write_copies
@@ -51,6 +53,8 @@ from tauten.service.wire import (
     session_of,
     typestore,
 )
+
+log = logging.getLogger(__name__)
 
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"
 
@@ -128,6 +132,8 @@ def run_demo(
         LogError: nothing was recorded.
         OSError: another demo writes into the folder.
     """
+    if waiting():
+        log.info("%s", waiting())
     with contextlib.ExitStack() as held:
         return _run(settings, stop, notify, as_command, held)
 
@@ -151,12 +157,12 @@ def _run(
     write_copies(copies)
     port = free_ports()
     common, network = ["--port", str(port)], Network(port)
-    targets, log = folder / TARGETS, folder / LOG
+    targets, recording = folder / TARGETS, folder / LOG
     path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
     rate = robot.integration.rate
     with contextlib.ExitStack() as stack:
         node, plant = (
-            _started(stack, settings, log, common, None)
+            _started(stack, settings, recording, common, None)
             if as_command is None
             else _copies(stack, settings, setup, network, as_command)
         )
@@ -184,7 +190,7 @@ def _run(
                 for one in (node, plant):
                     if one.process.poll() is None:  # a node that refused has ended
                         _end(one)
-                node, plant = _started(stack, settings, log, common, rate)
+                node, plant = _started(stack, settings, recording, common, rate)
                 try:
                     _wait_alive(Keys(robot.name), network, (node, plant), stop)
                     break

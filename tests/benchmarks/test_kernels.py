@@ -25,7 +25,7 @@ from tauten.model.kernels.seed import unpack, unpacked
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.parts.motion import _add_rows
 from tauten.service.cli import main
-from tauten.service.kernels import take_inventory, why_none
+from tauten.service.kernels import take_inventory, waiting, why_none
 from tauten.service.process import host_info
 
 ONE = (
@@ -171,12 +171,14 @@ def test_the_inventory_counts_what_is_served(packed: Path, monkeypatch: pytest.M
     found = take_inventory()
     assert (found.served, found.changed, found.entries, found.why_not) == (2, 0, 2, "")
     assert found.kernels > 200
+    assert waiting() == "", "nothing is said of minutes where nothing is compiled"
 
 
 def test_why_none_is_used(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(SEED, OFF)
+    assert waiting().endswith(f"takes some minutes ({SEED} is off)")
     monkeypatch.setattr(sys, "argv", ["tauten", "kernels"])
     with pytest.raises(SystemExit, match="0"):
         main()
