@@ -102,7 +102,7 @@ def faster_here(path: Path, seconds: float, reduced: bool, robot: Robot) -> str:
         robot: of the file.
     """
     advice, others = faster(reducing(path), seconds, reduced, robot), busy()
-    return f"{others}; {advice}" if others else advice
+    return f"{advice}; {others}" if others else advice
 
 
 def check_rate(rate: float, seconds: float, requested: bool, advice: str = "") -> None:

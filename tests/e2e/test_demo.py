@@ -122,9 +122,7 @@ def test_targets_are_slowed_where_the_period_cannot_be_held(
     robot = hanging_beam(tmp_path, rate=100.0)
     settings = DemoSettings(str(robot), tmp_path / "demo", 1.0, path="line", period=1.5)
     done = run_demo(settings, StopFlag(), lambda _said: None)
-    note = [said for said in done.notes if "times slower; " in said and "; tauten reduce" in said][
-        -1
-    ]
+    note = [said for said in done.notes if "times slower; tauten reduce" in said][-1]
     slower = float(note.split(" times slower")[0].split()[-1])
     assert done.report.rate_hz <= 25.0
     assert done.report.following > 5

@@ -77,7 +77,7 @@ def test_a_fifth_of_the_period_is_left_for_the_rest(seconds: float, level: str) 
 
 
 @pytest.mark.parametrize(("load", "said"), [(1.0, False), (6.5, True)])
-def test_a_busy_computer_is_said_before_the_robot_file_is_to_be_changed(
+def test_a_busy_computer_is_said_where_the_robot_file_is_to_be_changed(
     load: float, said: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The demo of a clone told a first user to reduce the shipped finger because other programs ran."""
@@ -85,5 +85,5 @@ def test_a_busy_computer_is_said_before_the_robot_file_is_to_be_changed(
     monkeypatch.setattr(os, "sched_getaffinity", lambda _process: {0, 1})
     robot = load_robot("finger")
     advice = faster_here(robot_path("finger"), 0.019, True, robot)
-    assert advice.endswith("set controller.rate = 42, or reduce with fewer modes")
-    assert advice.startswith("this computer is busy (load 6.5 on 2 processors), ") == said
+    assert advice.startswith("set controller.rate = 42, or reduce with fewer modes")
+    assert ("; this computer is busy (load 6.5 on 2 processors), on an idle one" in advice) == said
