@@ -116,6 +116,7 @@ def draw_paths(run: RecordedRun, axes: Axes) -> None:
     if len(model):
         axes.plot(_MM * model[0, i], _MM * model[0, j], "o", color=_MODEL, ms=6, label="start")
     axes.set_aspect("equal", adjustable="datalim")
+    axes.locator_params(axis="x", nbins=5)  # labels of small movements are long
     axes.set_xlabel(f"{'xyz'[i]} [mm]")
     axes.set_ylabel(f"{'xyz'[j]} [mm]")
     axes.set_title("tip paths")
