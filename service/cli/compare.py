@@ -97,7 +97,7 @@ def _each(robot: Robot, values: list[float], option: str, largest: Array) -> Arr
     found = np.array(values)
     if len(found) != robot.n_a:
         raise typer.BadParameter(
-            f"{option} given {len(found)} times, {robot.name} has {robot.n_a} cables"
+            f"{option} given {len(found)} times, {robot.name} needs one for each actuator: {robot.n_a}"
         )
     if not (np.isfinite(found).all() and (found >= 0.0).all() and (found <= largest).all()):
         raise typer.BadParameter(f"{option} {values}: allowed are 0 to {largest.tolist()}")
