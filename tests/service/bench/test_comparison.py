@@ -93,7 +93,7 @@ def test_command_draws_and_writes(tmp_path: Path) -> None:
     ("options", "message"),
     [
         (("--pull", "0.5"), "allowed are 0 to"),
-        (("--pull", "0.01", "--pull", "0.01"), "thumb has 1 cables"),
+        (("--pull", "0.01", "--pull", "0.01"), "thumb needs one for each actuator: 1"),
         (("--axes", "xx"), "two different ones"),
         (("--pull", "0.01", "--tension", "1"), "not both"),
     ],
