@@ -139,16 +139,17 @@ def movements(robot: Robot) -> tuple[Array, Array]:
     held = np.array([kind in motors for kind in robot.actuators.kinds])
     simulator = Simulator(robot, contact="none")
     found, efforts = np.full((robot.n_a, len(layout.parts())), np.nan), np.zeros(robot.n_a)
+    position, effort = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)
+    if not simulator.settle(position, effort, tolerance=TOLERANCE).converged:
+        return found, efforts
+    start, values = (simulator.state, simulator.forces), simulator.effector_values
+    begin = np.where(robot.actuators.laws.bilateral, 0.0, np.maximum(simulator.position, 0.0))
+    away = begin + SHARE * (limits.farthest_position - begin)  # (n_a,)
     for actuator in range(robot.n_a):
-        position, effort = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)
-        simulator.reset()
-        if not simulator.settle(position, effort, tolerance=TOLERANCE).converged:
-            break
-        start, values = float(simulator.position[actuator]), simulator.effector_values
-        slack = not robot.actuators.laws.bilateral[actuator]
-        begin = max(start, 0.0) if slack else 0.0
-        position[actuator] = begin + SHARE * (limits.farthest_position[actuator] - begin)
-        effort[actuator] = np.nan
+        alone = np.arange(robot.n_a) == actuator
+        simulator.start_from(*start)
+        position = np.where(alone, away, np.where(held, 0.0, np.nan))
+        effort = np.where(alone | held, np.nan, 0.0)
         if simulator.settle(position, effort, tolerance=TOLERANCE).converged:
             found[actuator] = layout.lengths(layout.counted(simulator.effector_values, values))
             efforts[actuator] = abs(simulator.effort[actuator])
