@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 
@@ -246,25 +246,42 @@ class ConstrainedBody(TetBody):
         See `SparseBody`.
         """
         semidefinite = cache(lambda: self.semidefinite(at, scheme))
-        drives = self.product.drive_places[self.driven]
-        if not len(drives):
-            yield from tried_tangents(scheme, at.K, semidefinite)
-        else:
-            mass = (self.masses(at.state) if scheme.static else at.mass)[drives] / scheme.h**2
-            loose = scheme.static and bool((at.K[drives] < LEAST * mass).any())
-            for tried in tried_tangents(scheme, at.K, semidefinite):
-                if not (tried.exact and loose):
-                    yield tried
-                if tried.exact:
-                    D, K = semidefinite() if at.D is None else at.D, at.K.copy()
-                    more = D[drives] + 2.0 * np.abs(K[drives]) + mass
-                    K[drives] += more
-                    unknowns = 3 * len(self.coordinates.free) + self.frames.drives[self.driven]
-                    yield Tangent(K, False, 0.0, (unknowns, more))
+        tried = tried_tangents(scheme, at.K, semidefinite)
+        if len(self.driven):
+            tried = self._with_drives_stiffer(tried, at, scheme, semidefinite)
+        yield from tried
         if scheme.static:
             M = self.masses(at.state)
             for rate in RATES:
                 yield Tangent(semidefinite() + rate**2 * M, False, 1.0)
+
+    def _with_drives_stiffer(
+        self,
+        tried: Iterator[Tangent],
+        at: SparseAssembled,
+        scheme: Integration,
+        semidefinite: Callable[[], Array],
+    ) -> Iterator[Tangent]:
+        """What a step tries, and after the exact tangent the same with more on the diagonal of drives.
+
+        Args:
+            tried: without stiffer drives.
+            at: where the step starts.
+            scheme: of the step.
+            semidefinite: gives the positive semidefinite tangent.
+        """
+        drives = self.product.drive_places[self.driven]
+        mass = (self.masses(at.state) if scheme.static else at.mass)[drives] / scheme.h**2
+        loose = scheme.static and bool((at.K[drives] < LEAST * mass).any())
+        for one in tried:
+            if not (one.exact and loose):
+                yield one
+            if one.exact:
+                D, K = semidefinite() if at.D is None else at.D, at.K.copy()
+                more = D[drives] + 2.0 * np.abs(K[drives]) + mass
+                K[drives] += more
+                unknowns = 3 * len(self.coordinates.free) + self.frames.drives[self.driven]
+                yield Tangent(K, False, 0.0, (unknowns, more))
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
         """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
