@@ -338,8 +338,9 @@ class Controller(RobotModel):
             return
         self._robot = self._robot.later(self._robot.h)
         try:
-            given = self._robot, self.space, self.settings, made, self._left, now
-            self._state, self._forces, solved = advance(*given)
+            self._state, self._forces, solved = advance(
+                self._robot, self.space, self.settings, made, self._left, now
+            )
         except FactorisationError:
             self.status = Status.NOT_FINITE
         else:

@@ -313,9 +313,11 @@ def advance(
     if settings.substeps > 0 or moves_far(robot, predicted):
         kept = now.position if given is None else np.where(given.by_position, now.position, np.nan)
         command = Command.of(kept, None) if given is None else Command(kept, given.effort)
-        ends, start = (Command(before.position, before.effort), command), (step.state, forces)
-        steps = settings.substeps or 1
-        moved = travel(robot, space, settings.enrichment, *start, *ends, steps)
+        start = Command(before.position, before.effort)
+        moved = travel(
+            robot, space, settings.enrichment, step.state, forces, start, command,
+            settings.substeps or 1,
+        )  # fmt: skip
         way = robot.body.displacement(moved.state, step.system.h * moved.state.v)  # next tick's [m]
         if way < FARTHEST * robot.part_size:  # not where it is NaN
             return moved.state, moved.forces, moved.last

@@ -132,8 +132,8 @@ def run_demo(
         LogError: nothing was recorded.
         OSError: another demo writes into the folder.
     """
-    if waiting():
-        log.info("%s", waiting())
+    if kernels := waiting():
+        log.info("%s", kernels)
     with contextlib.ExitStack() as held:
         return _run(settings, stop, notify, as_command, held)
 
