@@ -112,14 +112,15 @@ def _loaded_runs(robot: Robot, found: CommandRange, effectors: int, seed: int) -
 
 
 def _random_ends(found: CommandRange, count: int, seed: int) -> Array:
-    """Shares (count, n_a) of the ranges, from a Latin hypercube; every second at a corner of the ranges.
+    """Shares (count, n_a) of the ranges, from a Latin hypercube; of several actuators every second at a corner.
 
-    Decisions for targets out of reach, and of cables that work against each other, go to corners.
+    Decisions for targets out of reach, and of cables that work against each other, go to corners of the ranges.
     """
     levels = latin_hypercube_levels(count, len(found.least), seed)
     least = np.where(found.least < 0.0, -1.0, 0.0)  # (n_a,)
     corners = np.where(levels < 0.5, least, 1.0)  # (count, n_a)
-    at_corner = (np.arange(count) % 2 == 1) & corners.any(axis=1)  # rest is no command
+    several = len(found.least) > 1
+    at_corner = several & (np.arange(count) % 2 == 1) & corners.any(axis=1)  # rest is no command
     ends: Array = np.where(at_corner[:, None], corners, least + (1.0 - least) * levels)
     return ends
 

@@ -136,6 +136,15 @@ def test_snapshots_without_spheres_are_those_of_the_plain_robot(
     np.testing.assert_allclose(simulator.state.q, own.q[:, 1], atol=1e-6)
 
 
+def test_one_actuator_presses_all_over_its_range(tmp_path: Path) -> None:
+    """Corners of the ranges are for several: half of the runs ended at the one end that there is."""
+    touched = touched_robot(write_thumb(tmp_path), ["skin"])
+    assert touched is not None
+    ends = [run.position[0, -1] for run in exploring(touched.robot, 0, touched).runs[-32:]]
+    assert len(np.unique(ends)) == len(ends)
+    assert min(ends) < 0.1 * max(ends)
+
+
 def test_a_robot_that_touches_nothing_else_has_no_spheres(tmp_path: Path) -> None:
     design = exploring(load_robot(write_thumb(tmp_path)))
     assert all(run.pressed is None for run in design.runs)
