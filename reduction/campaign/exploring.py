@@ -112,9 +112,9 @@ def _loaded_runs(robot: Robot, found: CommandRange, effectors: int, seed: int) -
 
 
 def _random_ends(found: CommandRange, count: int, seed: int) -> Array:
-    """Shares (count, n_a) of the ranges, from a Latin hypercube; of several actuators every second at a corner.
+    """Shares (count, n_a) of the ranges, from a Latin hypercube; every second of several actuators at a corner.
 
-    Decisions for targets out of reach, and of cables that work against each other, go to corners of the ranges.
+    Decisions for targets out of reach, and of cables that work against each other, go to corners.
     """
     levels = latin_hypercube_levels(count, len(found.least), seed)
     least = np.where(found.least < 0.0, -1.0, 0.0)  # (n_a,)
