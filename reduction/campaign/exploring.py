@@ -112,7 +112,7 @@ def _loaded_runs(robot: Robot, found: CommandRange, effectors: int, seed: int) -
 
 
 def _random_ends(found: CommandRange, count: int, seed: int) -> Array:
-    """Shares (count, n_a) of the ranges, from a Latin hypercube; every second of several actuators at a corner.
+    """Shares (count, n_a) of the ranges, from a Latin hypercube; of several actuators every second a corner.
 
     Decisions for targets out of reach, and of cables that work against each other, go to corners.
     """

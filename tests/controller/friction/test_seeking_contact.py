@@ -173,7 +173,7 @@ def test_a_cube_that_has_been_lifted_is_held(height: float) -> None:
 @pytest.mark.slow
 def test_of_small_cubes_at_most_one_in_twelve_is_lost(tmp_path: Path) -> None:
     """From 10 to 15 mm; one finger gets below an edge and tips it, and no descent leads back to a grasp."""
-    sizes = np.arange(0.42, 0.65, 0.02).round(2).tolist()
+    sizes = np.arange(0.42, 0.65, 0.005).round(3).tolist()
     folders = [tmp_path / str(scale) for scale in sizes]
     for folder in folders:
         folder.mkdir()
