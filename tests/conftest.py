@@ -36,13 +36,23 @@ settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
 
 
+def whole_suite(config: pytest.Config) -> bool:
+    """Whether no files and folders are named."""
+    return config.args_source is pytest.Config.ArgsSource.TESTPATHS
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Leave out tests marked `long` where nothing is selected, neither by files nor by marks."""
+    if whole_suite(config) and config.option.markexpr in config.getini("addopts"):
+        config.option.markexpr += " and not long"
+
+
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """Two more than there are cores where the whole suite runs: tests of processes mostly wait for them.
 
     None for single files, a debugger, and times of the real clock.
     """
-    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS
-    if whole and "realtime" not in config.option.markexpr.replace("not realtime", ""):
+    if whole_suite(config) and "realtime" not in config.option.markexpr.replace("not realtime", ""):
         config.option.loadscopereorder = False  # `pytest_collection_modifyitems` has an order
         return min(os.cpu_count() or 1, MOST_CORES) + 2
     config.option.dist = "no"

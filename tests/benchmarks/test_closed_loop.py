@@ -51,6 +51,7 @@ def test_cases_start_at_rest_and_are_within_reach(beam: Robot, cases: list[Case]
     np.testing.assert_array_equal(again[3].targets, cases[3].targets)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scale", [pytest.param(0.8, marks=pytest.mark.slow), STIFFER])
 def test_a_robot_of_another_stiffness_settles_in_closed_loop_only(
     beam: Robot, beam_file: Path, cases: list[Case], scale: float
@@ -118,6 +119,7 @@ def test_without_contact_the_finger_is_missed(tmp_path: Path) -> None:
             assert (outcome.end_mm < 0.01 * 1e3 * LENGTH) == closed
 
 
+@pytest.mark.long
 def test_a_stopped_benchmark_keeps_what_is_done(beam_file: Path) -> None:
     stop = StopFlag()
 

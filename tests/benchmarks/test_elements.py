@@ -83,6 +83,7 @@ def test_elements_are_compared_with_the_fine_quadratic_mesh(beam: Path) -> None:
         assert 0.0 < errors[material, "linear", 1] < coarse["linear"]
 
 
+@pytest.mark.long
 def test_the_command_writes_json_and_a_page(beam: Path, tmp_path: Path) -> None:
     numbers, page, figure = (
         tmp_path / name for name in ("elements.json", "page.md", "elements.png")

@@ -78,6 +78,7 @@ def run(code: str, **variables: str) -> str:
     return done.stdout
 
 
+@pytest.mark.long
 @portable
 def test_what_was_packed_serves_an_empty_cache(tmp_path: Path, packed: Path) -> None:
     said = run(ONE, NUMBA_CACHE_DIR=str(tmp_path), **{SEED: str(packed)})
@@ -85,6 +86,7 @@ def test_what_was_packed_serves_an_empty_cache(tmp_path: Path, packed: Path) -> 
     assert not (tmp_path / "tauten" / "kernels").exists()
 
 
+@pytest.mark.long
 @portable
 def test_a_kernel_that_no_other_calls_is_shipped_for_calls_from_python(
     tmp_path: Path, packed: Path
@@ -101,6 +103,7 @@ def test_a_kernel_that_no_other_calls_is_shipped_for_calls_from_python(
     assert "[0.0, 14.0, 14.0]" in run(ALONE + CALLER, **{**here, SEED: OFF})
 
 
+@pytest.mark.long
 @portable
 def test_packing_again_needs_no_compilation(
     tmp_path: Path, packed: Path, monkeypatch: pytest.MonkeyPatch
@@ -114,6 +117,7 @@ def test_packing_again_needs_no_compilation(
     assert set(unpack(again.file.read_bytes())) == set(unpack(packed.read_bytes()))
 
 
+@pytest.mark.long
 @portable
 def test_what_was_compiled_here_and_never_used_is_not_packed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

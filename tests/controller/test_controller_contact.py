@@ -46,6 +46,7 @@ def test_a_controller_without_contact_predicts_no_gap(finger: Robot, bent: Array
     assert finger.rows(blind.state).contacts.found.gaps().min() < -5e-4
 
 
+@pytest.mark.long
 def test_enrichment_adds_columns_until_the_gaps_are_kept(finger: Robot, bent: Array) -> None:
     controller = Controller(finger, "none", CHECKED)
     tip = controller.effector[0]
@@ -75,6 +76,7 @@ def test_without_rounds_the_certificate_still_reports_the_deepest_gap(
     )
 
 
+@pytest.mark.long
 def test_reaching_a_target_reproduces_the_equilibrium_with_contact(
     finger: Robot, bent: Array
 ) -> None:
@@ -91,6 +93,7 @@ def test_reaching_a_target_reproduces_the_equilibrium_with_contact(
     assert np.any(controller.forces.extra_beta > 0.0)
 
 
+@pytest.mark.long
 def test_holding_with_contact_keeps_gaps(finger: Robot, bent: Array) -> None:
     controller = Controller(finger, "none", CHECKED)
     bend(controller, bent, 40)

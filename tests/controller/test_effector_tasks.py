@@ -324,6 +324,7 @@ def test_an_exact_target_is_reached_against_what_the_others_want(scheme: dict[st
     assert np.linalg.norm(controller.effector_values[:3] - goal[:3]) < 1e-6
 
 
+@pytest.mark.long
 def test_a_target_in_a_component_that_is_left_free_changes_no_decision() -> None:
     """Where it changed it was taken for another target, to which actuators go all of the way at first."""
     path = robot_path("gripper")

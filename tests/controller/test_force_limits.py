@@ -342,6 +342,7 @@ def test_each_side_of_a_grasp_presses_with_half_a_newton(tmp_path: Path) -> None
         assert all(0.48 < side < 0.84 for side in sides)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("parts", [("other",), ("other", "pusher")])
 def test_an_exact_target_is_missed_by_name_where_all_that_moves_it_is_locked(
     tmp_path: Path, parts: tuple[str, ...]

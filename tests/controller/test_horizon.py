@@ -104,6 +104,7 @@ def test_how_far_effectors_are_behind_targets_is_told_by_the_slower_half_of_the_
         assert time_behind(course, layout(), np.zeros(3), h) == np.inf
 
 
+@pytest.mark.long
 def test_an_arm_with_ribs_in_contact_follows_without_the_delay_of_the_horizon() -> None:
     """A tip at 60 mm/s is 1.4 mm late, of 8.4 over the whole horizon, and no tension jumps.
 
@@ -196,6 +197,7 @@ def test_a_body_under_pressure_follows_without_the_delay_of_the_horizon_and_stop
     assert np.linalg.norm(controller.effector[0] - goal) < 0.3 * np.linalg.norm(speed)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("rate", "period", "error", "roughness"),
     [

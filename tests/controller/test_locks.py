@@ -26,6 +26,7 @@ def follow(follower: Controller, goal: Array, steps: int = 100) -> None:
         assert actuation.status.usable, actuation
 
 
+@pytest.mark.long
 def test_a_sealed_chamber_keeps_its_volume_while_the_cable_follows() -> None:
     follower = controller(integration=DAMPED)  # what nothing damps never settles
     goal = follower.effector[0] + np.array([0.0, 0.0, -0.005])

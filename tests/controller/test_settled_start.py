@@ -70,6 +70,7 @@ def test_one_call_makes_the_simulator_of_the_model_that_decides(heavy_file: Path
     np.testing.assert_array_equal(simulator.tip, controller.tip)
 
 
+@pytest.mark.long
 def test_simulators_of_a_file_have_its_model_and_contact_unless_others_are_named(
     shipped_finger: Robot, heavy_file: Path
 ) -> None:

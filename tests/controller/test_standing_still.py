@@ -251,6 +251,7 @@ def test_ways_do_not_grow_again_to_where_nothing_was_gained(factor: float) -> No
     assert damping.towards(1e-4, size).most == 1.0, "another target"
 
 
+@pytest.mark.long
 def test_plans_that_jump_between_taut_and_slack_cables_end_in_between() -> None:
     """Commands went to and fro by 1.2 mm and tensions by 9.6 N in every tick, for ever."""
     robot = shipped_setup("trunk").robot

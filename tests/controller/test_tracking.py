@@ -110,6 +110,7 @@ def test_a_tick_of_the_reduced_finger_calls_few_python_functions() -> None:
     assert 100 < calls < MOST_CALLS, calls
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("model", "seconds", "share", "nearest", "farthest"),
     [

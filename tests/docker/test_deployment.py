@@ -42,6 +42,7 @@ def test_compose_fits_its_schema(compose: dict[str, Any]) -> None:
     assert not Draft201909Validator(schema).is_valid(broken)
 
 
+@pytest.mark.long
 def test_the_program_that_compiles_the_images_kernels_runs(tmp_path: Path) -> None:
     """With the kernels of this machine; the whole step, into an empty cache, takes minutes."""
     steps = (DOCKER / "build_steps.sh").read_text()

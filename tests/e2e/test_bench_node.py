@@ -61,6 +61,7 @@ def test_a_stop_before_there_is_anything_is_no_error(beam_file: Path) -> None:
     assert bench_node(setup, str(beam_file), settings, stop, lambda text: None) is None
 
 
+@pytest.mark.long
 def test_a_node_that_ends_is_an_error_with_its_last_words(
     beam_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -84,6 +84,7 @@ def wait_joints(served: Served, beam: Robot, i: int, position: float | None, eff
     wait_for(served, served.keys.actuation, reached, f"actuator {i} at {position}, {effort}")
 
 
+@pytest.mark.long
 def test_targets_locks_and_a_replay_of_both(
     served: Served, beam: Robot, capsys: pytest.CaptureFixture[str]
 ) -> None:

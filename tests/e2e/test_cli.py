@@ -107,6 +107,7 @@ def test_help_waits_for_nothing_that_a_model_needs() -> None:
     assert not [name for name in loaded if name.startswith(("tauten.model", "tauten.controller"))]
 
 
+@pytest.mark.long
 def test_what_an_operator_asks_a_node_needs_no_model(shared: Served) -> None:
     """`alive` is the measure: the others load messages besides, and nothing of the model."""
     words = {"lock": ("lower", "--position", "0"), "unlock": ("lower",)}
@@ -257,6 +258,7 @@ def test_a_log_that_cannot_be_made_is_a_sentence(
     assert len(said.strip().splitlines()) == 1
 
 
+@pytest.mark.long
 def test_targets_of_a_served_robot_need_no_robot_file(served: Served, tmp_path: Path) -> None:
     arguments = ("--robot", "beam", "--port", served.port, "--duration", 60.0)
     stream = start(tmp_path / "stream.txt", "stream", "line", "--size", 0.004, *arguments)

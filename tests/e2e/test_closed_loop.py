@@ -43,6 +43,7 @@ def order(served: Served, command: OperatorCommand) -> None:
     served.session.put(served.keys.command, payload, encoding=f"{CDR};{TEXT}")
 
 
+@pytest.mark.long
 def test_an_operator_holds_enables_stops_and_resets(served: Served, beam: Robot) -> None:
     order(served, OperatorCommand.RESET)  # nothing to reset: refused
     goal = reached(beam, 0.003)
@@ -104,6 +105,7 @@ def closed(beam_file: Path, tmp_path: Path) -> Iterator[tuple[Served, Process]]:
             process.process.wait()
 
 
+@pytest.mark.long
 def test_measurements_remove_a_mismatch_and_their_loss_holds(
     closed: tuple[Served, Process], beam: Robot
 ) -> None:

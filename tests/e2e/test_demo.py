@@ -73,6 +73,7 @@ def test_a_simulated_robot_that_does_not_keep_up_is_noted(folder: Path) -> None:
     assert "33 % of its periods" in said
 
 
+@pytest.mark.long
 def test_its_folder_opens_at_a_colleague_s(folder: Path, tmp_path: Path) -> None:
     """Robot file and mesh lay elsewhere: replay and view refused the log."""
     there = shutil.copytree(folder, tmp_path / "there")
@@ -83,6 +84,7 @@ def test_its_folder_opens_at_a_colleague_s(folder: Path, tmp_path: Path) -> None
     assert export_log(log, tmp_path / "run.html", None, recorded_paths=False) > 10
 
 
+@pytest.mark.long
 def test_a_demo_without_one_good_decision_fails_and_names_the_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -113,6 +115,7 @@ def test_a_folder_that_another_demo_writes_into_is_refused(
         pass  # free again
 
 
+@pytest.mark.long
 def test_targets_are_slowed_where_the_period_cannot_be_held(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -130,6 +133,7 @@ def test_targets_are_slowed_where_the_period_cannot_be_held(
     assert times[-1] == pytest.approx(1.5 * slower, rel=0.05)
 
 
+@pytest.mark.long
 def test_a_time_of_a_step_that_is_unknown_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -52,6 +52,7 @@ def stream(served: Served, rest: Array, count: int) -> int:
     return begin
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "served",
     [("--interpolate", str(DELAY)), pytest.param((), marks=pytest.mark.slow)],

@@ -112,6 +112,7 @@ def flood(served: Served, beam: Robot, count: int) -> None:
         time.sleep(0.005)
 
 
+@pytest.mark.long
 def test_a_killed_node_leaves_a_readable_log(served: Served, beam: Robot) -> None:
     send_until_followed(served, beam, 0.005, ticks=100)  # two seconds
     assert served.process.end(signal.SIGKILL) == -signal.SIGKILL

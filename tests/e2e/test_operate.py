@@ -65,6 +65,7 @@ def fetched(url: str) -> str:
             time.sleep(0.05)
 
 
+@pytest.mark.long
 def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, beam: Robot) -> None:
     send_until_followed(served, beam, 0.005)
     answer = send_command("beam", Network(served.port), OperatorCommand.HOLD)
@@ -170,6 +171,7 @@ def test_a_recorder_waits_for_a_node_that_is_not_there_yet(tmp_path: Path) -> No
     assert not log.exists()
 
 
+@pytest.mark.long
 def test_a_recorder_that_waits_for_a_node_ends_with_ctrl_c(tmp_path: Path) -> None:
     """A node that is getting ready is waited for, which takes minutes where kernels are compiled."""
     network, keys, log = Network(free_ports()), Keys("beam"), tmp_path / "beside.mcap"
@@ -207,6 +209,7 @@ def test_a_command_without_a_node_is_a_sentence(monkeypatch: pytest.MonkeyPatch)
         send_command("beam", Network(free_ports()), OperatorCommand.STOP)
 
 
+@pytest.mark.long
 def test_a_command_waits_for_a_node_that_is_getting_ready(monkeypatch: pytest.MonkeyPatch) -> None:
     """Kernels are compiled for minutes: nothing listened until then, and the command said that no node is."""
     monkeypatch.setattr("tauten.service.link.commanding._PATIENCE", 0.3)
@@ -280,6 +283,7 @@ def test_priority_that_is_not_permitted_is_a_sentence(beam_file: Path, tmp_path:
     assert found.stdout.endswith("False\n")
 
 
+@pytest.mark.long
 def test_the_loop_gets_its_priority_and_processor_where_permitted(
     beam_file: Path, tmp_path: Path
 ) -> None:
@@ -299,6 +303,7 @@ def test_the_loop_gets_its_priority_and_processor_where_permitted(
         node.process.wait()
 
 
+@pytest.mark.long
 def test_the_doctor_measures_what_a_node_needs(beam_file: Path) -> None:
     found = {finding.what: finding for finding in examine(load_setup(beam_file), 1.0)}
     assert "in use" in found["factorisation"].found

@@ -107,6 +107,7 @@ def test_model_that_errs_too_much_is_refused_unless_accepted(thumb_file: Path) -
     assert isinstance(accepted.robot.body, ReducedBody)
 
 
+@pytest.mark.long
 def test_reduce_keeps_no_model_that_errs_too_much(
     thumb_file: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -137,6 +138,7 @@ def test_damaged_state_basis_is_refused(thumb_file: Path) -> None:
         load_setup(thumb_file, model="reduced")
 
 
+@pytest.mark.long
 def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
     """With a bound that nothing keeps the full model takes over, from where the reduced one was."""
     configure(
@@ -176,6 +178,7 @@ def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
         fall_back.watch.close()
 
 
+@pytest.mark.long
 def test_model_where_it_was_trained_is_well(thumb_file: Path) -> None:
     configure(thumb_file, check_period=0.01)
     setup = load_setup(thumb_file, basis="thumb.basis", model="reduced")
@@ -198,6 +201,7 @@ def test_model_where_it_was_trained_is_well(thumb_file: Path) -> None:
     assert fall_back.watch.diagnostic().level is Level.WARN
 
 
+@pytest.mark.long
 def test_run_of_the_reduced_model_replays(thumb_file: Path, tmp_path: Path) -> None:
     """Served as a process: health has the error of the model, and the replay decides the same."""
     configure(thumb_file, order='"reduced"', check_period=0.05)

@@ -126,6 +126,7 @@ def test_the_muscle_pulls_as_a_cable_with_its_force_does(package: ModuleType) ->
     assert delta == pytest.approx(volume[0] - volume[1], rel=1e-9)
 
 
+@pytest.mark.long
 def test_the_trial_of_a_plant_ends_where_it_can_pull_no_further(package: ModuleType) -> None:
     """Its volume is largest at a length of b / √3; half of `max_position` is beyond that."""
     beyond = muscle(max_position=2e-5, max_rate=2e-4)
@@ -206,6 +207,7 @@ def test_its_curvature_may_be_that_of_differences(
     np.testing.assert_allclose(other.effector, usual.effector, atol=1e-12)
 
 
+@pytest.mark.long
 def test_muscles_follow_targets_through_one_valve(package: ModuleType) -> None:
     """Two against each other with a common pressure at rest: the beam bends both ways, within its limits."""
     low = [[x, y, 0.002] for x, y, _ in LINE]

@@ -104,6 +104,7 @@ def wait(what: Callable[[], bool]) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.long
 def test_a_driver_follows_within_limits_and_stops_without_actuation(
     package: ModuleType, beam_file: Path, board: Board
 ) -> None:
@@ -226,6 +227,7 @@ def driven(driver: Driver, beam_file: Path) -> StopFlag:
     return stop
 
 
+@pytest.mark.long
 def test_a_driver_that_waits_for_ever_ends_with_ctrl_c(
     beam_file: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -236,6 +238,7 @@ def test_a_driver_that_waits_for_ever_ends_with_ctrl_c(
     assert "a call of the driver of beam has not ended" in caplog.text
 
 
+@pytest.mark.long
 def test_a_driver_that_is_asked_to_end_warns_of_nothing(
     beam_file: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -253,6 +256,7 @@ def test_a_driver_that_is_asked_to_end_warns_of_nothing(
     assert said == {"INFO"}
 
 
+@pytest.mark.long
 def test_hardware_that_fails_is_named_and_deactivated(beam_file: Path) -> None:
     """Also where only a part of it has been activated."""
     driver = Stuck(OSError(5, "Input/output error"))
@@ -261,6 +265,7 @@ def test_hardware_that_fails_is_named_and_deactivated(beam_file: Path) -> None:
     assert driver.calls == ["configure", "activate", "deactivate"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("answer", "message"),
     [
@@ -295,6 +300,7 @@ def test_what_is_no_measurement_of_the_robot_ends_its_driver(
     assert driver.calls[-1] != "read"
 
 
+@pytest.mark.long
 def test_the_network_is_not_blamed_on_the_hardware(
     beam_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

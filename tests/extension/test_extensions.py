@@ -71,6 +71,7 @@ def test_a_robot_file_with_an_unknown_qp_library_is_refused(
     assert "QP solver 'nope' is not installed, found are daqp" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_qp_library_decides_alike(package: ModuleType, tmp_path: Path) -> None:
     """By name from a robot file, and as an argument: the certificate proves its decisions as any others."""
     file = write_robot(
@@ -89,6 +90,7 @@ def test_a_qp_library_decides_alike(package: ModuleType, tmp_path: Path) -> None
             np.testing.assert_allclose(one.effort, found[2].effort, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.long
 def test_a_qp_library_solves_what_the_default_solves(package: ModuleType) -> None:
     calls, problems = 0, [step.problem() for step in recorded("three_cables_5")[:40:16]]
 

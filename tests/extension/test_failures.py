@@ -86,6 +86,7 @@ class Failing:
         patch.setattr(kind, method, either)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("table", "kind", "method", "named"),
     [

@@ -30,6 +30,7 @@ def test_a_coefficient_is_a_number_from_0_to_100(wrong: float) -> None:
         controller_setup(finger(notch3_below=wrong), FINGER)
 
 
+@pytest.mark.long
 def test_pairs_that_rub_have_unit_columns_and_the_others_the_basis_which_stays_valid() -> None:
     """The shipped bases of states and of forces were made without friction."""
     setup = controller_setup(finger(notch2_below=0.4, notch3_below=0.4), FINGER, model="reduced")

@@ -103,6 +103,7 @@ def test_a_start_elsewhere_continues_as_the_other_does(beam: Robot) -> None:
     np.testing.assert_array_equal(simulator.effector, other.effector)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("held", [{"effort": [1e6]}, {"position": [1e3]}])
 def test_a_load_far_beyond_the_robot_leaves_a_finite_state(
     beam: Robot, held: dict[str, list[float]]

@@ -141,6 +141,7 @@ def test_entering_costs_less_than_a_hundredth_of_a_step() -> None:
     assert time.thread_time() - begin < 0.1
 
 
+@pytest.mark.long
 def test_a_loop_of_a_user_takes_one_thread() -> None:
     """README's loop in a process that could take more: nothing is computed on other threads.
 

@@ -72,6 +72,7 @@ def moved_tips(robot: Robot[NodalBody], steps: int) -> Array:
     return np.array(found)
 
 
+@pytest.mark.long
 def test_steps_are_of_second_order(beam: Robot[NodalBody]) -> None:
     """Half as long, a quarter of the error; one a period is off by less than 1 % of the way.
 
@@ -111,6 +112,7 @@ def test_a_damped_oscillation_has_the_frequency_and_decay_of_its_mode(
         assert np.linalg.norm(moved - share * tip) < 0.02 * np.linalg.norm(tip)
 
 
+@pytest.mark.long
 def test_a_force_that_changes_its_sign_leaves_the_order_of_the_steps() -> None:
     """A slider moves the root of a bar to and fro: nothing begins where it pulls instead of pushing."""
     robot = constrained(

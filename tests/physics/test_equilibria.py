@@ -57,6 +57,7 @@ def test_trunk_settles_from_rest_under_one_cable(
     assert simulator.position[0] == pytest.approx(position, abs=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "gravity", [pytest.param((0.0, 0.0, 0.0), marks=pytest.mark.slow), HANGING]
 )
@@ -85,6 +86,7 @@ def test_trunk_settles_where_a_branch_ends_on_the_way(data: Path, cable: int) ->
     assert simulator.position[cable] == pytest.approx(0.05, abs=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effort", [4.6, 10.0])
 def test_diamond_settles_with_a_leg_at_its_winch(data: Path, effort: float) -> None:
     """Above about 5 N the cable is wound in whole: its end stays where the winch is."""

@@ -312,6 +312,7 @@ def test_a_beam_in_a_servo_turns_with_it() -> None:
         assert robot.effector(simulator.state)[0] == pytest.approx(expected, abs=1e-7)
 
 
+@pytest.mark.long
 def test_a_tendon_through_discs_on_a_rod_is_controlled_to_a_target() -> None:
     """A continuum robot: rod, two rigid discs, two tendons beside the rod; its tip reaches a target."""
     disc = ((0.004, 0.02, 0.02), (1, 2, 2))

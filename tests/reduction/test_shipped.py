@@ -41,6 +41,7 @@ def test_mesh_error_is_of_the_robot(name: str) -> None:
     assert found.robot_digest == shipped_robot(name).digest
 
 
+@pytest.mark.long
 def test_the_reduced_pneumatic_finger_is_where_the_full_one_is_at_equal_volumes() -> None:
     """Within half of what is asked of its path; its basis of 33 modes was 0.065 mm away in the middle."""
     reduced, full = (

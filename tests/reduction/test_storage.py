@@ -105,6 +105,7 @@ def interrupted_write(path: Path, line: int) -> int:
     )
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of ZipFile.__del__
 def test_ctrl_c_at_any_line_of_a_write_is_ctrl_c(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -25,6 +25,7 @@ from tauten.service.setup import load_setup
 HAND = Path(__file__).resolve().parents[2] / "examples" / "hand.toml"
 
 
+@pytest.mark.long
 def test_each_finger_has_the_bases_of_the_finger_and_moves_as_it_does() -> None:
     """Self-contact, reduced states and contact modes of a part, in three places, from the part's files."""
     one, both = shipped_setup("finger"), load_setup(HAND)
@@ -136,6 +137,7 @@ def two_of(robot: Path | str, folder: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_a_demo_of_parts_is_replayed(
     beam_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -140,6 +140,7 @@ def test_bases_of_other_names_are_found_with_and_without_suffix(tmp_path: Path) 
         load_setup(path, basis="thumb")
 
 
+@pytest.mark.long
 def test_a_basis_of_a_shipped_robot_made_here_is_used_and_not_the_shipped_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -37,6 +37,7 @@ def test_a_cube_at_its_target_moves_no_actuator(away: float) -> None:
     np.testing.assert_allclose(found.position, 0.0, atol=1e-5)  # m, rad
 
 
+@pytest.mark.long
 def test_a_robot_beside_it_does_not_keep_the_claw_from_lifting() -> None:
     """What actuators of the tripod move counted as what moves the cube: nothing moved, with status OK."""
     contents = read_toml(LIFT["FILE"])
@@ -144,6 +145,7 @@ def lifted(folder: Path, scale: float, aside: float, steps: int) -> float:
     return abs(controller.effector_values[2] - goal[2]) / way
 
 
+@pytest.mark.long
 def test_fingers_close_on_a_cube_beyond_the_alarm_distance(tmp_path: Path) -> None:
     """Each is 5.1 mm away, and contacts are in range up to 2 mm."""
     assert lifted(tmp_path, 0.7, 0.0, 16) < 0.2

@@ -67,6 +67,7 @@ def fuzz(seeds: range, settings: QpccSettings) -> dict[Status, int]:
     return counts
 
 
+@pytest.mark.long
 def test_three_hundred() -> None:
     counts = fuzz(range(300), QpccSettings())
     assert counts[Status.OK] > 60  # not all of it is nonsense

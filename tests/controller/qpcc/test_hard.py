@@ -41,6 +41,7 @@ def solve_nasty(seeds: range) -> int:
     return ok
 
 
+@pytest.mark.long
 def test_claims_hold_on_nasty_problems() -> None:
     assert solve_nasty(range(100)) > 38
 

@@ -49,6 +49,7 @@ def test_the_picture_has_a_way_to_the_optimum_and_a_local_one(figure: ModuleType
     assert local > solve_qpcc(line).objective + 0.05
 
 
+@pytest.mark.long
 def test_the_picture_is_drawn(
     figure: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -39,6 +39,7 @@ def test_qpecs_end_within_a_percent_of_the_best_known(problems: Path, name: str)
     assert counts(problems / f"{name}.npz", collection(problems)[name])
 
 
+@pytest.mark.long
 def test_38_of_39_lcqps_end_within_a_percent_of_the_best_known(problems: Path) -> None:
     best = {name: value for name, value in collection(problems).items() if "qpec-" not in name}
     assert len(best) == 39

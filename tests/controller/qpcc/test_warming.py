@@ -50,6 +50,7 @@ print(sorted(statuses), [name for name in after if after[name] != before[name]])
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("solver", ["daqp", pytest.param("osqp", marks=pytest.mark.slow)])
 def test_no_kernel_is_left_to_load(solver: str) -> None:
     ended = subprocess.run(

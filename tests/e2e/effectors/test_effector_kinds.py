@@ -153,6 +153,7 @@ def refused_messages(robot: Robot, goal: Array) -> list[tuple[str, bytes, str]]:
     ]
 
 
+@pytest.mark.long
 def test_poses_and_distances_are_followed_refused_recorded_and_replayed(
     served: Served, robot: Robot, robot_file: Path, run: Start, tmp_path: Path
 ) -> None:

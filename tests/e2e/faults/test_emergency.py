@@ -135,6 +135,7 @@ def test_a_robot_file_is_as_good_as_the_name_in_it(
             CliRunner().invoke(app, ["alive", str(file)], catch_exceptions=False)
 
 
+@pytest.mark.long
 def test_a_stop_gets_past_silent_connections(served: Served) -> None:
     """Whoever can connect can open connections and say nothing; an operator comes in all the same."""
     with ExitStack() as silent:

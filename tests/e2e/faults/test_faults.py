@@ -56,6 +56,7 @@ KEYS = Keys("beam")
 TARGET = KEYS.targets(("tip",))[0]
 
 
+@pytest.mark.long
 def test_random_bytes_on_every_key_move_nothing(
     served: Served, beam: Robot, beam_file: Path, run: Start
 ) -> None:
@@ -89,6 +90,7 @@ def test_random_bytes_on_every_key_move_nothing(
     assert np.abs(run_.plant.value - beam.effector(beam.rest())[0]).max() < 1e-4
 
 
+@pytest.mark.long
 def test_a_full_disk_ends_the_log_and_not_the_node(served: Served, beam: Robot) -> None:
     ticks = served.session.declare_subscriber(KEYS.tick, zenoh.handlers.RingChannel(1000))
     send_until_followed(served, beam, 0.005)

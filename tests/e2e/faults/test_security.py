@@ -143,6 +143,7 @@ def drive(session: zenoh.Session, beam: Robot) -> None:
     time.sleep(0.2)
 
 
+@pytest.mark.long
 def test_a_viewer_reads_but_does_not_command(connect: Connect, node: Process, beam: Robot) -> None:
     viewer, operator = connect("viewer"), connect("operator")
     wait_alive(viewer, KEYS.token, node)
@@ -170,6 +171,7 @@ def test_a_viewer_reads_but_does_not_command(connect: Connect, node: Process, be
     assert node.end() == 0
 
 
+@pytest.mark.long
 def test_a_viewer_whose_stop_does_not_pass_is_told_so(
     site: Site, node: Process, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -195,6 +197,7 @@ def test_a_key_that_is_not_there_is_named(site: Site) -> None:
         send_command("beam", Network(config=file), OperatorCommand.STOP)
 
 
+@pytest.mark.long
 def test_strangers_are_not_let_in(site: Site, tmp_path: Path) -> None:
     if site.password:
         stranger = site.client("operator", password="guess")
@@ -211,6 +214,7 @@ def test_strangers_are_not_let_in(site: Site, tmp_path: Path) -> None:
         zenoh.open(plain)
 
 
+@pytest.mark.long
 def test_a_router_of_another_authority_is_refused(site: Site, tmp_path: Path) -> None:
     trustme.CA().cert_pem.write_to_path(str(tmp_path / "ca.pem"))
     with pytest.raises(zenoh.ZError, match="Unable to connect"):

@@ -159,6 +159,7 @@ def slow(tmp_path: Path, run: Start) -> Iterator[tuple[Served, Robot]]:
         close_session(session)
 
 
+@pytest.mark.long
 def test_a_second_ctrl_c_releases_as_fast_as_the_rates_permit(slow: tuple[Served, Robot]) -> None:
     served, beam = slow
     send_until_followed(served, beam, 0.005)
@@ -208,6 +209,7 @@ def test_sigterm_while_kernels_compile_ends_promptly(
         process.wait()
 
 
+@pytest.mark.long
 def test_after_a_pause_no_tick_follows_an_old_target(served: Served, beam: Robot) -> None:
     """SIGSTOP and SIGCONT: what has waited for the node meanwhile is old."""
     send_until_followed(served, beam, 0.005)

@@ -120,6 +120,7 @@ def test_inspect_says_why_a_robot_file_beside_the_basis_cannot_be_used(
     ]
 
 
+@pytest.mark.long
 def test_inspect_takes_the_shipped_robot_where_the_file_beside_does_not_fit(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -136,6 +137,7 @@ def test_slots_are_named_as_ranges() -> None:
     assert ranges(list(range(0, 100, 2))).endswith("14, ...")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -166,6 +168,7 @@ def test_reduce_refuses(
     assert message in refused(capsys, made, *again(made, *options))
 
 
+@pytest.mark.long
 def test_a_robot_file_that_was_edited_is_told_what_to_do_with_its_snapshots(
     made: Made, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -235,6 +238,7 @@ def test_damaged_basis_is_named(made: Made, capsys: pytest.CaptureFixture[str]) 
     assert f"{made.basis}: this is no readable" in refused(capsys, made, "inspect", made.basis)
 
 
+@pytest.mark.long
 def test_basis_of_another_robot_is_not_drawn(
     made: Made, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -244,6 +248,7 @@ def test_basis_of_another_robot_is_not_drawn(
     assert not picture.exists()
 
 
+@pytest.mark.long
 def test_interrupted_campaign_goes_on(tmp_path: Path) -> None:
     robot, loads = write_thumb(tmp_path), tmp_path / "loads.csv"
     lines = [

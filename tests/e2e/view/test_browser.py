@@ -58,6 +58,7 @@ def test_the_robot_is_seen(page: Page, shown: Shown) -> None:
     shown.server.scene.set_global_visibility(True)
 
 
+@pytest.mark.long
 def test_the_mouse_moves_the_target_and_the_robot(page: Page, shown: Shown, beam: Robot) -> None:
     rest = beam.effector(beam.rest())[0]
     grip = rest + np.array([0.0, 0.0, 0.2 * beam.size])  # on the arrow upwards
@@ -93,6 +94,7 @@ def test_the_mouse_moves_the_target_and_the_robot(page: Page, shown: Shown, beam
     assert wait_until(followed)
 
 
+@pytest.mark.long
 def test_the_stop_button_stops(page: Page, shown: Shown) -> None:
     assert wait_until(lambda: mode_of(shown) is Mode.RUN)
     page.get_by_role("button", name="stop").click()
@@ -107,6 +109,7 @@ def test_the_stop_button_stops(page: Page, shown: Shown) -> None:
     assert wait_until(ready)
 
 
+@pytest.mark.long
 def test_a_slider_locks_an_actuator_within_its_limits(page: Page, shown: Shown) -> None:
     page.get_by_text("Actuators", exact=True).first.click()
     first = shown.session.source.look.robot.actuators[0]
@@ -127,6 +130,7 @@ def test_a_slider_locks_an_actuator_within_its_limits(page: Page, shown: Shown) 
     assert wait_until(lambda: not shown.session.source.locked)
 
 
+@pytest.mark.long
 def test_waypoints_are_a_program(page: Page, shown: Shown) -> None:
     assert wait_until(lambda: mode_of(shown) is Mode.RUN)
     page.get_by_text("Waypoints").first.click()
@@ -157,6 +161,7 @@ def test_waypoints_are_a_program(page: Page, shown: Shown) -> None:
     assert wait_until(lambda: len(waypoints) == 0)
 
 
+@pytest.mark.long
 def test_the_mouse_pulls_the_simulated_robot_with_ctrl(
     page: Page, shown: Shown, beam: Robot
 ) -> None:
@@ -187,6 +192,7 @@ def test_the_mouse_pulls_the_simulated_robot_with_ctrl(
     assert wait_until(lambda: abs(height() - rest[2]) < 1e-3), "it springs back"
 
 
+@pytest.mark.long
 def test_the_past_is_one_time_and_nothing_is_dragged_there(page: Page, shown: Shown) -> None:
     gizmo = shown.server.scene._handle_from_node_name["/gizmos/tip"]
     page.get_by_label("pause").click(force=True)
@@ -204,6 +210,7 @@ def test_the_past_is_one_time_and_nothing_is_dragged_there(page: Page, shown: Sh
     assert wait_until(lambda: gizmo.visible)
 
 
+@pytest.mark.long
 def test_the_camera_looks_from_above_and_the_page_is_dark(page: Page, shown: Shown) -> None:
     (client,) = shown.server.get_clients().values()
     page.get_by_role("button", name="top", exact=True).click()
@@ -221,6 +228,7 @@ def test_the_camera_looks_from_above_and_the_page_is_dark(page: Page, shown: Sho
     assert wait_until(lambda: not from_above())
 
 
+@pytest.mark.long
 def test_a_target_out_of_reach_is_said_and_the_nearest_point_shown(
     page: Page, shown: Shown, beam: Robot
 ) -> None:
@@ -233,6 +241,7 @@ def test_a_target_out_of_reach_is_said_and_the_nearest_point_shown(
     assert wait_until(lambda: "/nearest" not in shown.server.scene._handle_from_node_name)
 
 
+@pytest.mark.long
 def test_a_picture_and_a_film_are_saved(page: Page, shown: Shown) -> None:
     with page.expect_download() as download:
         page.get_by_role("button", name="PNG", exact=True).click()

@@ -108,6 +108,7 @@ def test_the_page_is_served_until_ctrl_c(run: Start, beam_file: Path) -> None:
     assert process.end(signal.SIGINT) == 0
 
 
+@pytest.mark.long
 def test_the_cost_of_a_viewer_is_measured(beam_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "cost.json"
     arguments = ("view", beam_file, "--seconds", 1, "--path", "line", "--json", file)

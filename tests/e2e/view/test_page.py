@@ -41,6 +41,7 @@ def is_dark(page: Page) -> bool:
     return bool(pixels(page)[HEIGHT - 5, 5].mean() < 0.3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("last", [9.98, 123.46, 9999.98])
 def test_no_time_of_a_long_run_is_cut(
     panel: tuple[ViewPanel, str], page: Page, last: float
@@ -51,6 +52,7 @@ def test_no_time_of_a_long_run_is_cut(
     assert not field.evaluate(CUT)
 
 
+@pytest.mark.long
 def test_a_page_is_as_its_browser_prefers_until_somebody_chooses(page: Page) -> None:
     assert not is_dark(page)
     page.emulate_media(color_scheme="dark")
@@ -68,6 +70,7 @@ def test_a_page_is_as_its_browser_prefers_until_somebody_chooses(page: Page) -> 
     assert wait_until(lambda: page.get_by_text("Time").count() > 0 and is_dark(page))
 
 
+@pytest.mark.long
 def test_a_film_is_as_its_browser_prefers(page: Page, beam_file: Path, tmp_path: Path) -> None:
     """Dark here, light in `test_served`."""
     robot = SimulatedRobot(*(load_setup(beam_file, rate=10.0) for _ in range(2)))
@@ -86,6 +89,7 @@ def test_a_film_is_as_its_browser_prefers(page: Page, beam_file: Path, tmp_path:
     shown.close()
 
 
+@pytest.mark.long
 def test_an_address_of_no_page_changes_none(page: Page, panel: tuple[ViewPanel, str]) -> None:
     page.emulate_media(color_scheme="light")
     assert wait_until(lambda: not is_dark(page))

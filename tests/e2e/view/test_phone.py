@@ -17,6 +17,7 @@ from tauten.service.view.picture import SHEET
 PHONE = (390, 844)
 
 
+@pytest.mark.long
 def test_a_phone_shows_robot_and_target_above_the_panel(beam_file: Path, beam: Robot) -> None:
     setup = load_setup(beam_file, rate=10.0)
     with (

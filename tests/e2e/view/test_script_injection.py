@@ -119,6 +119,7 @@ def ran(page: Page) -> bool:
     return bool(page.evaluate("() => typeof window.ran !== 'undefined'"))
 
 
+@pytest.mark.long
 def test_markup_is_shown_as_text(
     page: Page, payloads: tuple[str, ...], elsewhere: tuple[str, list[str]]
 ) -> None:
@@ -132,6 +133,7 @@ def test_markup_is_shown_as_text(
     assert page.get_by_role("button", name="stop").is_visible()
 
 
+@pytest.mark.long
 def test_the_policy_stops_what_would_get_into_the_page(
     page: Page, payloads: tuple[str, ...], elsewhere: tuple[str, list[str]]
 ) -> None:

@@ -37,6 +37,7 @@ def high(beam: Robot) -> tuple[float, ...]:
     return x, y, z + 0.004
 
 
+@pytest.mark.long
 def test_the_robot_follows_while_armed_and_holds_when_the_browser_leaves(
     served: Served, shown: Shown, beam: Robot
 ) -> None:
@@ -68,6 +69,7 @@ def test_the_surface_is_that_of_the_model(shown: Shown, beam: Robot) -> None:
     assert frame.geometry.segments == pytest.approx(beam.actuator_segments(beam.rest()), abs=1e-5)
 
 
+@pytest.mark.long
 def test_the_surface_leaves_the_node_only_while_somebody_listens(served: Served) -> None:
     def published() -> float:
         values = wait_health(served, lambda found: "surface" in found)["surface"].values
@@ -98,6 +100,7 @@ def test_the_buttons_reach_the_node(served: Served, shown: Shown) -> None:
     wait_mode(served, Mode.IDLE)
 
 
+@pytest.mark.long
 def test_a_node_that_is_started_again_does_not_move_the_robot(
     served: Served, shown: Shown, beam: Robot, beam_file: Path, run: Start
 ) -> None:
@@ -130,6 +133,7 @@ def test_closing_the_page_of_a_real_browser_holds_the_node(served: Served, shown
         wait_mode(served, Mode.HOLD, Cause.NO_TARGET)
 
 
+@pytest.mark.long
 def test_a_log_is_shown_and_exported(
     served: Served, shown: Shown, beam: Robot, beam_file: Path, tmp_path: Path,
     capsys: pytest.CaptureFixture[str],

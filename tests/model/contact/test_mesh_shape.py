@@ -81,6 +81,7 @@ SURFACES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SURFACES)
 def test_distances_are_those_to_all_triangles(name: str) -> None:
     vertices, triangles = SURFACES[name]

@@ -114,6 +114,7 @@ def test_the_surface_moves_as_its_nearest_point_does() -> None:
     np.testing.assert_allclose(found.surface, velocity + np.cross(spin, below - place), atol=1e-12)
 
 
+@pytest.mark.long
 def test_the_force_of_a_floor_is_the_weight_at_an_equilibrium() -> None:
     """A floor that is turned and placed carries the block as one that is not; to 1e-6."""
     turned = floor(position=[0.3, -0.2, 0.0], rotation=HALF_TURN)

@@ -14,6 +14,7 @@ from tauten.model.kernels.cache import KernelCacheFile, remove_unused
 from tauten.model.kernels.files import written_by_others
 
 
+@pytest.mark.long
 def test_changed_callee_is_compiled_into_its_caller(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     write(tmp_path)
@@ -30,6 +31,7 @@ def test_changed_callee_is_compiled_into_its_caller(tmp_path: Path) -> None:
     assert run(tmp_path, cache) == (35.0, 1, 0), "unchanged sources are not compiled again"
 
 
+@pytest.mark.long
 def test_a_second_clone_compiles_what_differs(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     clones = [tmp_path / "first", tmp_path / "second"]
@@ -43,6 +45,7 @@ def test_a_second_clone_compiles_what_differs(tmp_path: Path) -> None:
     assert run(clones[0], cache) == (6.0, 1, 0), "entries of both clones are kept"
 
 
+@pytest.mark.long
 def test_a_renamed_module_of_a_callee_is_compiled_again(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     write(tmp_path)
@@ -54,6 +57,7 @@ def test_a_renamed_module_of_a_callee_is_compiled_again(tmp_path: Path) -> None:
     assert run(tmp_path, cache) == (6.0, 0, 1)
 
 
+@pytest.mark.long
 def test_processes_that_start_together_compile_once(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     write(tmp_path)
@@ -61,6 +65,7 @@ def test_processes_that_start_together_compile_once(tmp_path: Path) -> None:
     assert sum(end(process)[2] for process in together) == 1
 
 
+@pytest.mark.long
 def test_damaged_files_are_compiled_again(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     write(tmp_path)

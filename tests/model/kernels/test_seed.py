@@ -60,6 +60,7 @@ def test_switched_off_nothing_shipped_is_used(tmp_path: Path, archive: Path) -> 
     assert not list((cache / "tauten").glob("seed-*"))
 
 
+@pytest.mark.long
 def test_processes_that_start_together_unpack_one_folder(tmp_path: Path, archive: Path) -> None:
     cache = tmp_path / "second"
     several = [start(tmp_path, cache, f"{n}.txt", **{SEED: str(archive)}) for n in range(4)]

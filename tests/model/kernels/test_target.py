@@ -39,6 +39,7 @@ def machine(before: str = "", **variables: str) -> list[str]:
     return found.stdout.split()
 
 
+@pytest.mark.long
 @pytest.mark.skipif(target.portable_level() is None, reason="this processor has no such level")
 def test_processes_compile_for_the_level() -> None:
     level = target.portable_level()

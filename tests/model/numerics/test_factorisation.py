@@ -103,6 +103,7 @@ def test_no_folder_is_searched_for_the_library(monkeypatch: pytest.MonkeyPatch) 
     assert searched == []
 
 
+@pytest.mark.long
 @pytest.mark.skipif("pardiso" not in installed_backends(), reason="pardiso is not installed")
 def test_no_folder_is_searched_when_the_library_is_imported() -> None:
     """pypardiso makes a solver when it is imported, and searches for it unless it knows the file."""

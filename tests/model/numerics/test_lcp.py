@@ -70,6 +70,7 @@ def test_exact_solver_agrees_with_nnls(seed: int, nodes: int) -> None:
     assert np.sqrt(np.diag(W) @ result.lam**2) <= np.sqrt(np.diag(W) @ lam**2) * (1 + 1e-6)
 
 
+@pytest.mark.long
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from([3, 10, 30]))
 def test_gauss_seidel_agrees_with_the_exact_solver(seed: int, nodes: int) -> None:

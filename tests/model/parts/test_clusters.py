@@ -87,6 +87,7 @@ def fingers(away: Array) -> tuple[Array, Array]:
     return np.array(positions), np.array(tips)
 
 
+@pytest.mark.long
 def test_a_target_that_one_finger_cannot_reach_changes_nothing_for_another() -> None:
     """It trembled by 0.2 mm of cable in every tick, and the others moved by up to 0.5 mm otherwise."""
     positions, tips = fingers(np.array([0.1, 0.0, 0.0]))

@@ -177,6 +177,7 @@ def test_pull_and_tension_hold_the_same_equilibrium(arm: Robot[BeamBody]) -> Non
     np.testing.assert_allclose(by_pull.effort, by_tension.effort, atol=1e-3)
 
 
+@pytest.mark.long
 def test_released_arm_swings_and_comes_to_rest(arm: Robot[BeamBody]) -> None:
     """Implicit steps dissipate: bent and let go, the arm ends where it hangs."""
     simulator = Simulator(arm, contact="full")

@@ -171,6 +171,7 @@ def test_first_limit_load_of_a_dead_force(tmp_path: Path) -> None:
     assert extrapolated == pytest.approx(exact, rel=5e-4)
 
 
+@pytest.mark.long
 def test_cable_follows_the_frame_beyond_its_limit_load(tmp_path: Path) -> None:
     """A pulled length controls the displacement: the tension rises to the limit load and falls again.
 

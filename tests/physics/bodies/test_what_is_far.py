@@ -54,6 +54,7 @@ def decided_alone(name: str) -> tuple[Array, Array]:
     return decided(shipped(name))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 @pytest.mark.parametrize("name", ["trunk", "finger"])
 def test_an_obstacle_far_away_changes_no_bit(name: str, friction: float) -> None:

@@ -20,6 +20,7 @@ def centre_of_mass(robot: Robot, state: State) -> np.ndarray:
     return mass @ robot.points(state) / mass.sum()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_the_centre_of_mass_moves_by_friction_alone(friction: float, tmp_path: Path) -> None:
     """Cables act between points of the strip: without friction no force is horizontal."""

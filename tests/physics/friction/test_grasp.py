@@ -14,6 +14,7 @@ GRASP = example("08_grasp")
 EDGE, DENSITY, FRICTION = 0.024, 1000.0, 0.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("friction", "mass"),
     [

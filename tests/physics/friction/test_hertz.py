@@ -58,6 +58,7 @@ def pressed(friction: float) -> Simulator:
     return simulator
 
 
+@pytest.mark.long
 def test_force_and_radius_of_a_contact_are_those_of_hertz_and_friction_adds_to_the_force() -> None:
     """F = 4/3 E* √(R d³) and a = √(R d) within 5 %; the radius from Σ f r² = 2/5 a² Σ f.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from support.robots.examples import changed, example
 
 from tauten.model import Robot, load_robot
@@ -23,6 +24,7 @@ def drawn(robot: Robot) -> Array:
     return np.array(forces)
 
 
+@pytest.mark.long
 def test_friction_holds_a_strip_that_is_wound_round_a_post(tmp_path: Path) -> None:
     """Without friction only the strip's stiffness against being straightened holds."""
     held = drawn(load_robot(POST["FILE"]))

@@ -30,6 +30,7 @@ def rolled(
     return simulator, ROLL["moved"](simulator)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "way",
     [WAY, pytest.param((-0.0009, 0.00121), marks=pytest.mark.slow)],  # nearly the same

@@ -140,6 +140,7 @@ def test_complete_campaign_is_not_done_again(
     assert_same(run_campaign(thumb, design, complete, Interrupted(0), False), snapshots)
 
 
+@pytest.mark.long
 def test_workers_do_not_change_the_result_and_do_not_hear_ctrl_c_while_they_start(
     thumb: Robot[NodalBody], design: Design, snapshots: Snapshots, tmp_path: Path
 ) -> None:
@@ -172,6 +173,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.long
 def test_workers_end_with_the_process_that_started_them(tmp_path: Path) -> None:
     """They stayed for ever, with a GB each, where `tauten reduce` was ended by SIGTERM or SIGKILL."""
     script = tmp_path / "ended.py"

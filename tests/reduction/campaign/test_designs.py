@@ -82,6 +82,7 @@ def test_plackett_burman_of_twelve_runs_is_the_published_one() -> None:
     assert any(np.array_equal(row, shift) for shift in shifts)
 
 
+@pytest.mark.long
 @settings(max_examples=6)  # the most even of many cubes is searched
 @given(runs=st.integers(1, 12), factors=st.integers(1, 8), seed=st.integers(0, 99))
 def test_latin_hypercube_has_one_run_in_every_class(runs: int, factors: int, seed: int) -> None:

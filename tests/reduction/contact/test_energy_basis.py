@@ -86,6 +86,7 @@ def test_forces_themselves_lose_nothing(seed: int) -> None:
         assert max(found.force, found.tip) < 1e-6
 
 
+@pytest.mark.long
 @settings(deadline=None, max_examples=30)
 @given(seed=st.integers(0, 2**32 - 1))
 @example(seed=0)

@@ -49,6 +49,7 @@ def test_shipped_bases_serve_a_finger_with_a_wall(walled: Path) -> None:
     StateBasis.load("finger").check_robot(robot)
 
 
+@pytest.mark.long
 def test_the_reduced_finger_stops_at_the_wall(walled: Path) -> None:
     controller = Controller.of(walled)
     goal = controller.effector_values + np.array([3.0 * AWAY, 0.0, 0.0])

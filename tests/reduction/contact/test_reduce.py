@@ -65,6 +65,7 @@ def test_reduction_is_reproduced(thumb: Robot, tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.basis.Psi, first.basis.Psi)
 
 
+@pytest.mark.long
 def test_automatic_k_is_the_smallest_within_tolerance(
     thumb: Robot, thumb_design: Design, thumb_folder: Path
 ) -> None:

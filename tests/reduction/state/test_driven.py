@@ -164,6 +164,7 @@ def test_modes_that_move_the_drives_are_refused(robot: Robot[ConstrainedBody]) -
         reduced_robot(robot, basis_of(robot, Phi, every, np.ones(len(every))))
 
 
+@pytest.mark.long
 def test_the_reduced_tripod_takes_the_pose_of_the_full_one() -> None:
     setup, full = load_setup("tripod"), load_robot("tripod")
     assert setup.order == "reduced"

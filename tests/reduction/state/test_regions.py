@@ -142,6 +142,7 @@ def equilibria() -> tuple[Robot[ConstrainedBody], Array]:
     return robot, np.array(found).T
 
 
+@pytest.mark.long
 def test_hinges_in_modes_rest_where_the_full_robot_does(
     equilibria: tuple[Robot[ConstrainedBody], Array],
 ) -> None:
@@ -237,6 +238,7 @@ def complete(robot: Robot) -> Robot:
     return body.reduced(with_own(body, Phi), every, np.ones(len(every)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("make", [chain, drum_and_hinge])
 def test_a_complete_basis_is_the_full_robot(make: Callable[[], Robot]) -> None:
     """The same unknowns, equilibria and first step: rigid regions and parts on hinges are exactly rigid."""

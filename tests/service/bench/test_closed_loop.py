@@ -35,6 +35,7 @@ def test_a_run_is_deterministic(beam: Robot) -> None:
     np.testing.assert_array_equal(traces[0].position, traces[1].position)
 
 
+@pytest.mark.long
 def test_a_path_in_reach_is_followed_and_the_distance_of_model_and_plant_divided(
     tmp_path: Path,
 ) -> None:
@@ -55,6 +56,7 @@ def test_a_path_in_reach_is_followed_and_the_distance_of_model_and_plant_divided
     assert page.command == f"tauten bench closed-loop {setup.robot.name}"
 
 
+@pytest.mark.long
 def test_a_stopped_benchmark_keeps_what_is_done(tmp_path: Path) -> None:
     setup, stop = load_setup(one_effector(tmp_path)), StopFlag()
 

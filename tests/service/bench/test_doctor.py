@@ -14,6 +14,7 @@ from tauten.service.bench import doctor
 from tauten.service.setup import load_setup
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("share", "advice"), [(0.01, "something else takes the time"), (2.0, "this machine holds 2")]
 )
@@ -30,6 +31,7 @@ def test_late_ticks_are_those_of_the_step_or_of_something_else(
     assert advice in found["rate, requested / achieved"].advice
 
 
+@pytest.mark.long
 def test_the_rate_does_not_count_the_time_before_the_loop(
     beam_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

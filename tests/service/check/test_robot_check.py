@@ -290,6 +290,7 @@ def test_beams_are_halved_until_their_limit_is_known(tmp_path: Path) -> None:
     assert 0.0 < halved < 0.3 * own
 
 
+@pytest.mark.long
 def test_a_coarse_finger_is_too_stiff_with_linear_elements(tmp_path: Path) -> None:
     mesh = coarse_finger_mesh()
     meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]).write(tmp_path / "finger.vtu")

@@ -64,6 +64,7 @@ def test_a_slow_robot_has_the_timeout_that_its_node_keeps(tmp_path: Path) -> Non
     assert describe(setup).target_timeout == pytest.approx(3.0 * setup.robot.h)
 
 
+@pytest.mark.long
 def test_many_round_obstacles_fit_in_an_answer(tmp_path: Path) -> None:
     """Balls and rods are sent as they are made; what is read has the surfaces that were described."""
     table = ""

@@ -58,6 +58,7 @@ def test_a_robot_at_rest_away_from_its_target_misses_it(look: RobotLook) -> None
     assert missed(look, wrong) is None, "the model is there: the robot differs from it"
 
 
+@pytest.mark.long
 def test_the_reach_of_one_cable_is_a_curve_from_rest(tmp_path: Path) -> None:
     search = ReachSearch(ReachModel(str(write_thumb(tmp_path))))
     try:

@@ -14,6 +14,7 @@ from tauten.service.link import OperatorCommand
 from tauten.service.setup import load_setup
 
 
+@pytest.mark.long
 def test_a_small_pull_moves_the_tip_as_its_compliance_says(beam_file: Path, beam: Robot) -> None:
     shown = SimulatedRobot(load_setup(beam_file), load_setup(beam_file))
     rest = shown.look.robot.rest

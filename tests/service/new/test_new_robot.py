@@ -46,6 +46,7 @@ def make(new: NewRobot, folder: Path) -> object:
     return make_new_robot(new, folder, StopFlag(), lambda done, what: None)
 
 
+@pytest.mark.long
 def test_a_box_becomes_a_robot_that_bends(tmp_path: Path) -> None:
     part = write_stl(tmp_path / "bar.stl", *box())
     made = make_new_robot(
@@ -77,6 +78,7 @@ def test_the_size_is_chosen_by_the_error_of_the_mesh(tmp_path: Path) -> None:
     assert max(trial.difference for trial in made.trials[:-1]) < 0.15
 
 
+@pytest.mark.long
 def test_a_surface_that_is_inside_out_is_turned(tmp_path: Path) -> None:
     vertices, triangles = box()
     part = write_stl(tmp_path / "bar.stl", vertices, triangles[:, ::-1])
@@ -89,6 +91,7 @@ def test_a_surface_that_is_inside_out_is_turned(tmp_path: Path) -> None:
     assert "inside out" in made.notes[0]
 
 
+@pytest.mark.long
 def test_holes_are_refused_and_repaired(tmp_path: Path) -> None:
     vertices, triangles = box()
     part = write_stl(tmp_path / "open.stl", vertices, triangles[1:])
@@ -127,6 +130,7 @@ def test_a_triangle_that_is_turned_is_refused(tmp_path: Path) -> None:
         make(NewRobot("turned", read(part), size=9e-3), tmp_path / "turned")
 
 
+@pytest.mark.long
 def test_an_assembly_is_refused_and_a_solid_is_meshed(tmp_path: Path) -> None:
     occ = pytest.importorskip("netgen.occ", reason="tauten[mesh] is not installed")
     solid = occ.Box((0, 0, 0), (12, 12, 60))

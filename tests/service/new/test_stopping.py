@@ -25,6 +25,7 @@ def solid(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_what_a_killed_command_left_is_not_in_the_way(solid: Path, tmp_path: Path) -> None:
     (tmp_path / ".bar.partial").mkdir()
     (tmp_path / "usual").mkdir()

@@ -164,6 +164,7 @@ def test_names_that_no_robot_can_have_are_refused_first(tmp_path: Path, name: st
     assert str(error.value).isprintable()
 
 
+@pytest.mark.long
 def test_the_name_of_the_parts_file_stays_within_its_comment(tmp_path: Path) -> None:
     """A line feed would end the comment; a lone surrogate cannot be encoded."""
     mesh = box_mesh(tuple(1e-3 * side for side in SIZE), (2, 2, 6))

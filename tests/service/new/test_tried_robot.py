@@ -61,6 +61,7 @@ def sagging(tmp_path_factory: pytest.TempPathFactory) -> Made:
     return made_of(notched(), tmp_path_factory.mktemp("sagging"), size=8e-3)
 
 
+@pytest.mark.long
 def test_a_part_that_sags_towards_its_cable_decides_from_its_start(sagging: Made) -> None:
     """Half of the guessed pull left the cable slack, and the comparison of meshes divided by no tension."""
     setup = load_setup(sagging.file)
@@ -82,6 +83,7 @@ def test_a_part_that_sags_towards_its_cable_decides_from_its_start(sagging: Made
     assert np.linalg.norm(controller.effector - goal) < 1e-4
 
 
+@pytest.mark.long
 def test_new_and_check_say_the_same_of_a_mesh(sagging: Made) -> None:
     again = check_robot(CheckSettings(str(sagging.file)), StopFlag(), lambda _share, _what="": None)
     same = [
@@ -155,6 +157,7 @@ def test_no_lower_rate_is_advised_beside_a_finer_mesh() -> None:
     assert all("tauten reduce part.toml" in one.advice for one in both)
 
 
+@pytest.mark.long
 def test_small_holes_do_not_make_the_mesh_large(tmp_path: Path) -> None:
     """A channel of 1.6 mm took a mesh of 300 nodes to 10,000."""
     channel = occ.Cylinder((-1, 8, 3), occ.X, 0.8, LENGTH + 2)
@@ -165,6 +168,7 @@ def test_small_holes_do_not_make_the_mesh_large(tmp_path: Path) -> None:
     assert float(mesh.volumes.sum()) == pytest.approx(part.volume, rel=0.01)
 
 
+@pytest.mark.long
 def test_the_cable_follows_the_side_of_a_tapered_part_to_its_tip(tmp_path: Path) -> None:
     """It ended where the body becomes thinner than its distance from the axis."""
     wires = []
@@ -199,6 +203,7 @@ def test_a_body_with_pointed_ends_is_held_and_has_an_effector() -> None:
         assert ("a reduced one permits more" in text) == (rate < 50.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shape", ["tube", "legs"])
 def test_the_effector_is_in_a_body_whose_end_has_its_middle_outside(
     shape: str, tmp_path: Path
@@ -219,6 +224,7 @@ def test_the_effector_is_in_a_body_whose_end_has_its_middle_outside(
         assert (x, y) == (pytest.approx(53.0, abs=0.5), pytest.approx(8.0, abs=0.5))
 
 
+@pytest.mark.long
 def test_a_closed_cavity_becomes_a_chamber(tmp_path: Path) -> None:
     hollow = occ.Box((0, 0, 0), (20, 20, 80)) - occ.Box((9, 4, 8), (16, 16, 72))
     made = made_of(hollow, tmp_path, size=9e-3)
@@ -236,6 +242,7 @@ def test_a_closed_cavity_becomes_a_chamber(tmp_path: Path) -> None:
     assert guess_fields([robot.body.mesh], chambers=False).cavities == ()
 
 
+@pytest.mark.long
 def test_chambers_around_an_axis_are_tried_one_at_a_time(tmp_path: Path) -> None:
     """Together they only stretch the part, and its meshes were compared by what their asymmetry did."""
     box = box_mesh((0.02, 0.012, 0.08), (5, 3, 8))

@@ -63,6 +63,7 @@ def at_rest(robots: tuple[Robot, Robot], goal: Array) -> Array:
     return driven.simulator.effector_values
 
 
+@pytest.mark.long
 def test_a_hold_on_the_way_and_streams_that_start_apart_do_not_change_where_it_rests(
     robots: tuple[Robot, Robot],
 ) -> None:

@@ -71,6 +71,7 @@ def test_it_idles_at_rest_then_follows_then_holds(loop: ControlLoop) -> None:
     assert run(loop, goal, 1).mode is Mode.RUN
 
 
+@pytest.mark.long
 def test_a_goal_out_of_reach_is_approached_within_the_limits(loop: ControlLoop) -> None:
     limits = loop.controller.robot.limits
     rest = loop.controller.effector
@@ -127,6 +128,7 @@ goals = st.none() | st.lists(numbers, min_size=6, max_size=6).map(
 )
 
 
+@pytest.mark.long
 @settings(
     max_examples=30, deadline=None, phases=[Phase.explicit, Phase.generate]
 )  # each is a run of the whole loop; shrinking would take longer than reading the example

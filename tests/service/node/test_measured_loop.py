@@ -111,6 +111,7 @@ def test_wrong_measurements_hold_before_the_correction_is_at_its_limit(
     assert rig.measured.subscriber.counts.refused["not_plausible"] > 10
 
 
+@pytest.mark.long
 def test_an_enable_tries_again(beam: Robot) -> None:
     rest, mirrored = beam.effector(beam.rest()), True
     rig = Rig(beam, lambda where: 2.0 * rest - where if mirrored else where)

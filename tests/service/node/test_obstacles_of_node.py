@@ -131,6 +131,7 @@ def newest(source: zenoh.Subscriber[object], decode: Callable[[bytes], object]) 
     return found
 
 
+@pytest.mark.long
 def test_a_table_that_is_lifted_pushes_the_model_and_the_log_replays(rig: Rig) -> None:
     channel = zenoh.handlers.RingChannel
     clouds, wrenches, places, health = (

@@ -83,6 +83,7 @@ def listener(beam_file: Path) -> Iterator[Listener]:
     inside.close()  # type: ignore[no-untyped-call]
 
 
+@pytest.mark.long
 def test_ticks_without_time_are_published_later_and_in_order(listener: Listener) -> None:
     known = len(listener.listen())
     listener.tick(WAITING, late=True)
@@ -106,6 +107,7 @@ def test_ticks_that_wait_are_published_before_the_node_ends(listener: Listener) 
     assert heard == list(range(heard[0], heard[0] + len(heard)))
 
 
+@pytest.mark.long
 def test_health_is_published_by_a_node_without_time_left(listener: Listener) -> None:
     listener.tick(5, late=False)
     time.sleep(0.1)

@@ -94,6 +94,7 @@ def test_a_level_that_does_not_exist_is_refused() -> None:
     assert refused.detail == "found level 7, allowed are 0, 1, 2, 3"
 
 
+@pytest.mark.long
 def test_health_warns_where_the_model_does_not_go_where_decisions_say() -> None:
     """A swing beyond the winch's rate is predicted; a model that moves beside its predictions is not."""
     loop = ControlLoop(Controller.of("finger"))

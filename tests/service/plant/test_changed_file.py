@@ -64,6 +64,7 @@ def described(folder: Path, text: str = ROBOT) -> RobotDescription:
     return describe(load_setup(write_robot(folder, text)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "said"), [(OTHER, "effectors end"), (WIDER, r"actuators .* 0\.03 m")]
 )

@@ -101,6 +101,7 @@ def test_other_names_are_refused(finger: Robot, tmp_path: Path) -> None:
         make_path(str(tmp_path / "none.csv"), finger, SETTINGS)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["pneumatic_finger", "trunk"])
 def test_reach_starts_where_a_controller_does(name: str) -> None:
     """Also where it commands tensions of opposed cables, whose positions are zero at the start."""
@@ -146,6 +147,7 @@ def test_cables_that_may_be_let_out_get_tensions_within_their_range(beam: Robot[
         assert simulator.position[cable] == pytest.approx(positions[cable], rel=1e-3)
 
 
+@pytest.mark.long
 def test_cables_that_lengthen_each_other_get_tensions(beam: Robot[NodalBody]) -> None:
     """Wound to random lengths, cables on opposite sides of a trunk crush it."""
     trunk = shipped_robot("trunk")

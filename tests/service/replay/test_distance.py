@@ -122,6 +122,7 @@ def test_the_delay_is_the_motion_in_a_tick(log: tuple[Path, str], found: Distanc
     assert whole == pytest.approx(time, abs=1e-2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("log", ["own"], indirect=True)
 def test_the_command_shows_and_writes_the_shares(
     log: tuple[Path, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

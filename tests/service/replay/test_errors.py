@@ -173,6 +173,7 @@ def run_of(kind: EffectorKind, size: int) -> RecordedRun:
     return replace(run, kind=kind, weights=weights, goal=goal, model=model, plant=plant)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("kind", "size", "unit"),
     [

@@ -206,6 +206,7 @@ def check_replays(beam_file: Path, folder: Path, seeds: range) -> int:
     return replayed
 
 
+@pytest.mark.long
 def test_a_doctored_log_is_replayed_or_refused(beam_file: Path, tmp_path: Path) -> None:
     assert check_replays(beam_file, tmp_path, range(12)) > 0
 

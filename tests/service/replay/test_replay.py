@@ -177,6 +177,7 @@ def test_the_report_is_saved_and_shown(log: Path, beam: Robot, tmp_path: Path) -
     assert rows["plant against model, RMS / max"] == "1.00 / 1.00 mm"
 
 
+@pytest.mark.long
 def test_the_figure_is_drawn(log: Path, beam: Robot, tmp_path: Path) -> None:
     draw_run(read_run(log), beam.actuators, tmp_path / "figure.png")
     data = (tmp_path / "figure.png").read_bytes()
@@ -186,6 +187,7 @@ def test_the_figure_is_drawn(log: Path, beam: Robot, tmp_path: Path) -> None:
     assert "<svg" in text
 
 
+@pytest.mark.long
 def test_actuators_of_other_units_have_other_axes(log: Path, beam: Robot, tmp_path: Path) -> None:
     """One axis for millimetres and degrees hid the smaller numbers, and its label named no unit."""
     kinds = (ActuatorKind.CABLE, ActuatorKind.DRIVE)

@@ -162,6 +162,7 @@ def request(rng: random.Random, port: int) -> bytes:
     return raw + (rng.randbytes(50) if choice == 2 else b"")
 
 
+@pytest.mark.long
 def test_random_requests_end_nothing(shown: Shown, caplog: pytest.LogCaptureFixture) -> None:
     rng, port = random.Random(5), shown.server.get_port()
     for _ in range(250):

@@ -26,6 +26,7 @@ def meanings(robot: str | Path, basis: str | None = None, operated: bool = False
     return {text for _, text in legend_rows(look, operated=operated)}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("basis", "expected"), [("full", True), ("none", False)])
 def test_contact_forces_are_named_where_there_may_be_some(basis: str, expected: bool) -> None:
     assert ("contact force" in meanings("finger", basis)) == expected

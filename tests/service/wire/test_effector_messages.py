@@ -139,6 +139,7 @@ def test_a_scalar_that_is_none_is_refused(payload: bytes, reason: RejectionReaso
     assert refused("distance", payload, JSON).reason is reason
 
 
+@pytest.mark.long
 @settings(max_examples=300)
 @given(st.sampled_from(KINDS), st.binary(max_size=200), st.sampled_from([CDR, JSON, "text/plain"]))
 def test_any_bytes_are_values_or_refused(kind: EffectorKind, payload: bytes, form: str) -> None:
@@ -168,6 +169,7 @@ trees = st.recursive(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=100)
 @given(st.sampled_from(KINDS), trees)
 def test_any_json_is_values_or_refused(kind: EffectorKind, value: object) -> None:
