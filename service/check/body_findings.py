@@ -9,7 +9,6 @@ import numpy as np
 
 from tauten.model import ActuatorKind, Robot, Simulator
 from tauten.model.body import natural_frequencies
-from tauten.model.mesh import wall_thickness
 from tauten.model.numerics import FactorisationError
 from tauten.service.check.findings import Finding, graded
 
@@ -21,18 +20,22 @@ STEPS_A_PERIOD = 10.0  # that resolve the first vibration
 
 
 def body_findings(
-    robot: Robot, free: tuple[str, ...] = (), density: float | None = None
+    robot: Robot,
+    free: tuple[str, ...] = (),
+    lone: tuple[str, ...] = (),
+    density: float | None = None,
 ) -> Iterator[Finding]:
     """Mass, sag under gravity, natural frequencies.
 
     Args:
         robot: the robot.
         free: bodies that only contact holds.
+        lone: those of them that no contact touches.
         density: the least of its materials [kg/m³]; None where none is given.
     """
     yield mass(robot, density)
     if free:
-        yield Finding("sag and natural frequencies", "fine", not_held(free))
+        yield free_bodies(robot, free, lone)
     else:
         yield sag(robot)
         yield vibration(robot)
@@ -50,6 +53,17 @@ def mass(robot: Robot, density: float | None) -> Finding:
 def not_held(free: tuple[str, ...]) -> str:
     """Why equilibria without contact are not looked at where some bodies are free."""
     return f"not looked at: by the robot file nothing holds {', '.join(free)} but contact"
+
+
+def free_bodies(robot: Robot, free: tuple[str, ...], lone: tuple[str, ...]) -> Finding:
+    """Whether something may hold the bodies that are free; arguments as of `body_findings`."""
+    subject = "sag and natural frequencies"
+    if not (lone and robot.gravity.any()):
+        return Finding(subject, "fine", not_held(free))
+    names = ", ".join(lone)
+    found = f"{names}: free, and touched by no contact of the robot file"
+    advice = f"[[contacts]] with a surface of {names}, which else falls unless actuators carry it"
+    return Finding(subject, "doubtful", found, advice)
 
 
 def sag(robot: Robot) -> Finding:
@@ -95,28 +109,3 @@ def vibration(robot: Robot) -> Finding:
         f"{math.ceil(STEPS_A_PERIOD * first / scheme.rate)} in the model alone"
     )
     return Finding(subject, "doubtful", found, advice)
-
-
-def thin_walls(robot: Robot, alarm_distance: float) -> Finding:
-    """Thickness of the body behind the surfaces that may touch, against the alarm distance."""
-    subject = "walls that may touch"
-    pairs = robot.contacts.pairs
-    if not pairs:
-        return Finding(subject, "fine", "no contacts in the robot file")
-    if not any(len(pair.triangles) for pair in pairs):
-        return Finding(subject, "fine", "all contacts are with obstacles")
-    nodes, drawn = robot.motion(robot.rest()).placed(robot.vertices).y, robot.triangles
-    boundary = drawn[(drawn < len(nodes)).all(axis=1)]  # outlines of beams are no walls
-    triangles = np.unique(np.concatenate([pair.triangles for pair in pairs]), axis=0)
-    thickness = wall_thickness(nodes, boundary, triangles)  # (t,)
-    thin = int((thickness < alarm_distance).sum())
-    at = int(thickness.argmin())
-    where = ", ".join(f"{value:.4g}" for value in nodes[triangles[at]].mean(axis=0))
-    found = (
-        f"{1e3 * thickness[at]:.3g} mm at least, at ({where}) m; {thin} of {len(triangles)} triangles "
-        f"thinner than the alarm distance of {1e3 * alarm_distance:g} mm"
-    )
-    if not thin:
-        return Finding(subject, "fine", found)
-    advice = f"set contact.alarm_distance below {thickness[at]:.2g} m"
-    return Finding(subject, "wrong", found, advice)

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from tauten.model import MeshError, Robot, RobotFileError, load_robot, one_blas_thread
-from tauten.model.load import build_bodies, mesh_files, part_path, read_bodies, robot_path
+from tauten.model.load import Bodies, build_bodies, mesh_files, part_path, read_bodies, robot_path
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import (
     ACTUATOR_TABLES,
@@ -20,7 +20,8 @@ from tauten.model.schema import (
     validated,
 )
 from tauten.service.check.actuator_findings import actuator_findings
-from tauten.service.check.body_findings import VIBRATION, body_findings, not_held, thin_walls
+from tauten.service.check.body_findings import VIBRATION, body_findings, not_held
+from tauten.service.check.contact_findings import contact_finding, untouched
 from tauten.service.check.control_findings import control_findings
 from tauten.service.check.findings import Finding, Level, worst
 from tauten.service.check.mesh_error import MESH_ERROR, MeshErrorEstimate, estimate_error
@@ -130,13 +131,16 @@ def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
             robot = variant_robot(config, path, own)
         except (RobotFileError, MeshError) as error:
             return RobotCheck(config.name, findings, refused=str(error))
-        findings += tuple(part.finding for part in parts_of(config, path) if not part.of_beams)
+        bodies = bodies_of(config, path)
+        regions = region_parts(config, bodies)
+        findings += tuple(part.finding for part in regions if not part.of_beams)
         findings += tuple(chamber_findings(config, path.parent))
         progress(0.02, "body")
         free = tuple(body.name for body in config.bodies if body.free)
-        findings += tuple(body_findings(robot, free, least_density(config)))
+        lone = untouched(robot, bodies, config)
+        findings += tuple(body_findings(robot, free, lone, least_density(config)))
         if config.meshes:
-            findings += (thin_walls(robot, robot.contacts.alarm_distance),)
+            findings += (contact_finding(robot, bodies, config.contact.tolerance),)
         progress(0.08, own.name)
         if free:
             findings += (Finding("error of the mesh", "fine", not_held(free)),)
@@ -190,10 +194,9 @@ def check_parts(
     return RobotCheck(robot.name, tuple(findings), complete=complete, digest=robot.digest)
 
 
-def parts_of(config: RobotConfig, path: Path) -> tuple[RegionParts, ...]:
-    """What the regions of a robot file select."""
-    bodies = build_bodies(config, read_bodies(config, path), str(path))
-    return tuple(region_parts(config, bodies))
+def bodies_of(config: RobotConfig, path: Path) -> Bodies:
+    """The bodies of a robot file."""
+    return build_bodies(config, read_bodies(config, path), str(path))
 
 
 def selected(name_or_path: str) -> tuple[Robot, tuple[RegionParts, ...]]:
@@ -207,7 +210,8 @@ def selected(name_or_path: str) -> tuple[Robot, tuple[RegionParts, ...]]:
     raw = model_tables(read_toml(path))
     if "parts" in raw:
         raise RobotFileError(f"{path}: regions are drawn of the robot file of each part")
-    return load_robot(path), parts_of(validated(RobotConfig, raw, path), path)
+    config = validated(RobotConfig, raw, path)
+    return load_robot(path), tuple(region_parts(config, bodies_of(config, path)))
 
 
 def compare_meshes(

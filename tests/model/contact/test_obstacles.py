@@ -19,7 +19,7 @@ from tauten.model.contact.shapes import DrawnShape
 from tauten.model.numerics import Array
 from tauten.reduction.campaign import ramp
 from tauten.reduction.contact import ReduceSettings, reduce_robot
-from tauten.service.check.body_findings import thin_walls
+from tauten.service.check.contact_findings import thin_walls
 
 FLOOR = {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]}
 g = 9.81

@@ -63,13 +63,19 @@ rate = 200.0
 """
 
 
-def test_a_free_body_on_a_floor_is_not_wrong(tmp_path: Path) -> None:
-    """It loads and runs; what needs a body that is held is left out, and said."""
+def write(folder: Path, text: str = ROBOT) -> Path:
+    """A robot file and its meshes."""
     for name, size in SIZES.items():
         mesh = box_mesh(size, CELLS[name])
-        meshio.write(tmp_path / f"{name}.vtu", meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]))
-    path = tmp_path / "beam.toml"
-    path.write_text(ROBOT, encoding="utf-8")
+        meshio.write(folder / f"{name}.vtu", meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]))
+    path = folder / "beam.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_free_body_on_a_floor_is_not_wrong(tmp_path: Path) -> None:
+    """It loads and runs; what needs a body that is held is left out, and said."""
+    path = write(tmp_path)
     settings = CheckSettings(str(path), (0.1,))
     result = check_robot(settings, StopFlag(), lambda _share, _what: None)
     timed = "control step against period"  # of a computer that may do other things
@@ -83,6 +89,26 @@ def test_a_free_body_on_a_floor_is_not_wrong(tmp_path: Path) -> None:
     for _ in range(100):
         simulator.step(position=[0.0])
     assert simulator.lam_c.sum() == pytest.approx(9.81 * 1000.0 * 0.02**3, rel=0.02)
+
+
+def test_a_free_body_that_no_contact_names_is_doubtful(tmp_path: Path) -> None:
+    """The contact of the file is between bodies that are held: the cube falls."""
+    text = ROBOT.replace('body = "cube"', 'body = "beam"')
+    result = check_model(CheckSettings(str(write(tmp_path, text))), StopFlag(), lambda *_: None)
+    finding = {item.subject: item for item in result.findings}["sag and natural frequencies"]
+    assert finding.level == "doubtful"
+    assert finding.found == "cube: free, and touched by no contact of the robot file"
+
+
+@pytest.mark.parametrize(("lower", "level"), [(0.5, "fine"), (1.5, "doubtful"), (5.5, "wrong")])
+def test_bodies_that_overlap_at_rest_are_found(lower: float, level: str, tmp_path: Path) -> None:
+    """The cube, 0.5 mm above the floor in the file, is moved down [mm]; the alarm distance is 2 mm."""
+    text = ROBOT.replace("[0.0, 0.2, 0.0]", f"[0.0, 0.2, {-1e-3 * lower}]")
+    result = check_model(CheckSettings(str(write(tmp_path, text))), StopFlag(), lambda *_: None)
+    finding = {item.subject: item for item in result.findings}["walls that may touch"]
+    assert finding.level == level, finding
+    if level != "fine":
+        assert f"is {lower - 0.5:.3g} mm inside floor" in finding.found
 
 
 @pytest.mark.parametrize("name", ["lift", "push"])
