@@ -132,7 +132,7 @@ class Simulator(RobotModel):
         self._state = checked_state(self._robot, state)
         self._forces = checked_forces(self._robot, self.space.k, forces)
         self._stepped: tuple[State, PredictedStep] | None = None  # a state, and the step there
-        self._moved: Command | None = None  # command of the last `move`
+        self._moved: Command | None = None  # command of the last `move`; None: another step is the last
 
     def load(self, gravity: Numbers, effector_force: Numbers) -> None:
         """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N].
@@ -206,8 +206,8 @@ class Simulator(RobotModel):
     ) -> Report:
         """A period h in steps of second order, see `tauten.model.simulation.travel`.
 
-        Positions and efforts of the actuators move evenly from those of the last `move`, at first from those
-        of the state, to the given ones.
+        Positions and efforts of the actuators move evenly from those of the last `move`, at first and after
+        a step or a settling from those of the state, to the given ones.
 
         Args:
             position: (n_a,) positions at the end, as of `step`.
@@ -350,7 +350,7 @@ class Simulator(RobotModel):
 
     def _taken(self, end: Found) -> Report:
         """Move to where a search or a step ended."""
-        self._state, self._forces = end.state, end.forces
+        self._state, self._forces, self._moved = end.state, end.forces, None
         self._stepped = None if end.last is None else (end.state, end.last)
         return end.report
 
@@ -373,5 +373,5 @@ class Simulator(RobotModel):
         movement = self.robot.displacement(self._state, system.h * v)
         self._state = self.robot.advance(self._state, v, system.h)
         self._forces = solved.step.split(solved.lam, self.space.k)
-        self._stepped = self._state, solved
+        self._stepped, self._moved = (self._state, solved), None
         return solved, movement

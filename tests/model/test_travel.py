@@ -87,6 +87,21 @@ def test_steps_are_of_second_order(beam: Robot[NodalBody]) -> None:
     assert errors[3] < 0.3 * errors[2]
 
 
+@pytest.mark.parametrize("between", ["step", "settle"])
+def test_actuators_move_on_from_where_a_step_or_a_settling_has_brought_them(
+    beam: Robot[NodalBody], between: str
+) -> None:
+    """A cable that is held at the position of an equilibrium does not go back to an earlier `move`."""
+    simulator = Simulator(beam, contact="none")
+    simulator.move(position=[0.0])
+    for _ in range(60 if between == "step" else 1):
+        getattr(simulator, between)(position=[0.005])
+    tip, tension = simulator.effector[0], simulator.effort[0]
+    simulator.move(position=[0.005])
+    np.testing.assert_allclose(simulator.effector[0], tip, atol=1e-4 * SIZE[0])
+    assert simulator.effort[0] == pytest.approx(tension, rel=1e-2)
+
+
 @pytest.mark.parametrize(("of_stiffness", "of_mass"), [(5e-4, 0.0), (0.0, 10.0)])
 def test_a_damped_oscillation_has_the_frequency_and_decay_of_its_mode(
     of_stiffness: float, of_mass: float
