@@ -73,7 +73,7 @@ def decided_actuation(
     rows, layout, limits = robot.layout, robot.effector_layout, robot.limits
     predicted, effectors = decision.predicted, decision.predicted.step.rows.effectors
     values = layout.values_at(effectors.values, predicted.delta[rows.effectors])
-    needed = predicted.lam[rows.actuators]
+    needed = predicted.effort
     effort = np.minimum(np.maximum(needed, limits.effort_min), limits.effort_max)
     clamped = any((np.abs(effort - needed) > ROUNDING * limits.largest_effort).tolist())
     return Actuation(

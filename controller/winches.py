@@ -119,7 +119,7 @@ def take_tick(
     short = SHORT * (limits.position_max - limits.position_min)
     for _ in range(2 * step.layout.n_a + 4):
         solved = forward_step(step, enrichment, previous, command)
-        lam, delta = solved.lam[actuators], solved.delta[actuators]
+        lam, delta = solved.effort, solved.delta[actuators]
         changed = _corrected(
             command.position, command.effort, (wanted.position, wanted.effort), ends, (least, most, short),
             lam, delta, step.laws.bilateral,
@@ -139,9 +139,8 @@ def given_in(tick: FirstTick, supplied: Bools, limits: Limits) -> Command:
         supplied: (n_a,) which are supplies that keep efforts.
         limits: of the efforts.
     """
-    step, command = tick.solved.step, tick.command
-    lam = tick.solved.lam[step.layout.actuators]
-    within = np.minimum(np.maximum(lam, limits.effort_min), limits.effort_max)
+    command = tick.command
+    within = np.minimum(np.maximum(tick.solved.effort, limits.effort_min), limits.effort_max)
     position, effort = command.position.copy(), command.effort.copy()
     position[supplied], effort[supplied] = np.nan, within[supplied]
     return Command(position, effort)
@@ -203,8 +202,7 @@ def first_tick(
 
 def exceeded(robot: Robot, tick: FirstTick) -> tuple[str, ...]:
     """Names of the efforts that are beyond their limits in a tick, and of what else is not met."""
-    lam = tick.solved.lam[robot.layout.actuators]
-    excess = robot.actuators.laws.beyond(lam, robot.limits)
+    excess = robot.actuators.laws.beyond(tick.solved.effort, robot.limits)
     if tick.solved.converged and not any((excess > ROUNDING).tolist()):
         return ()
     names = robot.actuators.effort_names

@@ -287,6 +287,7 @@ class System:
         tangent: in A of a quasi-static step, as the robot stores it; None where it is not kept.
         straight: whether nodes of beams move along straight lines where they could move along arcs.
         semidefinite: share of the positive semidefinite tangent in A, where it is known.
+        stiffened: see `Tangent`, where the state has made nothing of the way; None: nothing is.
     """
 
     h: float
@@ -298,6 +299,7 @@ class System:
     tangent: Array | None = None
     straight: bool = False
     semidefinite: float = 0.0
+    stiffened: tuple[Ints, Array] | None = None
 
     def solve(self, B: Array) -> Array:
         """A⁻¹ B for B (n, m), best column-major: (n, m)."""

@@ -194,18 +194,22 @@ class SparseBody(Body[P]):
             tangent: one of `tangents`.
 
         Raises:
-            FactorisationError: A has no Cholesky factor.
+            FactorisationError: A has no Cholesky factor, or one of rounding.
         """
         K, v, exact = tangent.values, at.state.v, tangent.exact
         system = make_system(
             self.pattern, self.factorisation, scheme, K, at.mass, force, v, damping
         )
+        if exact and self.has_lost_digits(system, at):
+            raise FactorisationError("the tangent is singular within rounding")
         v_free = system.v_free
         if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way
             less = self.pattern.matrix(K - at.K) @ v
             v_free = v_free + (1.0 - scheme.ahead) * scheme.h**2 * system.solve(less)
-        share = tangent.semidefinite
-        made = dataclasses.replace(system, v_free=v_free, exact=exact, semidefinite=share)
+        share, more = tangent.semidefinite, tangent.stiffened if scheme.ahead == 0.0 else None
+        made = dataclasses.replace(
+            system, v_free=v_free, exact=exact, semidefinite=share, stiffened=more
+        )
         return self.turning_as_at_end(made, at.state, at.inertia, scheme)
 
     def tangents(self, at: SparseAssembled, scheme: Integration) -> Iterator[Tangent]:
@@ -215,6 +219,10 @@ class SparseBody(Body[P]):
         a factor unless the state has blown up.
         """
         return tried_tangents(scheme, at.K, lambda: self.semidefinite(at, scheme))
+
+    def has_lost_digits(self, system: System, at: SparseAssembled) -> bool:
+        """Whether factors of the exact tangent exist by rounding alone; here always False."""
+        return False
 
     def semidefinite(self, at: SparseAssembled, scheme: Integration) -> Array:
         """The positive semidefinite tangent (nnz,) of a step."""

@@ -19,7 +19,7 @@ from tauten.model.numerics import Array, Ints, longest
 from tauten.model.points import NodeMotion
 from tauten.model.rows import Rows
 from tauten.model.state import State
-from tauten.model.system import Integration, Tangent, tried_tangents
+from tauten.model.system import Integration, System, Tangent, tried_tangents
 from tauten.model.tetra import TetBody
 
 LEAST = 1e-9  # of the mass over the square of a time step: less stiffness is rounding
@@ -254,6 +254,26 @@ class ConstrainedBody(TetBody):
             M = self.masses(at.state)
             for rate in RATES:
                 yield Tangent(semidefinite() + rate**2 * M, False, 1.0)
+
+    def has_lost_digits(self, system: System, at: SparseAssembled) -> bool:
+        """Whether factors of the exact tangent exist by rounding alone.
+
+        A drive that moves a whole soft body has no stiffness where steps are static: the body goes along, as
+        far as any force wants.
+
+        See `SparseBody`.
+        """
+        dynamic = len(at.mass) > 0 and not self.floating.any()
+        if dynamic or len(self.driven) == 0:
+            return False
+        unknowns = 3 * len(self.coordinates.free) + self.frames.drives[self.driven]
+        E = np.zeros((self.n, len(unknowns)), order="F")
+        E[unknowns, np.arange(len(unknowns))] = 1.0
+        compliance = (
+            system.h**2 * system.solve(E)[unknowns, np.arange(len(unknowns))]
+        )  # 1 / K_dd or more
+        stiffness = at.K[self.product.drive_places[self.driven]]
+        return bool((compliance * stiffness * LEAST > 1.0).any())
 
     def _with_drives_stiffer(
         self,

@@ -136,6 +136,12 @@ def joined_system(
     if len(systems) == 1:
         return systems[0]
     tangents = [one.tangent.ravel() for one in systems if one.tangent is not None]
+    starts = np.cumsum([0, *(len(one.v) for one in systems)])
+    pairs = zip(starts, systems, strict=False)
+    stiffer = [
+        (start + one.stiffened[0], one.stiffened[1]) for start, one in pairs if one.stiffened
+    ]
+    unknowns, more = zip(*stiffer, strict=True) if stiffer else ((), ())
     return System(
         h=systems[0].h,
         v=np.concatenate([one.v for one in systems]),
@@ -145,4 +151,5 @@ def joined_system(
         exact=all(one.exact for one in systems),
         tangent=np.concatenate(tangents) if len(tangents) == len(systems) else None,
         semidefinite=max(one.semidefinite for one in systems),
+        stiffened=(np.concatenate(unknowns), np.concatenate(more)) if stiffer else None,
     )

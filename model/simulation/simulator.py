@@ -132,7 +132,9 @@ class Simulator(RobotModel):
         self._state = checked_state(self._robot, state)
         self._forces = checked_forces(self._robot, self.space.k, forces)
         self._stepped: tuple[State, PredictedStep] | None = None  # a state, and the step there
-        self._moved: Command | None = None  # command of the last `move`; None: another step is the last
+        self._moved: Command | None = (
+            None  # command of the last `move`; None: another step is the last
+        )
 
     def load(self, gravity: Numbers, effector_force: Numbers) -> None:
         """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N].

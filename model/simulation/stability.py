@@ -48,7 +48,7 @@ def unstable_direction(robot: Robot, solved: PredictedStep, held: Bools) -> Arra
     B = step.compliance.H[layout.n_e + sprung] / np.sqrt(flexibility[sprung])[:, None]  # (s, n)
     acting[sprung] = False
     taut = layout.n_e + np.flatnonzero(acting)
-    effort = solved.lam[layout.actuators]
+    effort = solved.effort
     h, system = step.system.h, step.system
     K = robot.body.matrix(robot.forces(step.state, effort, exact=True)[1])
     M = robot.body.matrix(factorised)

@@ -130,16 +130,19 @@ class CondensedStep:
     def split(self, lam: Array, k: int) -> Forces:
         """Forces lam (m,) by actuator, column of a basis with k columns, and slot."""
         contacts, beta, modes = lam[self.layout.contacts], np.zeros(k), self.reduced.modes
+        effort = lam[self.layout.actuators]
+        if self.rho is not None:
+            effort = self.efforts(lam, self.compliance.delta_free + self.compliance.W @ lam)
         beta[modes] = contacts[: len(modes)]
         slots = self.rows.contacts.slots[self.extra] if len(self.extra) > 0 else self.extra
         units = contacts[len(modes) :]
         if not self.frictional:
-            return Forces(lam[self.layout.actuators], beta, slots, units)
+            return Forces(effort, beta, slots, units)
         first = self.layout.n_e + self.layout.n_a + len(modes)
         W, q = self.compliance.W, self.compliance.delta_free
         normal, force, sliding, margin = _coulomb(W, q, lam, first, self.friction, self.axes)
         friction = TangentialForces(force, sliding, margin)
-        return Forces(lam[self.layout.actuators], beta, slots, normal, friction)
+        return Forces(effort, beta, slots, normal, friction)
 
 
 @kernel
@@ -248,11 +251,12 @@ def condensed(
         H, delta = np.concatenate([H, of_units]), np.concatenate([delta, values])
     frictional = rows.contacts.relative is not None
     compliance = row_compliance(system, H, delta, frictional)
-    if robot.actuators.laws.springs is not None:
-        compliance.spring(robot.actuators.laws.springs, layout.actuators)
+    laws = robot.actuators.laws
+    if laws.springs is not None:
+        compliance.spring(laws.springs, layout.actuators)
     return CondensedStep(
-        state, system, rows, reduced, extra, axes, compliance, layout, robot.actuators.laws,
-        frictional, slid,
+        state, system, rows, reduced, extra, axes, compliance, layout, laws, frictional, slid,
+        _with_stiffened(None, system, H[layout.actuators]),
     )  # fmt: skip
 
 
@@ -283,8 +287,25 @@ def recondensed(
         compliance.spring(step.laws.springs, step.layout.actuators)
     return CondensedStep(
         step.state, system, rows, reduced, step.extra, step.axes, compliance, step.layout,
-        step.laws, step.frictional, None, rho,
+        step.laws, step.frictional, None, _with_stiffened(rho, system, H[step.layout.actuators]),
     )  # fmt: skip
+
+
+def _with_stiffened(rho: Array | None, system: System, H: Array) -> Array | None:
+    """Stiffness (n_a,) along actuators, with what a system has more on the diagonal of single drives.
+
+    Args:
+        rho: (n_a,) what is added along actuators besides; None: nothing is.
+        system: of the step.
+        H: (n_a, n) rows of the actuators.
+    """
+    if system.stiffened is None:
+        return rho
+    found = np.zeros(len(H)) if rho is None else rho.copy()
+    alone = np.count_nonzero(H, axis=1) == 1  # no coupling of several drives
+    for unknown, more in zip(*system.stiffened, strict=True):
+        found[alone & (H[:, unknown] == 1.0)] += more
+    return found if found.any() else rho
 
 
 def unit_rows(

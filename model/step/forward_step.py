@@ -9,7 +9,7 @@ push, δ_a = pull, are eliminated from it: with their rows E and the others I,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +76,8 @@ def forward_step(
         command: position or effort of each actuator.
     """
     layout, left = step.layout, enrichment.rounds
+    if step.rho is not None:  # a given effort is that of its row, whatever was added along it
+        step = replace(step, rho=np.where(command.by_force, 0.0, step.rho))
     lam = np.zeros(len(step.compliance.delta_free))
     lam[layout.actuators] = previous.effort
     first = layout.n_e + layout.n_a + len(step.reduced.modes)
