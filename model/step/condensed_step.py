@@ -254,9 +254,11 @@ def condensed(
     laws = robot.actuators.laws
     if laws.springs is not None:
         compliance.spring(laws.springs, layout.actuators)
+    rho = None
+    if system.stiffened is not None:
+        rho = _with_stiffened(rho, system.stiffened, H[layout.actuators])
     return CondensedStep(
-        state, system, rows, reduced, extra, axes, compliance, layout, laws, frictional, slid,
-        _with_stiffened(None, system, H[layout.actuators]),
+        state, system, rows, reduced, extra, axes, compliance, layout, laws, frictional, slid, rho,
     )  # fmt: skip
 
 
@@ -285,25 +287,25 @@ def recondensed(
     compliance = row_compliance(system, H, np.concatenate(delta), step.frictional)
     if step.laws.springs is not None:
         compliance.spring(step.laws.springs, step.layout.actuators)
+    if system.stiffened is not None:
+        rho = _with_stiffened(rho, system.stiffened, H[step.layout.actuators])
     return CondensedStep(
         step.state, system, rows, reduced, step.extra, step.axes, compliance, step.layout,
-        step.laws, step.frictional, None, _with_stiffened(rho, system, H[step.layout.actuators]),
+        step.laws, step.frictional, None, rho,
     )  # fmt: skip
 
 
-def _with_stiffened(rho: Array | None, system: System, H: Array) -> Array | None:
+def _with_stiffened(rho: Array | None, stiffened: tuple[Ints, Array], H: Array) -> Array | None:
     """Stiffness (n_a,) along actuators, with what a system has more on the diagonal of single drives.
 
     Args:
         rho: (n_a,) what is added along actuators besides; None: nothing is.
-        system: of the step.
+        stiffened: of the system.
         H: (n_a, n) rows of the actuators.
     """
-    if system.stiffened is None:
-        return rho
     found = np.zeros(len(H)) if rho is None else rho.copy()
     alone = np.count_nonzero(H, axis=1) == 1  # no coupling of several drives
-    for unknown, more in zip(*system.stiffened, strict=True):
+    for unknown, more in zip(*stiffened, strict=True):
         found[alone & (H[:, unknown] == 1.0)] += more
     return found if found.any() else rho
 
