@@ -62,12 +62,15 @@ class Tangent(NamedTuple):
         semidefinite: share of the positive semidefinite tangent in it that the next step may try first.
         stiffened: unknowns (d,), and what is added on the diagonal of the derivative there (d,), where
             that is all that it differs in; None: it does not differ so.
+        unheld: unknowns (d,) that may go along with all else, and their stiffness alone (d,): where forces
+            move them much farther than that, factors are those of rounding; None: there are none.
     """
 
     values: Array
     exact: bool
     semidefinite: float
     stiffened: tuple[Ints, Array] | None = None
+    unheld: tuple[Ints, Array] | None = None
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,9 @@ from tauten.model.system import (
 P = TypeVar("P", default=Any)
 
 NEARLY = 1e-6  # of what was added on the diagonal: closer to singular, rounding might decide
+ROUNDING = (
+    1e-9  # of the stiffness of an unknown alone: less with all else that goes along is rounding
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,7 +203,7 @@ class SparseBody(Body[P]):
         system = make_system(
             self.pattern, self.factorisation, scheme, K, at.mass, force, v, damping
         )
-        if exact and self.has_lost_digits(system, at):
+        if tangent.unheld is not None and has_lost_digits(system, tangent.unheld):
             raise FactorisationError("the tangent is singular within rounding")
         v_free = system.v_free
         if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way
@@ -219,10 +222,6 @@ class SparseBody(Body[P]):
         a factor unless the state has blown up.
         """
         return tried_tangents(scheme, at.K, lambda: self.semidefinite(at, scheme))
-
-    def has_lost_digits(self, system: System, at: SparseAssembled) -> bool:
-        """Whether factors of the exact tangent exist by rounding alone; here always False."""
-        return False
 
     def semidefinite(self, at: SparseAssembled, scheme: Integration) -> Array:
         """The positive semidefinite tangent (nnz,) of a step."""
@@ -307,6 +306,20 @@ def indefinite_without(system: System, stiffened: tuple[Ints, Array] | None) -> 
     E[unknowns, np.arange(len(unknowns))] = system.h * np.sqrt(added)
     left = np.eye(len(unknowns)) - E.T @ system.solve(E)
     return bool(np.linalg.eigvalsh(left)[0] < -NEARLY)
+
+
+def has_lost_digits(system: System, unheld: tuple[Ints, Array]) -> bool:
+    """Whether factors of a quasi-static tangent exist by rounding alone.
+
+    Args:
+        system: with these factors.
+        unheld: see `Tangent`.
+    """
+    unknowns, stiffness = unheld
+    E = np.zeros((len(system.v_free), len(unknowns)), order="F")
+    E[unknowns, np.arange(len(unknowns))] = system.h
+    compliance = np.sum(E * system.solve(E), axis=0)  # m/N, 1 / stiffness or more
+    return bool((compliance * stiffness * ROUNDING > 1.0).any())
 
 
 def stiffness_counts(scheme: Integration) -> bool:

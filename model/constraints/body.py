@@ -19,7 +19,7 @@ from tauten.model.numerics import Array, Ints, longest
 from tauten.model.points import NodeMotion
 from tauten.model.rows import Rows
 from tauten.model.state import State
-from tauten.model.system import Integration, System, Tangent, tried_tangents
+from tauten.model.system import Integration, Tangent, tried_tangents
 from tauten.model.tetra import TetBody
 
 LEAST = 1e-9  # of the mass over the square of a time step: less stiffness is rounding
@@ -238,7 +238,8 @@ class ConstrainedBody(TetBody):
 
         Past the largest torque a drive holds the body against its own tangent: stiffness on the diagonal of a
         drive that is held changes no step towards equilibrium, the semidefinite tangent does. Nor has a rigid
-        body that a drive moves a stiffness of its own, where the step is static. Links that only cables hold
+        body that a drive moves a stiffness of its own, where the step is static; of a soft one that goes along
+        whole the exact tangent is singular, and factors of it are those of rounding. Links that only cables hold
         on their hinges have a negative one at given tensions, which no tangent of elements makes positive.
         Then the mass over the square of a time is added, of a long time first, as in the pseudo-transient
         continuation of `tauten.model.simulation.relaxation`.
@@ -254,26 +255,6 @@ class ConstrainedBody(TetBody):
             M = self.masses(at.state)
             for rate in RATES:
                 yield Tangent(semidefinite() + rate**2 * M, False, 1.0)
-
-    def has_lost_digits(self, system: System, at: SparseAssembled) -> bool:
-        """Whether factors of the exact tangent exist by rounding alone.
-
-        A drive that moves a whole soft body has no stiffness where steps are static: the body goes along, as
-        far as any force wants.
-
-        See `SparseBody`.
-        """
-        dynamic = len(at.mass) > 0 and not self.floating.any()
-        if dynamic or len(self.driven) == 0:
-            return False
-        unknowns = 3 * len(self.coordinates.free) + self.frames.drives[self.driven]
-        E = np.zeros((self.n, len(unknowns)), order="F")
-        E[unknowns, np.arange(len(unknowns))] = 1.0
-        compliance = (
-            system.h**2 * system.solve(E)[unknowns, np.arange(len(unknowns))]
-        )  # 1 / K_dd or more
-        stiffness = at.K[self.product.drive_places[self.driven]]
-        return bool((compliance * stiffness * LEAST > 1.0).any())
 
     def _with_drives_stiffer(
         self,
@@ -293,14 +274,16 @@ class ConstrainedBody(TetBody):
         drives = self.product.drive_places[self.driven]
         mass = (self.masses(at.state) if scheme.static else at.mass)[drives] / scheme.h**2
         loose = scheme.static and bool((at.K[drives] < LEAST * mass).any())
+        unknowns = 3 * len(self.coordinates.free) + self.frames.drives[self.driven]
         for one in tried:
-            if not (one.exact and loose):
+            if not one.exact:
                 yield one
+            elif not loose:
+                yield one._replace(unheld=(unknowns, at.K[drives])) if scheme.static else one
             if one.exact:
                 D, K = semidefinite() if at.D is None else at.D, at.K.copy()
                 more = D[drives] + 2.0 * np.abs(K[drives]) + mass
                 K[drives] += more
-                unknowns = 3 * len(self.coordinates.free) + self.frames.drives[self.driven]
                 yield Tangent(K, False, 0.0, (unknowns, more))
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
