@@ -140,7 +140,7 @@ def implicit_system(
         (S, exact, share), others = bounded_tangent(derivative, material(), rest), iter(())
     elif integration.semidefinite > 0.0:
         others = tried_tangents(integration, derivative, lambda: stiffness(False))
-        S, exact, share, _ = next(others)
+        S, exact, share = next(others)[:3]
     A_K = S if added is None else S + added
     while not implicit_step(scheme, at.mass, forces, A_K, v, L, v_free):
         if others is None:
@@ -151,7 +151,7 @@ def implicit_system(
         following = next(others, None)
         if following is None:
             raise FactorisationError("the reduced model's matrix is not positive definite")
-        S, exact, share, _ = following
+        S, exact, share = following[:3]
         A_K = S
     if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way
         v_free += DenseFactors(L).solve((1.0 - scheme.ahead) * (S - derivative) @ v)

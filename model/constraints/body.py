@@ -238,11 +238,11 @@ class ConstrainedBody(TetBody):
 
         Past the largest torque a drive holds the body against its own tangent: stiffness on the diagonal of a
         drive that is held changes no step towards equilibrium, the semidefinite tangent does. Nor has a rigid
-        body that a drive moves a stiffness of its own, where the step is static; of a soft one that goes along
-        whole the exact tangent is singular, and factors of it are those of rounding. Links that only cables hold
-        on their hinges have a negative one at given tensions, which no tangent of elements makes positive.
-        Then the mass over the square of a time is added, of a long time first, as in the pseudo-transient
-        continuation of `tauten.model.simulation.relaxation`.
+        body that a drive moves a stiffness of its own, where the step is static; of a soft body that goes
+        along whole the tangent is singular, and its factors may be those of rounding. Links that only cables
+        hold on their hinges have a negative one at given tensions, which no tangent of elements makes
+        positive. Then the mass over the square of a time is added, of a long time first, as in the
+        pseudo-transient continuation of `tauten.model.simulation.relaxation`.
 
         See `SparseBody`.
         """
