@@ -243,8 +243,9 @@ class Controller(RobotModel):
         if locks is not None and (locks.by_position | locks.by_force).all():
             return self._keep(locks, None, goal=goal)
         settings = self.settings if time is None else replace(self.settings, time=time)
-        given = self._robot, self._prepared, goal, self._left.position
-        decision = self._last_decision = decide(*given, settings, locks, self._carried)
+        decision = self._last_decision = decide(
+            self._robot, self._prepared, goal, self._left.position, settings, locks, self._carried
+        )
         status, conflict = decision.status, decision.conflict
         if status.usable and np.logical_and.reduce(np.isfinite(decision.predicted.dv)):
             return self._take(decision, status, conflict)
@@ -255,8 +256,8 @@ class Controller(RobotModel):
         goal = self.robot.effector_layout.goal_values(target)
         free = not (self._locks.by_position | self._locks.by_force).all()
         if goal is not None and self._prepared is not None and self._decision is None and free:
-            given = self._left.position, self.settings, self._step_locks(), self._carried
-            decide(self.robot, self._prepared, goal, *given)
+            locks, position = self._step_locks(), self._left.position
+            decide(self.robot, self._prepared, goal, position, self.settings, locks, self._carried)
 
     def let_go(self) -> tuple[str, ...]:
         """Set smallest forces and distances to slip aside, until what pushes now has come off.
@@ -381,7 +382,13 @@ class Controller(RobotModel):
     def _repeat(self) -> Actuation:
         """The last actuation again, for a model that cannot be stepped any more."""
         self.status, self._decision, self._pending = Status.NOT_FINITE, None, None
-        left, seen = self._left, (self.effector, self.effector_values)
-        kept = left.position, left.effort, left.needed, *seen
-        self._left = Actuation(*kept, Status.NOT_FINITE, NO_CERTIFICATE)
+        self._left = Actuation(
+            position=self._left.position,
+            effort=self._left.effort,
+            needed=self._left.needed,
+            effector=self.effector,
+            effector_values=self.effector_values,
+            status=Status.NOT_FINITE,
+            certificate=NO_CERTIFICATE,
+        )
         return self._left.copy()

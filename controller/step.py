@@ -14,7 +14,7 @@ than the tolerance, a unit column joins the contact basis for this step and the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,7 +29,6 @@ from tauten.controller.carried import (
 from tauten.controller.certificates import hold_certificate
 from tauten.controller.damping import Dampings
 from tauten.controller.planning import (
-    EXACTLY,
     Aim,
     DecideSettings,
     Horizon,
@@ -39,10 +38,12 @@ from tauten.controller.planning import (
     ahead_of_locks,
     held_taut,
     make_plan,
+    missed_rows,
     prepared_plans,
     step_ahead,
+    with_exact_rows,
 )
-from tauten.controller.qpcc import NO_PIECE, Certificate, Qpcc, Start, Status
+from tauten.controller.qpcc import Certificate, Qpcc, Start, Status
 from tauten.controller.winches import (
     exceeded,
     first_tick,
@@ -146,7 +147,8 @@ def prepare(
     if not np.logical_and.reduce(np.isfinite(step.rows.contacts.rows.delta)):
         raise FactorisationError("the distance of a contact is not known")
     here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
-    keep, (taut, least) = Command.of(here, None), held_taut(horizon, step, forces.effort)
+    keep = Command.of(here, None)
+    taut, least = held_taut(horizon, step, forces.effort)
     if forced is not None:
         taut &= ~forced
     while True:
@@ -184,109 +186,100 @@ def decide(
         locks: what locked actuators keep in this step; None: all are decided.
         carried: from the decisions before; None: nothing.
     """
-    layout, carried = robot.effector_layout, carried or nothing_carried(settings.forces)
-    values, clusters = prepared.farther.rows.effectors.values, prepared.clusters
-    before, size = carried.dampings or Dampings.at_start(clusters), robot.part_size
+    layout, clusters, size = robot.effector_layout, prepared.clusters, robot.part_size
+    carried = carried or nothing_carried(settings.forces)
+    before = carried.dampings or Dampings.at_start(clusters)
     dampings = before.towards(goal, size, layout)
+    values = prepared.farther.rows.effectors.values
     target = layout.row_targets(values, goal)  # (n_e,)
-    given = target, layout.scale, layout.exact, dampings.gamma, carried.grasp
-    aim = Aim(*given, pushed=carried.pushed, looking=carried.sight > 0.0)
+    aim = Aim(
+        target=target,
+        scale=layout.scale,
+        equations=layout.exact,
+        gamma=dampings.gamma,
+        grasp=carried.grasp,
+        pushed=carried.pushed,
+        looking=carried.sight > 0.0,
+    )
     kept = None if locks is None else ahead_of_locks(locks, position)
     situation = Situation(robot, prepared, position, settings, kept)
     plan = make_plan(situation, aim, carried.cuts)
-    if layout.any_exact and not plan.status.usable:
-        plan = _nearest(situation, aim, plan.conflict)
     if layout.any_exact:
-        plan = _beside_locks(situation, plan, target)
+        plan = with_exact_rows(situation, aim, plan)
     if not plan.status.usable:
-        none = np.zeros(robot.n_a, np.bool_)
-        found = plan.predicted, position, plan.status, plan.certificate, plan.conflict
-        return Decision(*found, none, plan, carried.without_plan(dampings, plan.cuts))
-    planned = Command(plan.predicted.delta[robot.layout.actuators], plan.predicted.effort)
+        return Decision(
+            predicted=plan.predicted,
+            position=position,
+            status=plan.status,
+            certificate=plan.certificate,
+            conflict=plan.conflict,
+            stalled=np.zeros(robot.n_a, np.bool_),
+            plan=plan,
+            carried=carried.without_plan(dampings, plan.cuts),
+        )
+
     weights = settings.epsilon * prepared.scales  # (c,)
     change = change_of(prepared, plan, aim, weights[clusters.of_actuators])
-    dampings, sight = dampings.fading(change, size, robot.h), 0.0
+    dampings = dampings.fading(change, size, robot.h)
+    sight = 0.0
     if robot.contacts.loose and robot.contacts.frictional:
         sight = sight_after(robot, prepared, plan, aim, carried.sight)
     forces, apart = prepared.forces, clusters if sight > 0.0 else None
+    planned = Command(plan.predicted.delta[robot.layout.actuators], plan.predicted.effort)
     wanted, reach = first_tick(
         robot, planned, position, locks, forces.effort, dampings.share, apart
     )
     tick = take_tick(prepared.step, settings.enrichment, forces, wanted, reach, robot.limits)
-    after = tick.solved
+    after, names = tick.solved, exceeded(robot, tick)
+    conflict = tuple(dict.fromkeys((*plan.conflict, *names)))
+    certificate = Certificate(
+        primal=plan.certificate.primal,
+        complementarity=plan.certificate.complementarity,
+        stationarity=plan.certificate.stationarity,
+        deepest_gap=after.deepest_gap,
+        extra_columns=len(after.step.extra),
+    )
+    if jammed(robot, tick):
+        return Decision(
+            predicted=after,
+            position=tick.position,
+            status=Status.INFEASIBLE,
+            certificate=certificate,
+            conflict=conflict,
+            stalled=np.zeros(robot.n_a, np.bool_),
+            plan=plan,
+            carried=carried.without_plan(dampings, plan.cuts),
+        )
+
     last = dampings.compared(before.goal)
     reached = target if last is goal else layout.row_targets(values, last)  # (n_e,)
     moved = tick.position - position, after.effort
-    objectives, every = [], zip(clusters.each, dampings.each, weights.tolist(), strict=True)
-    for own, one, weight in every:
-        compared = moved, reached, one.objective, own
-        objectives.append(objective_of(prepared, plan, aim, weight, *compared))
-    known = plan.certificate
-    certificate = Certificate(
-        known.primal, known.complementarity, known.stationarity, after.deepest_gap, len(after.step.extra)
-    )  # fmt: skip
-    names = exceeded(robot, tick)
+    objectives = [
+        objective_of(prepared, plan, aim, weight, moved, reached, one.objective, own)
+        for own, one, weight in zip(clusters.each, dampings.each, weights.tolist(), strict=True)
+    ]
     conflicting = plan.conflict and plan.status is not Status.NOT_EXACT
-    status = Status.RELAXED if names or conflicting else plan.status
-    conflict = tuple(dict.fromkeys((*plan.conflict, *names)))
-    if jammed(robot, tick):
-        none = np.zeros(robot.n_a, np.bool_)
-        left = after, tick.position, Status.INFEASIBLE, certificate, conflict
-        return Decision(*left, none, plan, carried.without_plan(dampings, plan.cuts))
-    dampings = dampings.adapted(change, size, robot.h, objectives)
     stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.laws.held_by_force
     if locks is not None:
         stalled, supplied = stalled_locks(locks, tick, robot), supplied & ~locks.by_position
     return Decision(
-        after, tick.position, status, certificate, conflict, stalled, plan,
-        Carried(dampings, carried.grasp, plan.cuts, plan.pushed, sight),
-        goal, given_in(tick, supplied, robot.limits),
-    )  # fmt: skip
-
-
-def _nearest(situation: Situation, aim: Aim, conflict: tuple[str, ...]) -> Plan:
-    """The plan where exact rows cannot meet their targets: these as near as possible, then the others.
-
-    Args:
-        situation: what it starts from and what bounds it.
-        aim: with the rows of exact effectors as equations.
-        conflict: names of the limits and rows that are in conflict.
-    """
-    exact, robot = aim.equations, situation.robot
-    none = np.zeros_like(exact)
-    alone = replace(aim, scale=np.where(exact, aim.scale, 0.0), equations=none)
-    nearest = make_plan(situation, alone, ())
-    if not nearest.status.usable:
-        return nearest
-    reached = nearest.predicted.delta[robot.layout.effectors]
-    plan = nearest
-    if (aim.scale[~exact] != 0.0).any():
-        among = replace(aim, target=np.where(exact, reached, aim.target))
-        both = make_plan(situation, among, ())
-        plan = both if both.status.usable else nearest
-    missed = robot.effector_layout.missed_rows(aim.target - reached)
-    limits = (name for name in conflict if name not in (*missed, *NO_PIECE))
-    return replace(plan, status=Status.NOT_EXACT, conflict=(*missed, *limits))
-
-
-def _beside_locks(situation: Situation, plan: Plan, target: Array) -> Plan:
-    """The plan, NOT_EXACT where exact rows (n_e,) are missed because what moves them is locked."""
-    clusters, locks = situation.prepared.clusters, situation.locks
-    if plan.status is not Status.OK or locks is None:
-        return plan
-    free = clusters.of_actuators[~(locks.by_position | locks.by_force)]
-    idle = ~np.isin(clusters.of_effectors, free)  # (n_e,)
-    missed = _missed(situation.robot, plan.predicted, target, idle)
-    return replace(plan, status=Status.NOT_EXACT, conflict=missed) if missed else plan
-
-
-def _missed(robot: Robot, found: PredictedStep, target: Array, among: Bools) -> tuple[str, ...]:
-    """Names of those of some exact rows (n_e,) that are away from their target after a step."""
-    layout = robot.effector_layout
-    errors = np.where(among & layout.exact, target - found.delta[robot.layout.effectors], 0.0)
-    if np.abs(layout.scale * errors).max() <= EXACTLY * robot.part_size:
-        return ()
-    return layout.missed_rows(errors)
+        predicted=after,
+        position=tick.position,
+        status=Status.RELAXED if names or conflicting else plan.status,
+        certificate=certificate,
+        conflict=conflict,
+        stalled=stalled,
+        plan=plan,
+        carried=Carried(
+            dampings=dampings.adapted(change, size, robot.h, objectives),
+            grasp=carried.grasp,
+            cuts=plan.cuts,
+            pushed=plan.pushed,
+            sight=sight,
+        ),
+        goal=goal,
+        command=given_in(tick, supplied, robot.limits),
+    )
 
 
 @one_blas_thread(whole=True)
@@ -359,9 +352,16 @@ def hold(
     layout = robot.effector_layout
     if goal is not None and layout.any_exact and not conflict:
         target = layout.row_targets(prepared.step.rows.effectors.values, goal)
-        conflict = _missed(robot, tick.solved, target, layout.exact)
+        conflict = missed_rows(robot, tick.solved, target, layout.exact)
         status = Status.NOT_EXACT if conflict else status
     certificate = hold_certificate(tick.solved, tick.command, robot.limits, robot.actuators)
     stalled = stalled_locks(command, tick, robot)
-    found = tick.solved, tick.position, status, certificate, conflict, stalled
-    return Decision(*found, command=tick.command)
+    return Decision(
+        predicted=tick.solved,
+        position=tick.position,
+        status=status,
+        certificate=certificate,
+        conflict=conflict,
+        stalled=stalled,
+        command=tick.command,
+    )

@@ -69,11 +69,10 @@ class EffortSearch:
             slope: (3 m, n_a) of the forces.
             trust: (n_a,) largest change of each effort.
         """
-        given = self.arrays, lam, r, slope, trust
-        solved, change, gain = effort_step(*given)
+        solved, change, gain = effort_step(self.arrays, lam, r, slope, trust)
         if solved:
             return EffortStep(change, gain)
-        qp = effort_qp(*given)
+        qp = effort_qp(self.arrays, lam, r, slope, trust)
         answer = qp_backend(self.solver)(Qp(qp.H, qp.f, qp.A, qp.lower, qp.upper))
         if answer.infeasible or not np.isfinite(answer.y).all():
             return None

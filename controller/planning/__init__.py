@@ -2,6 +2,7 @@
 
 from tauten.controller.planning.course import shares_that_go_on, time_behind, with_goal
 from tauten.controller.planning.energy import closed_compliance, energy_scale
+from tauten.controller.planning.exact import missed_rows, with_exact_rows
 from tauten.controller.planning.horizon import (
     Horizon,
     held_taut,
@@ -22,7 +23,6 @@ from tauten.controller.planning.locks import (
     with_locks,
 )
 from tauten.controller.planning.plan import (
-    EXACTLY,
     Plan,
     Prepared,
     Situation,
@@ -40,7 +40,6 @@ __all__ = [
     "DecideSettings",
     "distance_left",
     "energy_scale",
-    "EXACTLY",
     "FRICTION_SHARE",
     "held_taut",
     "Horizon",
@@ -52,6 +51,7 @@ __all__ = [
     "locks_of_step",
     "make_plan",
     "meets_contact",
+    "missed_rows",
     "no_locks",
     "Plan",
     "position_names",
@@ -63,6 +63,7 @@ __all__ = [
     "step_ahead",
     "time_behind",
     "unlocked",
+    "with_exact_rows",
     "with_goal",
     "with_locks",
 ]

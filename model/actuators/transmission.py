@@ -75,8 +75,9 @@ class TransmissionSet(Generic[P_co]):
 
     def over(self, points: Q) -> TransmissionSet[Q]:
         """The same functions of points of another type."""
-        own = self.names, self.functions, self.starts, self.rest, self.curved
-        return TransmissionSet(*own, points)
+        return TransmissionSet(
+            self.names, self.functions, self.starts, self.rest, self.curved, points
+        )
 
     def at(self, y: Array) -> list[Transmitted]:
         """All functions at positions y (p, 3) of their points [m].

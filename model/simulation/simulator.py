@@ -142,8 +142,8 @@ class Simulator(RobotModel):
         Raises:
             ValueError: another shape, not finite, or beyond 1e6.
         """
-        loads = checked_loads(self._robot, gravity, effector_force)
-        self._robot, self._search = self._robot.loaded(*loads), None
+        acceleration, forces = checked_loads(self._robot, gravity, effector_force)
+        self._robot, self._search = self._robot.loaded(acceleration, forces), None
 
     def set_obstacles(self, poses: ObstaclePoses) -> None:
         """Have the obstacles in other poses from the next step on."""
@@ -194,8 +194,10 @@ class Simulator(RobotModel):
         if converged and self.robot.integration.static:
             return self._attempt(command, command, STATIC_TOLERANCE, STATIC_ITERATIONS)
         if converged:
-            model = self.robot, self.space, self._enrichment
-            return self._taken(converged_step(*model, self._state, self._forces, command))
+            robot, space, enrichment = self.robot, self.space, self._enrichment
+            return self._taken(
+                converged_step(robot, space, enrichment, self._state, self._forces, command)
+            )
         result, movement = self._advance(command)
         return make_report(self.robot, self._state, result, 1, movement, self._ending())
 
@@ -225,11 +227,12 @@ class Simulator(RobotModel):
         command = checked_command(self.robot, position, effort)
         before = self._moved or Command(self.position, self.effort)
         self.set_obstacles(self.obstacles.after(self.robot.h))
-        model = self._robot, self.space, self._enrichment
+        robot, space, enrichment = self._robot, self.space, self._enrichment
+        start = self._state, self._forces
         try:
-            done = travel(*model, self._state, self._forces, before, command, steps)
+            done = travel(robot, space, enrichment, *start, before, command, steps)
         except FactorisationError as error:
-            efforts, start = [self.effort], (self._state, self._forces)
+            efforts = [self.effort]
             with suppress(FactorisationError):
                 self._advance(command)
                 efforts.append(self.effort)
@@ -321,8 +324,8 @@ class Simulator(RobotModel):
         taken += failed.iterations
         if share < 1.0 and last.ending in LEFT_IN_TIME:
             good = self._state, self._forces
-            model = self._at_rest(), self.space, self._enrichment
-            self._state, self._forces = relaxed(*model, *good, command)
+            robot, space, enrichment = self._at_rest(), self.space, self._enrichment
+            self._state, self._forces = relaxed(robot, space, enrichment, *good, command)
             snapped = self._attempt(command, command, tolerance, LOAD_STEP_ITERATIONS)
             taken += snapped.iterations
             if snapped.converged:
@@ -347,8 +350,10 @@ class Simulator(RobotModel):
         """
         if self._search is None:
             self._search = EquilibriumSearch(self._at_rest(), self.space, self._enrichment)
-        at = self._state, self._forces
-        return self._taken(self._search.run(*at, command, start, tolerance, max_iterations))
+        state, forces = self._state, self._forces
+        return self._taken(
+            self._search.run(state, forces, command, start, tolerance, max_iterations)
+        )
 
     def _taken(self, end: Found) -> Report:
         """Move to where a search or a step ended."""

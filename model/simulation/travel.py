@@ -50,7 +50,6 @@ from tauten.model.step import (
     Enrichment,
     Forces,
     PredictedStep,
-    TangentialForces,
     condense_step,
     forward_step,
 )
@@ -271,10 +270,7 @@ def _counted(forces: Forces, step: CondensedStep, counted: Bools) -> Forces:
     beta[modes] *= counted[first : first + len(modes)]
     units = counted[first + len(modes) :: 3 if step.frictional else 1]
     kept = np.isin(forces.extra, step.rows.contacts.slots[step.extra[units]])
-    friction = forces.friction
-    if friction is not None:
-        of_units = friction.force[kept], friction.sliding[kept], friction.margin[kept]
-        friction = TangentialForces(*of_units)
+    friction = None if forces.friction is None else forces.friction.of(kept)
     effort = np.where(counted[layout.actuators], forces.effort, 0.0)
     return Forces(effort, beta, forces.extra[kept], forces.extra_beta[kept], friction)
 
@@ -357,8 +353,9 @@ class _Stages:
 
     def at_rest(self, state: State, forces: Forces, start: Command, command: Command) -> Travel:
         """The equilibrium that the robot comes to while its actuators go from one command to another."""
-        given = self.robot, self.space, self.enrichment, state, forces, start, command
-        end, after, last, settled = balanced(*given)
+        end, after, last, settled = balanced(
+            self.robot, self.space, self.enrichment, state, forces, start, command
+        )
         return Travel(end, after, last, last.step.state, last.step.system.h * last.dv, 0.0, settled)
 
     def over_the_rest(self) -> _Stages:

@@ -107,14 +107,19 @@ class CondensedStep:
         """The step as if no contact were in range."""
         known, first, found = self.compliance, self.layout.contacts.start, self.rows.contacts.found
         none = ContactRows.out_of_range(known.H[:0], found.n_slots, self.rows.contacts.frictional)
-        rest = known.H[:first], known.Y[:first], known.W[:first, :first], known.delta_free[:first]
         return replace(
             self,
             rows=replace(self.rows, contacts=none),
             reduced=EmptySpace(found.n_slots).reduce(none),
             extra=none.slots,
             axes=NO_AXES,
-            compliance=Compliance(*rest, known.halves),
+            compliance=Compliance(
+                known.H[:first],
+                known.Y[:first],
+                known.W[:first, :first],
+                known.delta_free[:first],
+                known.halves,
+            ),
             frictional=False,
         )
 

@@ -29,6 +29,10 @@ class TangentialForces:
         """The same in arrays of its own."""
         return TangentialForces(self.force.copy(), self.sliding.copy(), self.margin.copy())
 
+    def of(self, units: Bools) -> TangentialForces:
+        """Those of some unit columns (r,)."""
+        return TangentialForces(self.force[units], self.sliding[units], self.margin[units])
+
 
 @dataclass(frozen=True, slots=True)
 class Forces:

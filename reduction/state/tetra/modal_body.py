@@ -287,8 +287,16 @@ class ModalBody(ReducedBody[ModePoints]):
         if exact and at.apart is not None:
             summed = shares[0] * at.apart[0] + shares[1] * at.apart[1]
         else:
-            given = beta[:pulled], at.tension, shares, exact, response
-            combine(*given, self.sampled, tendons, self.work)
+            combine(
+                beta[:pulled],
+                at.tension,
+                shares,
+                exact,
+                response,
+                self.sampled,
+                tendons,
+                self.work,
+            )
         tangent[:pulled, :pulled] = summed
         if self.springs is not None:
             tangent += (shares[0] + shares[1]) * self.springs.K
