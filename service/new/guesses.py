@@ -6,7 +6,7 @@ They make a robot file that loads and moves; its comments ask the user to correc
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,10 +20,11 @@ from tauten.model.mesh import (
 )
 from tauten.model.numerics import Array, Ints
 from tauten.service.new.side_cable import Axes, in_mesh, side_cable
+from tauten.service.new.turned import part_axes
 
 END = 0.02  # of the length; triangles so near an end belong to it
-SLAB = 0.01  # of the length; half the thickness of the box that holds an end, at least
-THICKER = 1.5  # factor to the next one, where that box holds no three nodes off a line
+SLAB = 0.01  # of the length; how far below an end its nodes are held, at least
+THICKER = 1.5  # factor to the next depth, where that holds no three nodes off a line
 HANGS = 0.9  # the upper end is held unless the lower one is larger by more than this
 PULL = 0.1  # of the length
 OUTSIDE = 0.01  # of the length; how far outside of a mesh of the part guessed points may lie
@@ -48,7 +49,8 @@ class Guess:
     """Guessed fields of a robot file.
 
     Attributes:
-        held: (2, 3) corners of the box whose nodes are held [m].
+        held: (3,) a point of the plane behind which nodes are held [m].
+        outward: (3,) unit normal of this plane, out of the body at the end that is held.
         cable: (p, 3) points of one cable [m]; used where there are no cavities.
         pull_point: (3,) where it leaves the body [m].
         span: share of the body's length that the cable reaches over, from where it leaves the body.
@@ -60,6 +62,7 @@ class Guess:
     """
 
     held: Array
+    outward: Array
     cable: Array
     pull_point: Array
     span: float
@@ -77,6 +80,18 @@ def guess_fields(meshes: Sequence[TetMesh], chambers: bool = True) -> Guess:
         meshes: of the part; the last is looked at, and all are held.
         chambers: whether closed cavities become chambers.
     """
+    turn = part_axes(meshes[-1])
+    turned = [replace(mesh, nodes=mesh.nodes @ turn.T) for mesh in meshes]
+    guess = guess_along(turned, chambers)
+    cavities = tuple(replace(one, inside=one.inside @ turn) for one in guess.cavities)
+    return replace(
+        guess, held=guess.held @ turn, outward=guess.outward @ turn, cable=guess.cable @ turn,
+        pull_point=guess.pull_point @ turn, effector=guess.effector @ turn, cavities=cavities,
+    )  # fmt: skip
+
+
+def guess_along(meshes: Sequence[TetMesh], chambers: bool) -> Guess:
+    """The guess for a part whose directions are those of its coordinates; arguments as of `guess_fields`."""
     mesh = meshes[-1]
     low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
     axis = int(np.argmax(high - low))
@@ -90,11 +105,14 @@ def guess_fields(meshes: Sequence[TetMesh], chambers: bool = True) -> Guess:
     if not free.any():  # a pointed end
         along = mesh.nodes[triangles][..., axis].sum(axis=1)
         free = along == (along.min() if hold_high else along.max())
+    outward = (1.0 if hold_high else -1.0) * np.eye(3)[axis]
+    held = 0.5 * (low + high)
+    held[axis] = held_at
     cable = side_cable(mesh, Axes(axis, low, high, hold_high))
     leaves = cable[0].copy()
     leaves[axis] = held_at + (END if hold_high else -END) * length
     return Guess(
-        held_box(meshes, axis, float(held_at)), cable, leaves,
+        held - held_depth(meshes, held, outward) * outward, outward, cable, leaves,
         span=abs(float(cable[-1, axis] - held_at)) / length,
         effector=point_of_end(mesh, triangles[free], OUTSIDE * length),
         outside=OUTSIDE * length,
@@ -104,30 +122,33 @@ def guess_fields(meshes: Sequence[TetMesh], chambers: bool = True) -> Guess:
     )  # fmt: skip
 
 
-def held_box(meshes: Sequence[TetMesh], axis: int, end: float) -> Array:
-    """Corners (2, 3) of a box around one end, which holds three nodes off a line of every mesh [m].
+def held_depth(meshes: Sequence[TetMesh], end: Array, outward: Array) -> float:
+    """How far below an end nodes are held, such that three of every mesh that are not on a line are [m].
 
     Args:
         meshes: of the part.
-        axis: coordinate along which its ends are.
-        end: that coordinate at the end that is held [m].
+        end: (3,) a point of the plane through the end [m].
+        outward: (3,) its unit normal, out of the body.
     """
-    nodes = np.concatenate([mesh.nodes for mesh in meshes])
-    low, high = nodes.min(axis=0), nodes.max(axis=0)
-    length = float(high[axis] - low[axis])
-    corners: Array = np.stack([low, high]) + 1e-3 * length * np.array([[-1.0], [1.0]])
-    half = SLAB * length
-    while True:
-        corners[:, axis] = (end - half, end + half)
-        if half > length or all(holds(corners, mesh) for mesh in meshes):
-            return corners
-        half *= THICKER
+    length = max(mesh.size for mesh in meshes)
+    depth = SLAB * float(np.ptp(meshes[-1].nodes @ outward))
+    while depth < length and not all(
+        holds(mesh, end - depth * outward, outward) for mesh in meshes
+    ):
+        depth *= THICKER
+    return depth
 
 
-def holds(corners: Array, mesh: TetMesh) -> bool:
-    """Whether three nodes of a mesh that are not on a line lie in a box with these corners (2, 3) [m]."""
-    inside = ((mesh.nodes >= corners[0]) & (mesh.nodes <= corners[1])).all(axis=1)
-    return off_a_line(mesh.nodes[inside], 1e-3 * mesh.size)
+def holds(mesh: TetMesh, point: Array, outward: Array) -> bool:
+    """Whether three nodes of a mesh that are not on a line lie beyond a plane.
+
+    Args:
+        mesh: of the part.
+        point: (3,) of the plane [m].
+        outward: (3,) normal of the plane, to the side that is looked at.
+    """
+    beyond = (mesh.nodes - point) @ outward >= 0.0
+    return off_a_line(mesh.nodes[beyond], 1e-3 * mesh.size)
 
 
 def point_of_end(mesh: TetMesh, triangles: Ints, outside: float) -> Array:

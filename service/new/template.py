@@ -26,9 +26,10 @@ young_modulus = {young:.3g}           # [Pa]
 poisson_ratio = {poisson:g}
 density = {density:g}                  # [kg/m³]
 
-[[fixed]]                         # GUESS: nodes in this box are held; here the larger end of the longest side
-lower = {lower}
-upper = {upper}
+[[fixed]]                         # GUESS: nodes beyond this plane are held; here the larger end of the part
+kind = "half_space"
+point = {held}
+normal = {outward}
 
 {actuators}
 [[effectors]]                     # GUESS: the middle of the free end is to reach targets
@@ -112,7 +113,6 @@ SPARE = 1.2  # how much more than what was needed a chamber's volume may change
 
 def robot_text(values: Values, guess: Guess, actuators: str) -> str:
     """The text of a robot file."""
-    lower, upper = guess.held
     middle = (guess.cable[0] + guess.cable[-1]) / 2.0
     return TEXT.format(
         name=values.name,
@@ -122,8 +122,8 @@ def robot_text(values: Values, guess: Guess, actuators: str) -> str:
         young=values.young,
         poisson=POISSON,
         density=DENSITY,
-        lower=numbers(lower),
-        upper=numbers(upper),
+        held=numbers(guess.held),
+        outward=numbers(guess.outward),
         actuators=actuators,
         outside=guess.outside,
         effector=numbers(guess.effector),

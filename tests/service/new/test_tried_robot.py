@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from support.robots.bodies import box_mesh
 
 from tauten.controller import Controller
@@ -195,12 +196,28 @@ def test_a_body_with_pointed_ends_is_held_and_has_an_effector() -> None:
     tets = np.array([[0, 1, 2 + i, 2 + (i + 1) % 6] for i in range(6)])
     mesh = TetMesh(nodes, tets)
     guess = guess_fields([mesh])
-    held = ((nodes > guess.held[0]) & (nodes < guess.held[1])).all(axis=1)
+    held = (nodes - guess.held) @ guess.outward > 0.0
     assert np.linalg.matrix_rank(nodes[held] - nodes[held][0]) >= 2 and not held.all()
     attach(mesh, guess.effector[None], "effector", guess.outside)
     for rate in (34.0, 50.0):
         text = robot_text(Values("cone", "cone.stl", 8, 0.01, 3e5, rate), guess, "")
         assert ("a reduced one permits more" in text) == (rate < 50.0)
+
+
+@pytest.mark.parametrize("angle", [5.0, 37.0, 120.0])
+def test_a_part_that_stands_obliquely_is_held_as_upright_ones_are(angle: float) -> None:
+    """It was held at three nodes of a corner, and sagged by 60 % of its size."""
+    upright = box_mesh((0.09, 0.02, 0.016), (9, 2, 2))
+    turn = Rotation.from_rotvec(np.deg2rad(angle) * np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0))
+    oblique = TetMesh(turn.apply(upright.nodes) + np.array([0.12, -0.04, 0.3]), upright.tets)
+    guess = guess_fields([oblique])
+    held = (oblique.nodes - guess.held) @ guess.outward > 0.0
+    ends = np.unique(upright.nodes[held][:, 0])
+    assert held.sum() == 9 and len(ends) == 1
+    assert guess.length == pytest.approx(0.09)
+    assert guess.span > 0.8
+    tip = turn.inv().apply(guess.effector - np.array([0.12, -0.04, 0.3]))
+    np.testing.assert_allclose(tip, [0.09 - ends[0], 0.01, 0.008], atol=1e-6)
 
 
 @pytest.mark.long
