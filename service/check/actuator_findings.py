@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tauten.model import ActuatorKind, Robot, Simulator
+from tauten.model import ActuatorKind, Ending, Robot, Simulator
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotConfig
 from tauten.service.check.findings import Finding
@@ -16,6 +16,11 @@ SLOW = 600.0  # s from rest to the farthest position; a longer time is doubtful
 SHARE = 0.1  # of the way, at which it is looked whether an actuator moves the effectors
 MOVED = 1e-5  # of the robot's size; movements at this share that are smaller are none
 TOLERANCE = 1e-8  # m; movement of the last step of an equilibrium
+LEAST_TENSION = (
+    1.0 / 16.0
+)  # of the largest one, at which it is first looked whether a robot buckles
+NEAR = 0.05  # of the largest tension; how near the share at which a robot buckles is found
+MOTORS = (ActuatorKind.DRIVE, ActuatorKind.SLIDE)
 
 
 def actuator_findings(robot: Robot, config: RobotConfig) -> Iterator[Finding]:
@@ -30,7 +35,9 @@ def actuator_findings(robot: Robot, config: RobotConfig) -> Iterator[Finding]:
     if robot.n_a:
         yield times_of_ways(robot)
         if robot.effector_layout.kinds:
-            yield movement(robot)
+            moved = movement(robot)
+            share = buckling_share(robot) if moved.level == "fine" else 1.0
+            yield moved if share == 1.0 else buckles(moved.subject, share)
 
 
 def cable_lengths(config: RobotConfig, size: float) -> Finding:
@@ -135,8 +142,7 @@ def movements(robot: Robot) -> tuple[Array, Array]:
         where no equilibrium was found. (n_a,) magnitude of the effort that this takes, in its unit.
     """
     layout, limits = robot.effector_layout, robot.limits
-    motors = (ActuatorKind.DRIVE, ActuatorKind.SLIDE)
-    held = np.array([kind in motors for kind in robot.actuators.kinds])
+    held = np.array([kind in MOTORS for kind in robot.actuators.kinds])
     simulator = Simulator(robot, contact="none")
     found, efforts = np.full((robot.n_a, len(layout.parts())), np.nan), np.zeros(robot.n_a)
     position, effort = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)
@@ -154,3 +160,45 @@ def movements(robot: Robot) -> tuple[Array, Array]:
             found[actuator] = layout.lengths(layout.counted(simulator.effector_values, values))
             efforts[actuator] = abs(simulator.effort[actuator])
     return found, efforts
+
+
+def buckles(subject: str, share: float) -> Finding:
+    """A robot that buckles under a share of the largest tensions of all its cables."""
+    percent = 100.0 * share
+    found = f"under {percent:.0f} % of the largest tensions of all cables it buckles"
+    advice = (
+        f"max_tension [N] below {percent:.0f} % of what it is: targets that only a shorter robot reaches "
+        "lead decisions there, and what has buckled is not where they expect it"
+    )
+    return Finding(subject, "doubtful", found, advice)
+
+
+def buckling_share(robot: Robot) -> float:
+    """Share of the largest tensions of all cables under which a robot buckles, without contact.
+
+    It is 1 where it does not, where limits of positions are met before, and where no equilibrium is found for
+    another reason. Drives stay where they are meanwhile, other actuators are slack.
+    """
+    limits, kinds = robot.limits, robot.actuators.kinds
+    held = np.array([kind in MOTORS for kind in kinds])
+    pulled = np.array([kind is ActuatorKind.CABLE for kind in kinds])
+    simulator = Simulator(robot, contact="none")
+    start, stable, share, least = None, 0.0, LEAST_TENSION, np.inf
+    while least - stable > NEAR and stable < 1.0:
+        if start is not None:
+            simulator.start_from(*start)
+        efforts = np.where(pulled, share * limits.effort_max, np.where(held, np.nan, 0.0))
+        report = simulator.settle(np.where(held, 0.0, np.nan), efforts, tolerance=TOLERANCE)
+        position = simulator.position
+        if report.converged:
+            if (
+                pulled & ((position > limits.position_max) | (position < limits.position_min))
+            ).any():
+                return 1.0
+            start, stable = (simulator.state, simulator.forces), share
+        elif report.ending in (Ending.BUCKLED, Ending.LIMIT_POINT):
+            least = share
+        else:
+            return 1.0
+        share = min(2.0 * stable, 1.0) if least > 1.0 else 0.5 * (stable + least)
+    return min(least, 1.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from tauten.model import load_robot
 from tauten.service.check import CheckSettings, check_robot
+from tauten.service.check.actuator_findings import NEAR, buckling_share
 from tauten.service.check.mesh_variants import make_loads
 from tauten.service.process import StopFlag
 
@@ -88,3 +90,45 @@ def test_a_body_that_is_a_beam_is_checked(tmp_path: Path) -> None:
     assert sag == pytest.approx(
         1e3 * bent, rel=0.04
     )  # masses on four nodes; corners beyond the end
+
+
+@pytest.mark.parametrize(("tension", "level"), [(10.0, "fine"), (40.0, "doubtful")])
+def test_tensions_under_which_an_arm_buckles_are_found(
+    tension: float, level: str, tmp_path: Path
+) -> None:
+    """Three tendons along a rod; between two of their points one element buckles under 12 EI / L².
+
+    A target 5 mm below what the arm reaches led decisions there, and the tip away from it by 106 mm, with OK.
+    """
+    length, angles = 0.05, 2.0 * np.pi * np.arange(3) / 3.0
+    cables = "".join(
+        f"""
+[[cables]]
+name = "tendon{number}"
+points = {[[0.012 * math.cos(a), 0.012 * math.sin(a), length * i] for i in range(9)]}
+max_outside = 0.013
+max_tension = {tension}
+max_pull = 0.02
+min_pull = -0.02
+max_rate = 0.05
+"""
+        for number, a in enumerate(angles.tolist())
+    )
+    file = tmp_path / "arm.toml"
+    start, end = SPINE.index("[[cables]]"), SPINE.index("[[effectors]]")
+    text = SPINE[:start] + cables + SPINE[end:].replace("[0.1, 0.0, 0.0]", "[0.0, 0.0, 0.4]")
+    points = "points = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.4]], elements = 8"
+    text = text.replace("points = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], elements = 4", points)
+    text = text.replace("2e9", "50e9").replace("2e-3", "1.5e-3")
+    file.write_text(f"gravity = [0.0, 0.0, 0.0]\n{text}", encoding="utf-8")
+    settings = CheckSettings(str(file), shares=())
+    (finding,) = (
+        item
+        for item in check_robot(settings, StopFlag(), lambda _share, _what="": None).findings
+        if item.subject == "movement of effectors"
+    )
+    assert finding.level == level, finding
+    stiffness = 50e9 * np.pi * 0.75e-3**4 / 4.0  # N m²
+    load = 12.0 * stiffness / length**2
+    share = buckling_share(load_robot(file))
+    assert share == pytest.approx(min(load / (3.0 * tension), 1.0), abs=NEAR)
