@@ -9,7 +9,7 @@ import numpy as np
 from tauten.model.arguments import of_kind
 from tauten.model.numerics import Array
 from tauten.model.robot import Robot
-from tauten.model.signals import Command
+from tauten.model.signals import Command, Laws
 from tauten.model.state import State
 from tauten.model.step import Forces, no_forces
 
@@ -42,6 +42,23 @@ def checked_command(robot: Robot, position: Numbers | None, effort: Numbers | No
             f"{command.position.tolist()} and {command.effort.tolist()}"
         )
     return command
+
+
+def efforts_at_end(laws: Laws, command: Command, before: Array, mean: Array) -> Array:
+    """Efforts (n_a,) at the end of a period from the means of two, to second order where they are smooth.
+
+    Actuators that move evenly change their velocity where a period begins. The stages of a step have this
+    impulse with weights, the last one with the wrong sign; the mean has what accelerates the robot, which is
+    half a period late then. An actuator that is given an effort has it.
+
+    Args:
+        laws: of the actuators.
+        command: at the end.
+        before: (n_a,) mean efforts of the period before [N, Pa].
+        mean: (n_a,) of this one.
+    """
+    found: Array = np.where(command.by_force, command.effort, 1.5 * mean - 0.5 * before)
+    return np.where(laws.bilateral, found, np.maximum(found, 0.0))
 
 
 def diverged(robot: Robot, efforts: Sequence[Array], error: Exception) -> str:

@@ -21,6 +21,7 @@ from tauten.model.simulation.commands import (
     checked_loads,
     checked_state,
     diverged,
+    efforts_at_end,
 )
 from tauten.model.simulation.converged_step import converged_step
 from tauten.model.simulation.equilibrium import Ending, Found, Report, make_report
@@ -132,9 +133,8 @@ class Simulator(RobotModel):
         self._state = checked_state(self._robot, state)
         self._forces = checked_forces(self._robot, self.space.k, forces)
         self._stepped: tuple[State, PredictedStep] | None = None  # a state, and the step there
-        self._moved: Command | None = (
-            None  # command of the last `move`; None: another step is the last
-        )
+        # of the last `move`: command, mean efforts and those at its end; None: another step is the last
+        self._moved: tuple[Command, Array, Array] | None = None
 
     def load(self, gravity: Numbers, effector_force: Numbers) -> None:
         """Change the loads: gravity (3,) [m/s²] and forces on the effectors (3 p,) [N].
@@ -159,8 +159,8 @@ class Simulator(RobotModel):
 
     @property
     def effort(self) -> Array:
-        """Efforts of the actuators in the last step: (n_a,) [N, Pa]."""
-        return self._forces.effort.copy()
+        """Efforts of the actuators in the last step, after a `move` at its end: (n_a,) [N, Pa]."""
+        return (self._forces.effort if self._moved is None else self._moved[2]).copy()
 
     @property
     def gaps(self) -> Array:
@@ -211,7 +211,8 @@ class Simulator(RobotModel):
         """A period h in steps of second order, see `tauten.model.simulation.travel`.
 
         Positions and efforts of the actuators move evenly from those of the last `move`, at first and after
-        a step or a settling from those of the state, to the given ones.
+        a step or a settling from those of the state, to the given ones. Efforts at the end are extrapolated
+        from the means of the last two moves (`tauten.model.simulation.commands`).
 
         Args:
             position: (n_a,) positions at the end, as of `step`.
@@ -225,7 +226,10 @@ class Simulator(RobotModel):
         """
         steps = count("steps", steps)
         command = checked_command(self.robot, position, effort)
-        before = self._moved or Command(self.position, self.effort)
+        if self._moved is None:
+            before, mean = Command(self.position, self._forces.effort), self._forces.effort
+        else:
+            before, mean, _ = self._moved
         self.set_obstacles(self.obstacles.after(self.robot.h))
         robot, space, enrichment = self._robot, self.space, self._enrichment
         start = self._state, self._forces
@@ -238,7 +242,11 @@ class Simulator(RobotModel):
                 efforts.append(self.effort)
             self._state, self._forces = start
             raise FactorisationError(diverged(self.robot, efforts, error)) from error
-        self._state, self._forces, self._moved = done.state, done.forces, command
+        now = ends = done.forces.effort
+        if done.effort is not None:
+            now, laws = done.effort, self.robot.actuators.laws
+            ends = efforts_at_end(laws, command, mean, now)
+        self._state, self._forces, self._moved = done.state, done.forces, (command, now, ends)
         self._stepped = done.state, done.last
         movement = self._robot.displacement(done.start, done.way)
         return make_report(self.robot, done.state, done.last, steps, movement, self._ending())

@@ -13,22 +13,21 @@ turns (docs/time-steps.md). Quasi-static steps have one stage, and end at an equ
 extrapolated: a part that a cable stops in the first stage would start the second one with its velocity
 reversed, and the cable, which can only pull, would let it go. There the second stage starts at y₁ and is a
 step of implicit Euler over the rest of h, as steps for unilateral constraints treat impulses (Acary and
-Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems*, 2008, chapter 10).
+Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems*, 2008, chapter 10). Where actuators change
+their velocity, efforts of both stages have the same impulse, of which only their mean over the step tells.
 
-The first stage does not show every impact. A body that rests on an obstacle which starts to move would be
-thrown up with 1/γ − 1 = 2.4 times its velocity, and one that meets an obstacle between y₁ and s would be
-pushed out of it. In both, other contacts push at the end of the second stage than at that of the first one.
-There the second stage is repeated from y₁: after an impact bodies have the velocity of the obstacle. Only
-what obstacles, or bodies that only contact joins, push counts: no cable that becomes slack far from them.
+The first stage does not show every impact. A body on an obstacle that starts to move would be thrown up
+with 1/γ − 1 = 2.4 times its velocity, and one that meets an obstacle between y₁ and s be pushed out of it.
+There other contacts push at the end of the second stage, which is repeated from y₁: after an impact bodies
+have the velocity of the obstacle. Only what obstacles, or bodies that only contact joins, push counts.
 
 Where a stage moves a node far from where the velocity alone leads, the period is travelled again in twice as
 many steps, up to four times as many. Where it moves a node several times as far, as where a robot buckles and
 its tangent is nearly singular, the number is doubled further.
 
 The step in which something is struck is of first order. Where folds of a body meet or come apart, it leaves
-a velocity that rings on for periods, and the efforts that hold the robot alternate. There the period is
-travelled again in four times as many steps. What an obstacle pushes, whose contacts begin and cease to push
-in most periods, is left out.
+a velocity that rings on for periods, and efforts alternate. There the period is travelled again in four times
+as many steps, but for what an obstacle pushes, whose contacts begin and cease to push in most periods.
 """
 
 from __future__ import annotations
@@ -78,6 +77,7 @@ class Travel:
         way: (n,) displacement in it [m].
         correction: largest displacement of a node in any stage from where the velocity alone led [m].
         converged: whether the complementarity problem of every stage met its tolerance.
+        effort: (n_a,) mean efforts of the actuators [N, Pa]; None: those of `forces`.
     """
 
     state: State
@@ -87,6 +87,7 @@ class Travel:
     way: Array
     correction: float
     converged: bool
+    effort: Array | None = None
 
 
 def travel(
@@ -111,8 +112,7 @@ def travel(
         before: positions and efforts at the start; where one is not given (NaN), that of `command` holds in
             the whole period.
         command: position or effort of each actuator at the end.
-        steps: into how many the period is divided, at least 1; up to four times as many where its stages
-            lead farther than one linearisation reaches, or where a robot strikes itself far from obstacles.
+        steps: into how many the period is divided, at least 1; more where that is not enough, see above.
 
     Raises:
         FactorisationError: the state has diverged.
@@ -162,7 +162,7 @@ def _in_steps(
     before, command = commands
     position = np.where(np.isnan(before.position), command.position, before.position)
     effort = np.where(np.isnan(before.effort), command.effort, before.effort)
-    correction, converged = 0.0, True
+    correction, converged, mean = 0.0, True, None
     for number in range(steps):
         share = (number + 1) / steps
         now = command if number + 1 == steps else command.between(position, effort, share)
@@ -180,22 +180,21 @@ def _in_steps(
             struck = _struck(forces, end, PUSHES * stages.size)
             if struck and resolves and _strikes_itself(stages, forces, end):
                 return None
-            end = _second(stages, state, end, struck, now, share)
+            first, end = end, _second(stages, state, end, struck, now, share)
+            last = 1.0 - STAGE if end.start is first.state else STAGE  # share of the second stage
+            both = (1.0 - last) * first.forces.effort + last * end.forces.effort
+            mean = both / steps if mean is None else mean + both / steps
         correction, converged = max(correction, end.correction), converged and end.converged
         if end.correction > farthest:
             break
         state, forces = end.state, end.forces
-    return Travel(end.state, end.forces, end.last, end.start, end.way, correction, converged)
+    return replace(end, correction=correction, converged=converged, effort=mean)
 
 
 def _second(
     stages: _Stages, start: State, first: Travel, struck: bool, command: Command, share: float
 ) -> Travel:
-    """The second stage of a step: from s of (S1), or where something is struck over the rest, from y₁.
-
-    Whether an obstacle or another body is struck is seen at the end of the second stage only: where s lies
-    beyond it, or moves away from it.
-    """
+    """The second stage of a step: from s of (S1), or where something is struck over the rest, from y₁."""
     contacts = stages.robot.contacts
     if not struck:
         beyond = _beyond(stages.robot, start, first.state, stages.scheme.h)

@@ -154,3 +154,24 @@ def test_a_force_that_changes_its_sign_leaves_the_order_of_the_steps() -> None:
 def test_no_steps_are_refused(beam: Robot[NodalBody]) -> None:
     with pytest.raises(ValueError, match="steps: found 0, expected a whole number of at least 1"):
         Simulator(beam, contact="none").move(effort=[0.0], steps=0)
+
+
+@pytest.mark.parametrize("steps", [1, 4])
+def test_the_effort_after_a_move_accelerates_what_a_slider_carries(steps: int) -> None:
+    """M a of a body on a slider that goes to and fro, where the force of the last stage is -4.8 M a.
+
+    It is half a period late: the velocity of the slider jumps where a period begins.
+    """
+    slider = {**SLIDE, "axis": [0.0, 0.0, 1.0], "region": {"kind": "all"}, "max_force": 1e4}
+    robot = constrained(
+        box_mesh(SIZE, (2, 1, 1)), drives=[slider], cables=[], fixed=[], controller={"rate": 100.0},
+        effectors=[{"name": "centre", "kind": "centre", "region": {"kind": "all"}}],
+    )  # fmt: skip
+    mass = 1000.0 * np.prod(SIZE)
+    simulator, way, omega, found = Simulator(robot, contact="none"), 0.005, 10.0, []
+    times = robot.h * np.arange(1, 101)
+    for time in times:
+        simulator.move(position=[way * (1.0 - np.cos(omega * time))], steps=steps)
+        found.append(simulator.effort[0])
+    late = mass * way * omega**2 * np.cos(omega * (times - 0.5 * robot.h))
+    np.testing.assert_allclose(found[2:], late[2:], atol=0.01 * late.max())
