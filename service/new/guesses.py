@@ -28,6 +28,7 @@ THICKER = 1.5  # factor to the next depth, where that holds no three nodes off a
 HANGS = 0.9  # the upper end is held unless the lower one is larger by more than this
 PULL = 0.1  # of the length
 OUTSIDE = 0.01  # of the length; how far outside of a mesh of the part guessed points may lie
+ROUNDED = 2e-5  # m; how far below an oblique end its point lies: coordinates are written to 1e-5 m
 LEAST_CAVITY = 0.01  # of the body's volume; a smaller one is a bubble, not a chamber
 
 
@@ -84,9 +85,11 @@ def guess_fields(meshes: Sequence[TetMesh], chambers: bool = True) -> Guess:
     turned = [replace(mesh, nodes=mesh.nodes @ turn.T) for mesh in meshes]
     guess = guess_along(turned, chambers)
     cavities = tuple(replace(one, inside=one.inside @ turn) for one in guess.cavities)
+    below = 0.0 if (turn == np.eye(3)).all() else ROUNDED
+    effector = guess.effector + below * guess.outward
     return replace(
         guess, held=guess.held @ turn, outward=guess.outward @ turn, cable=guess.cable @ turn,
-        pull_point=guess.pull_point @ turn, effector=guess.effector @ turn, cavities=cavities,
+        pull_point=guess.pull_point @ turn, effector=effector @ turn, cavities=cavities,
     )  # fmt: skip
 
 
