@@ -254,10 +254,11 @@ def decide(
     last = dampings.compared(before.goal)
     reached = target if last is goal else layout.row_targets(values, last)  # (n_e,)
     moved = tick.position - position, after.effort
-    objectives = [
-        objective_of(prepared, plan, aim, weight, moved, reached, one.objective, own)
-        for own, one, weight in zip(clusters.each, dampings.each, weights.tolist(), strict=True)
-    ]
+    objectives = []
+    for own, one, weight in zip(clusters.each, dampings.each, weights.tolist(), strict=True):
+        known = one.objective
+        found = objective_of(prepared, plan, aim, weight, moved, reached, known, own)
+        objectives.append(found)
     conflicting = plan.conflict and plan.status is not Status.NOT_EXACT
     stalled, supplied = np.zeros(robot.n_a, np.bool_), robot.actuators.laws.held_by_force
     if locks is not None:

@@ -22,13 +22,9 @@ from tauten.controller.planning.locks import (
     unlocked,
     with_locks,
 )
-from tauten.controller.planning.plan import (
-    Plan,
-    Prepared,
-    Situation,
-    distance_left,
-    prepared_plans,
-)
+from tauten.controller.planning.plan import Plan
+from tauten.controller.planning.posing import distance_left
+from tauten.controller.planning.prepared import Prepared, Situation, prepared_plans
 from tauten.controller.planning.seeking import brings_nearer, make_plan
 from tauten.controller.planning.settings import FRICTION_SHARE, DecideSettings
 

@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from tauten.controller.planning.inverse import Aim
-from tauten.controller.planning.plan import EXACTLY, Plan, Situation
+from tauten.controller.planning.plan import Plan
+from tauten.controller.planning.posing import EXACTLY
+from tauten.controller.planning.prepared import Situation
 from tauten.controller.planning.seeking import make_plan
 from tauten.controller.qpcc import NO_PIECE, Status
 from tauten.model import PredictedStep, Robot

@@ -152,8 +152,6 @@ def held_back(problem: Qpcc, W: Array, layout: Layout, weight: Array, held: Arra
         weight: (n_a,) γ / (1 + γ) ε s of each actuator [m/N].
         held: (n_a,) efforts of a hold [N].
     """
-    if not any(weight.tolist()):
-        return problem
     c = problem.c.copy()
     c[: layout.n_a] -= weight * (W[layout.actuators, layout.actuators] @ held)
     return replace(problem, c=c)

@@ -13,13 +13,9 @@ import numpy as np
 from tauten.controller.friction import ALL_TRIED, MET, CutPlan, with_known_columns
 from tauten.controller.planning.inverse import Aim
 from tauten.controller.planning.locks import no_locks
-from tauten.controller.planning.plan import (
-    Plan,
-    Prepared,
-    Situation,
-    distance_left,
-    plan_from,
-)
+from tauten.controller.planning.plan import Plan, plan_from
+from tauten.controller.planning.posing import distance_left
+from tauten.controller.planning.prepared import Prepared, Situation
 from tauten.controller.qpcc import Status
 from tauten.model import Clusters, Command, CondensedStep, Grasp, Robot, under_friction
 from tauten.model.numerics import Bools
