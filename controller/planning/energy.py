@@ -41,7 +41,7 @@ def energy_scales(
         clusters: of the robot.
     """
     if len(clusters.each) == 1:
-        return np.array([energy_scale(W, layout, pushing, groups)])
+        return np.array([_energy_scale(W, layout.n_e, layout.n_a, pushing, groups)])
     found, contacts = [], np.arange(layout.contacts.start, len(W))
     for one in clusters.each:
         rows = np.concatenate([one.rows, contacts])

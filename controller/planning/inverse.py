@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 
 from tauten.controller.friction import CutPlan, no_slots
-from tauten.controller.planning.energy import relative_weights
 from tauten.controller.qpcc import Qpcc
 from tauten.model import (
     Actuators,
@@ -112,31 +111,6 @@ def inverse_problem(
         bound_names=actuators.effort_names,
         row_names=position_names(actuators.position_names, by_rate.tobytes()),
     )
-
-
-def weighed(
-    aim: Aim, held_to: Array, clusters: Clusters, scales: Array, scale: float
-) -> tuple[Array, Array, Array]:
-    """What effector rows count in (T1), the targets of rows that count so, and how far efforts are held back.
-
-    Clusters share no unknown: the objective of each is divided by its s and by its 1 + γ, so that all have
-    the same weight of the energy.
-
-    Args:
-        aim: targets and weights of the rows, and γ of every cluster.
-        held_to: (n_e,) rows that γ holds them back to.
-        clusters: of the robot.
-        scales: s of every cluster (c,) [m/N].
-        scale: that all of them get [m/N].
-
-    Returns:
-        Weights times units (n_e,), targets times these (n_e,) [m], and γ / (1 + γ) of each actuator (n_a,).
-    """
-    back, counted = aim.gamma / (1.0 + aim.gamma), aim.scale  # (c,), (n_e,)
-    if len(back) > 1:
-        counted = counted * relative_weights(scales, scale)[clusters.of_effectors]
-    target = aim.target + back[clusters.of_effectors] * (held_to - aim.target)
-    return counted, counted * target, back[clusters.of_actuators]
 
 
 def held_back(problem: Qpcc, W: Array, layout: Layout, weight: Array, held: Array) -> Qpcc:

@@ -22,6 +22,7 @@ from tauten.controller.qpcc import (
     Qpcc,
     QpccSettings,
     Solution,
+    Solve,
     Start,
     Status,
     solve_qpcc,
@@ -70,21 +71,25 @@ def plan_from(situation: Situation, aim: Aim, step: CondensedStep, h: float) -> 
         h: time for which the actuators move [s].
     """
     settings, weights = situation.settings, weights_of(situation, aim, step)
-    elastic = () if any(aim.equations.tolist()) else EMPTY
+    elastic: tuple[Status, ...] = () if any(aim.equations.tolist()) else EMPTY
     left, guess, before = settings.enrichment.rounds, None, aim.cut
     while True:
         posed, cut = pose(situation, aim, weights, step, h), None
+        solve: PlanSearch | Solve = partial(_without_friction, posed.start, settings.qpcc)
+        relaxed = elastic
         if step.frictional and len(step.extra) > 0:
-            search = _search(situation, posed, weights.energy, guess, before)
-            problem, solution = solve_relaxed(posed.problem, posed.others, search, elastic[:1])
+            solve = _search(situation, posed, weights.energy, guess, before)
+            relaxed = elastic[:1]
+        problem = posed.problem
+        solution = solve(problem, None)
+        if solution.status in relaxed:
+            problem, solution = solve_relaxed(problem, solution, posed.others, solve, relaxed)
+        if isinstance(solve, PlanSearch):
             guess = solution if solution.status.usable else None
-            if search.cut is not None:
+            if solve.cut is not None:
                 columns = len(situation.prepared.forces.beta)
-                cut = CutPlan.of(search.cut, step, posed.free, columns)
+                cut = CutPlan.of(solve.cut, step, posed.free, columns)
             before = cut
-        else:
-            solve = partial(_without_friction, posed.start, settings.qpcc)
-            problem, solution = solve_relaxed(posed.problem, posed.others, solve, elastic)
         lam, more = posed.forces(solution), left > 0 and solution.status.usable
         found = predict(step, settings.enrichment, lam, more)
         if isinstance(found, PredictedStep):

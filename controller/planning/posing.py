@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.controller.friction import with_slip
-from tauten.controller.planning.energy import capped_scales, scale_of_all
+from tauten.controller.planning.energy import capped_scales, relative_weights, scale_of_all
 from tauten.controller.planning.inverse import (
     Aim,
     exact_problem,
     held_back,
     including_hold,
     inverse_problem,
-    weighed,
     weighted_rows,
     with_efforts_limited,
     with_force_limits,
@@ -49,7 +48,16 @@ class Weights:
 
 
 def weights_of(situation: Situation, aim: Aim, step: CondensedStep) -> Weights:
-    """What effector rows and efforts count in the plans of a step over the horizon."""
+    """What effector rows and efforts count in the plans of a step over the horizon.
+
+    Clusters share no unknown: the objective of each is divided by its s and by its 1 + γ, so that all have
+    the same weight of the energy.
+
+    Args:
+        situation: what the plan starts from and what bounds it.
+        aim: targets and weights of the rows, and γ of every cluster.
+        step: over the horizon.
+    """
     robot, prepared = situation.robot, situation.prepared
     clusters, scales = prepared.clusters, prepared.scales
     held_to = prepared.held.delta[: len(aim.scale)]
@@ -60,9 +68,18 @@ def weights_of(situation: Situation, aim: Aim, step: CondensedStep) -> Weights:
     if prepared.farther.frictional:
         held_to = _held_back_to(prepared, aim)
     scale = scale_of_all(scales, clusters, aim.scale)
-    counted, target, back = weighed(aim, held_to, clusters, scales, scale)
+    back, counted = aim.gamma / (1.0 + aim.gamma), aim.scale  # (c,), (n_e,)
+    if len(back) > 1:
+        counted = counted * relative_weights(scales, scale)[clusters.of_effectors]
+    target = aim.target + back[clusters.of_effectors] * (held_to - aim.target)
     energy = situation.settings.epsilon * scale
-    return Weights(counted, target, held_to, energy, energy * back)
+    return Weights(
+        counted=counted,
+        target=counted * target,
+        held_to=held_to,
+        energy=energy,
+        back=energy * back[clusters.of_actuators],
+    )
 
 
 @dataclass(frozen=True, slots=True)

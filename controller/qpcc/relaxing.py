@@ -17,19 +17,17 @@ Solve = Callable[[Qpcc, Solution | None], Solution]
 
 
 def solve_relaxed(
-    problem: Qpcc, others: int, solve: Solve, elastic: tuple[Status, ...]
+    problem: Qpcc, solution: Solution, others: int, solve: Solve, elastic: tuple[Status, ...]
 ) -> tuple[Qpcc, Solution]:
-    """Solve a problem, with relaxed limits where there is no solution: the problem that was solved last.
+    """Solve a problem that has no solution with relaxed limits; returns also the problem solved last.
 
     Args:
         problem: with its limits as they are; of those of contact forces the smallest ones give way first.
+        solution: the answer to it, whose status is in `elastic`.
         others: number of the limits before these.
         solve: solves a problem, from the point that violates the limits least where that is known.
         elastic: statuses at which limits are relaxed.
     """
-    solution = solve(problem, None)
-    if solution.status not in elastic:
-        return problem, solution
     wider, nearest = favouring_largest(problem, solution, others), solution
     if wider is not problem:
         nearest = solve(wider, solution)
