@@ -13,8 +13,8 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.model import Command, Report, Simulator
-from tauten.model.numerics import Array, FactorisationError
+from tauten.model import Command, Report, Robot, Simulator
+from tauten.model.numerics import Array, Bools, FactorisationError
 
 Drive = Literal["pull", "tension"]
 
@@ -137,9 +137,8 @@ def _trial(
     """
     simulator.reset()
     robot, found = simulator.robot, []
-    law, ticks = robot.actuators.laws, max(round(_TRIAL / robot.h), 2)
-    by_force = law.held_by_force | ~law.bilateral
-    by_force[0] = law.held_by_force[0]
+    by_force, ticks = yielding(robot), max(round(_TRIAL / robot.h), 2)
+    by_force[0] = robot.actuators.laws.held_by_force[0]
     way = 0.25 * _TRIAL * float(robot.limits.rate[0]) / _SHARE
     far = float(np.clip(robot.limits.farthest_position[0], -way, way))
     start_position, start_effort = simulator.position, simulator.effort
@@ -155,6 +154,13 @@ def _trial(
             raise FactorisationError("no state within the limits of efforts")
         found.append(simulator.effector)
     return np.array(found), perf_counter() - begin
+
+
+def yielding(robot: Robot) -> Bools:
+    """Which actuators keep their efforts while others move, so that they yield to them: (n_a,)."""
+    laws = robot.actuators.laws
+    chosen: Bools = laws.held_by_force | ~laws.bilateral
+    return chosen
 
 
 def _beyond_limits(simulator: Simulator) -> bool:

@@ -13,12 +13,12 @@ import numpy as np
 import zenoh
 
 from tauten.controller import Order, start_at_rest
-from tauten.model import Robot, RobotFileError, Simulator, one_blas_thread
+from tauten.model import Command, Robot, RobotFileError, Simulator, one_blas_thread
 from tauten.model.body import SparseBody
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.describing import describe
 from tauten.service.drive import Measured, run_driver
-from tauten.service.plant.drives import Drive, DrivenRobot, OwnSteps, own_steps
+from tauten.service.plant.drives import Drive, DrivenRobot, OwnSteps, own_steps, yielding
 from tauten.service.process import StopFlag
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
@@ -229,15 +229,14 @@ def warm_simulator(robot: Robot, settings: PlantSettings) -> Simulator:
     there is none.
     """
     simulator = Simulator(robot, contact="full")
-    way = robot.limits.rate * robot.h * _WARM_UP  # (n_a,)
-    position = np.clip(robot.limits.farthest_position, -way, way)
     for step in range(_WARM_UP):
-        part = position * (step + 1) / _WARM_UP
+        given = _first_moved(robot, step + 1)
         try:
             if settings.steps == "own":
-                simulator.move(position=part)
+                simulator.move(given.position, given.effort)
             else:
-                simulator.step(position=part, converged=settings.steps == "converged")
+                converged = settings.steps == "converged"
+                simulator.step(given.position, given.effort, converged=converged)
         except FactorisationError as error:
             raise RobotFileError(
                 f"robot {robot.name}: time steps of {robot.h:g} s, in which an actuator may travel far, "
@@ -274,14 +273,25 @@ def quick_enough(robot: Robot) -> bool:
     """
     if _PRODUCTS * _product_seconds(robot) > _MOST_LOAD * robot.h:
         return False
-    simulator, way = Simulator(robot, contact="full"), robot.limits.rate * robot.h  # (n_a,)
-    position = np.clip(robot.limits.farthest_position, -way, way)
-    seconds = _least_time(lambda: simulator.step(position=position), _LEAST)
+    simulator, given = Simulator(robot, contact="full"), _first_moved(robot, 1)
+    seconds = _least_time(lambda: simulator.step(given.position, given.effort), _LEAST)
     if seconds < _MOST_LOAD * robot.h:
         simulator.reset()
-        seconds = _least_time(lambda: simulator.move(position=position), _FEW)
+        seconds = _least_time(lambda: simulator.move(given.position, given.effort), _FEW)
     log.info("%s in full order takes %.1f ms of %.1f ms", robot.name, 1e3 * seconds, 1e3 * robot.h)
     return seconds < _MOST_LOAD * robot.h
+
+
+def _first_moved(robot: Robot, periods: int) -> Command:
+    """The command that moves the first actuator for some periods from rest; cables are slack meanwhile.
+
+    Cables that oppose each other cannot all be wound: it would compress the robot.
+    """
+    way, none = periods * robot.h * robot.limits.rate[0], np.zeros(robot.n_a)
+    given = Command.either(yielding(robot), none, none)
+    given.position[0] = np.clip(robot.limits.farthest_position[0], -way, way)
+    given.effort[0] = np.nan
+    return given
 
 
 def _product_seconds(robot: Robot) -> float:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.beam_robots import SPACING, STIFFNESS, tendon_arm
 
 from tauten.model import load_robot
 from tauten.service.check import CheckSettings, check_robot
@@ -100,27 +100,7 @@ def test_tensions_under_which_an_arm_buckles_are_found(
 
     A target 5 mm below what the arm reaches led decisions there, and the tip away from it by 106 mm, with OK.
     """
-    length, angles = 0.05, 2.0 * np.pi * np.arange(3) / 3.0
-    cables = "".join(
-        f"""
-[[cables]]
-name = "tendon{number}"
-points = {[[0.012 * math.cos(a), 0.012 * math.sin(a), length * i] for i in range(9)]}
-max_outside = 0.013
-max_tension = {tension}
-max_pull = 0.02
-min_pull = -0.02
-max_rate = 0.05
-"""
-        for number, a in enumerate(angles.tolist())
-    )
-    file = tmp_path / "arm.toml"
-    start, end = SPINE.index("[[cables]]"), SPINE.index("[[effectors]]")
-    text = SPINE[:start] + cables + SPINE[end:].replace("[0.1, 0.0, 0.0]", "[0.0, 0.0, 0.4]")
-    points = "points = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.4]], elements = 8"
-    text = text.replace("points = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], elements = 4", points)
-    text = text.replace("2e9", "50e9").replace("2e-3", "1.5e-3")
-    file.write_text(f"gravity = [0.0, 0.0, 0.0]\n{text}", encoding="utf-8")
+    file = tendon_arm(tmp_path, tension)
     settings = CheckSettings(str(file), shares=())
     (finding,) = (
         item
@@ -128,7 +108,6 @@ max_rate = 0.05
         if item.subject == "movement of effectors"
     )
     assert finding.level == level, finding
-    stiffness = 50e9 * np.pi * 0.75e-3**4 / 4.0  # N m²
-    load = 12.0 * stiffness / length**2
+    load = 12.0 * STIFFNESS / SPACING**2  # N
     share = buckling_share(load_robot(file))
     assert share == pytest.approx(min(load / (3.0 * tension), 1.0), abs=NEAR)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.beam_robots import tendon_arm
 
 from tauten.model import Robot, Simulator, load_robot
 from tauten.service.plant import DrivenRobot, own_steps
@@ -23,6 +24,12 @@ def test_a_warm_simulator_is_where_it_settles(robot: Robot) -> None:
     warm = warm_plant(robot, PlantSettings())
     np.testing.assert_allclose(warm.driven.simulator.state.q, robot.rest().q, atol=1e-12)
     assert int(warm.fields["steps_per_period"]) == warm.driven.steps
+
+
+def test_tendons_that_oppose_each_other_are_not_all_wound_at_the_start(tmp_path: Path) -> None:
+    """A rod with three tendons was pulled by all of them, which compressed it, and diverged."""
+    warm = warm_plant(load_robot(tendon_arm(tmp_path, 10.0)), PlantSettings())
+    np.testing.assert_allclose(warm.driven.simulator.tip, [0.0, 0.0, 0.4], atol=1e-9)
 
 
 @pytest.mark.parametrize("steps", ["single", "converged"])

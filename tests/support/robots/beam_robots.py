@@ -16,6 +16,41 @@ from tauten.model.numerics import Array
 from tauten.model.schema import Changes
 
 EXACTLY = 1e-9  # m, half the side of a box around one node
+SPACING = 0.05  # m, of the points of a tendon
+STIFFNESS = 50e9 * np.pi * 0.75e-3**4 / 4.0  # N m², against bending
+TENDON_ARM = """
+name = "arm"
+gravity = [0.0, 0.0, 0.0]
+
+[material]
+young_modulus = 50e9
+poisson_ratio = 0.3
+density = 6450.0
+
+[[profiles]]
+kind = "tube"
+name = "rod"
+outer = 1.5e-3
+
+[[bodies]]
+name = "rod"
+beam = { points = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.4]], elements = 8, profile = "rod" }
+fixed = [{ kind = "sphere", centre = [0.0, 0.0, 0.0], radius = 1e-6 }]
+
+[[effectors]]
+name = "tip"
+point = [0.0, 0.0, 0.4]
+"""
+TENDON = """
+[[cables]]
+name = "tendon{number}"
+points = {points}
+max_outside = 0.013
+max_tension = {tension}
+max_pull = 0.02
+min_pull = -0.02
+max_rate = 0.05
+"""
 
 
 def rectangle(name: str, width: float, height: float) -> dict[str, Any]:
@@ -113,3 +148,15 @@ def under_force(
         )
         positions.append(simulator.effector[0])
     return simulator, positions
+
+
+def tendon_arm(folder: Path, tension: float) -> Path:
+    """The robot file of an arm of 0.4 m, whose tendons bear a largest tension [N]."""
+    text = TENDON_ARM
+    for number in range(3):
+        x, y = (float(0.012 * f(2.0 * np.pi * number / 3.0)) for f in (np.cos, np.sin))
+        points = [[x, y, SPACING * i] for i in range(9)]
+        text += TENDON.format(number=number, points=points, tension=tension)
+    path = folder / "arm.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
