@@ -25,8 +25,14 @@ from tauten.model.constraints import (
 from tauten.model.load.beam_bodies import BeamPart
 from tauten.model.load.beams import drawn_beams, joined_beams
 from tauten.model.load.bodies import Bodies
-from tauten.model.load.glue import attached_parts, build_glue
-from tauten.model.load.joins import AnyFrame, axis_of, join_frames, require_no_circle
+from tauten.model.load.joins import (
+    AnyFrame,
+    attached_parts,
+    axis_of,
+    build_glue,
+    join_frames,
+    require_no_circle,
+)
 from tauten.model.numerics import Bools, Ints, make_factorisation
 from tauten.model.points import MeanPoints, NodePoints, Paths
 from tauten.model.schema import RobotConfig, RobotFileError

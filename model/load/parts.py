@@ -5,35 +5,23 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
 from tauten.model.contact import (
-    ContactPair,
     ContactSet,
-    MeshShape,
-    holes_before_obstacles,
-    holes_between,
 )
-from tauten.model.load.contacts import (
-    NO_TRIANGLES,
-    build_obstacle,
-    candidates_on,
-    check_obstacle,
-    force_bounds,
-)
+from tauten.model.load.parts_contact import SurfaceOf, contact_between
 from tauten.model.mesh import Selector
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Ints
 from tauten.model.parts import Assembly, Between, Part, PartsBody, Placement, join_parts
 from tauten.model.robot import Robot
 from tauten.model.schema import (
     ALARM_DISTANCE,
     ContactRange,
     PartsConfig,
-    PartSurfaceSettings,
     RobotConfig,
     RobotFileError,
     parts_digest,
@@ -56,7 +44,7 @@ class LoadedPart:
     """
 
     robot: Robot
-    surface: Callable[[str | None], Ints]
+    surface: SurfaceOf
     file: RobotConfig
 
 
@@ -87,7 +75,7 @@ def build_parts(config: PartsConfig, read: Read, source: str) -> Robot[PartsBody
     check_driven(parts, source)
     own = [robot.contacts for robot in robots]
     tolerance = smallest_tolerance(config.contact, robots)
-    between = contact_between(config, parts, loaded, tolerance, source)
+    between = contact_between(config, parts, [one.surface for one in loaded], tolerance, source)
     assembly = Assembly(
         name=config.name,
         frame=config.frame,
@@ -214,142 +202,3 @@ def body_surface(selector: Selector, source: str, name: str | None) -> Ints:
             f"{', '.join(sorted(selector.named)) or 'none'}"
         )
     return selector.boundary[selector.select_triangles(name, f"surfaces.{name}")]
-
-
-def contact_between(
-    config: PartsConfig,
-    parts: Sequence[Part],
-    loaded: Sequence[LoadedPart],
-    tolerance: float,
-    source: str,
-) -> Between:
-    """Contact between parts.
-
-    Args:
-        config: the robot file.
-        parts: the parts.
-        loaded: the same with their surfaces.
-        tolerance: depth of obstacles in the surfaces at rest that is accepted [m].
-        source: the robot file's path, for errors.
-
-    Raises:
-        RobotFileError: a surface is unknown or has no area, an obstacle is none or in the robot.
-    """
-    names = [part.name for part in parts]
-    surfaces: dict[tuple[int, str | None], Ints] = {}
-
-    def triangles(side: PartSurfaceSettings, field: str) -> tuple[int, Ints]:
-        key = names.index(side.part), side.surface
-        if key not in surfaces:
-            try:
-                surfaces[key] = loaded[key[0]].surface(side.surface)
-            except RobotFileError as error:
-                raise RobotFileError(f"{source}: {field}.surface: {error}") from error
-        return key[0], surfaces[key]
-
-    sides = [
-        (
-            contact,
-            triangles(contact.candidates, f"contacts.{index}.candidates"),
-            None
-            if isinstance(contact.against, str)
-            else triangles(contact.against, f"contacts.{index}.against"),
-        )
-        for index, contact in enumerate(config.contacts)
-    ]
-    none = np.zeros(0, dtype=np.int64)
-    used = [
-        np.unique(
-            np.concatenate(
-                [none, *(ids.ravel() for (own, _), ids in surfaces.items() if own == number)]
-            )
-        )
-        for number in range(len(parts))
-    ]
-    first = np.cumsum([0, *(len(ids) for ids in used)])
-
-    def renumbered(side: tuple[int, Ints]) -> Ints:
-        number, ids = side
-        own: Ints = np.searchsorted(used[number], ids) + first[number]
-        return own
-
-    at_rest = np.concatenate([np.zeros((0, 3)), *map(vertices_at_rest, parts, used)])
-    obstacles = {one.name: build_obstacle(one, source) for one in config.obstacles}
-    touched = {side[0] for _, own, other in sides if other is not None for side in (own, other)}
-    solids = {one: enclosed_by(parts[one], loaded[one].surface(None)) for one in touched}
-    pairs = []
-    for index, (contact, candidates, against) in enumerate(sides):
-        where, own = f"{source}: contacts.{index}", renumbered(candidates)
-        nodes, weights = candidates_on(at_rest, own, contact, where)
-        points = np.einsum("mj,mji->mi", weights, at_rest[nodes])
-        made = partial(
-            ContactPair, f"{side_name(contact.candidates)} on {side_name(contact.against)}", nodes,
-            weights, friction=contact.friction, bounds=force_bounds(contact),
-            owner=contact.candidates.part,
-        )  # fmt: skip
-        if against is not None:
-            other = renumbered(against)
-            for there, number, side in (
-                (points, against[0], contact.candidates),
-                (at_rest[np.unique(other)], candidates[0], contact.against),
-            ):
-                overlap = f"{where}.against: {side_name(side)} is in part {names[number]!r} at rest"
-                check_outside_part(there, solids[number], tolerance, overlap)
-            loose = ((np.arange(len(nodes)), np.arange(len(other))),)
-            pairs.append(made(other, loose=loose, other=names[against[0]]))
-            continue
-        assert isinstance(contact.against, str)
-        obstacle = obstacles[contact.against]
-        check_obstacle(obstacle, points, tolerance, where)
-        pairs.append(made(NO_TRIANGLES, obstacle=obstacle))
-    part_of = np.repeat(np.arange(len(parts)), np.diff(first))
-    touching = [(pair, renumbered(own)) for pair, (_, own, _) in zip(pairs, sides, strict=True)]
-    between = holes_between([one for one in touching if one[0].loose], at_rest, part_of)
-    for note in (*between, *holes_before_obstacles(touching, at_rest)):
-        log.warning("%s: %s", source, note)
-    return Between(tuple(used), tuple(pairs))
-
-
-def enclosed_by(part: Part, skin: Ints) -> MeshShape | None:
-    """What a part encloses at rest, in the robot's frame; None where its skin is open, as tubes of beams are.
-
-    Args:
-        part: the part.
-        skin: (t, 3) vertices of its whole surface.
-    """
-    ids, triangles = np.unique(skin, return_inverse=True)
-    try:
-        return MeshShape(vertices_at_rest(part, ids), triangles.reshape(skin.shape))
-    except ValueError:
-        return None
-
-
-def check_outside_part(points: Array, solid: MeshShape | None, depth: float, message: str) -> None:
-    """Raise a RobotFileError where points of another part are in a part at rest.
-
-    Args:
-        points: (m, 3) in the robot's frame [m].
-        solid: what the part encloses; None: nothing is checked.
-        depth: that is accepted [m].
-        message: begins the error.
-    """
-    if solid is None:
-        return
-    gap, _ = solid.closest_within(points, 0.0)
-    if gap.min(initial=0.0) < -depth:
-        raise RobotFileError(
-            f"{message}: {-1e3 * gap.min():.3g} mm deep at {np.round(points[gap.argmin()], 6).tolist()} m, "
-            f"allowed is contact.tolerance, {1e3 * depth:.3g} mm; move one of the parts"
-        )
-
-
-def vertices_at_rest(part: Part, ids: Ints) -> Array:
-    """Positions (v, 3) of vertices of a part in the robot's frame at rest [m]."""
-    robot = part.robot
-    placed = robot.motion(robot.rest()).placed(robot.body.surface_points(ids))
-    return part.placement.points(placed.y)
-
-
-def side_name(side: PartSurfaceSettings | str) -> str:
-    """What one side of a contact is called."""
-    return side if isinstance(side, str) else f"{side.part}.{side.surface or 'skin'}"
