@@ -46,7 +46,7 @@ from tauten.model.threads import one_blas_thread
 
 LEAST_LOAD_STEP = 1.0 / 64.0  # share of the way to the command
 LOAD_STEP_ITERATIONS = 60  # of the search for a share of the load, so that smaller ones are tried
-STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-7, 200  # m; of a converged quasi-static step
+STATIC_TOLERANCE, STATIC_ITERATIONS = 1e-6, 200  # of the largest part's size; of equilibria
 START_ITERATIONS = 60  # of each attempt to settle before the start
 FASTEST = 2.0  # of the size of the largest part, in a period; a model that is faster has diverged
 LEFT_IN_TIME = (Ending.LIMIT_POINT, Ending.OUT_OF_ITERATIONS, Ending.BUCKLED)
@@ -192,7 +192,8 @@ class Simulator(RobotModel):
         command = checked_command(self.robot, position, effort)
         self.set_obstacles(self.obstacles.after(self.robot.h))
         if converged and self.robot.integration.static:
-            return self._attempt(command, command, STATIC_TOLERANCE, STATIC_ITERATIONS)
+            tolerance = STATIC_TOLERANCE * self.robot.part_size
+            return self._attempt(command, command, tolerance, STATIC_ITERATIONS)
         if converged:
             robot, space, enrichment = self.robot, self.space, self._enrichment
             return self._taken(
@@ -262,7 +263,7 @@ class Simulator(RobotModel):
         self,
         position: Numbers | None = None,
         effort: Numbers | None = None,
-        tolerance: float = STATIC_TOLERANCE,
+        tolerance: float | None = None,
         max_iterations: int = STATIC_ITERATIONS,
         load_steps: bool = True,
     ) -> Report:
@@ -285,7 +286,8 @@ class Simulator(RobotModel):
         Args:
             position: (n_a,) positions, of cables pulled lengths [m, m³].
             effort: (n_a,) efforts, of cables tensions, not negative [N, Pa].
-            tolerance: largest displacement of a node in the last step [m].
+            tolerance: largest displacement of a node in the last step [m]; None: a millionth of the size of
+                the robot's largest part.
             max_iterations: linearised steps at most, at least 1: of the first search, and of all shorter
                 ones; then `converged` is False.
             load_steps: without them the whole load acts at once, there is one search, and its last finite
@@ -295,7 +297,8 @@ class Simulator(RobotModel):
             ValueError: as of `step`, `max_iterations` below 1, or a tolerance that is not positive.
         """
         max_iterations = count("max_iterations", max_iterations)
-        tolerance = positive("tolerance", tolerance)
+        least = STATIC_TOLERANCE * self.robot.part_size
+        tolerance = least if tolerance is None else positive("tolerance", tolerance)
         command = checked_command(self.robot, position, effort)
         if not load_steps:
             return self._attempt(command, command, tolerance, max_iterations)

@@ -15,14 +15,17 @@ from typing import Any
 import meshio
 import numpy as np
 import pytest
+from support.robots.examples import EXAMPLES
 
 from tauten.controller import Controller, controller_setup
-from tauten.model.load import shipped_folder
+from tauten.model import Simulator
+from tauten.model.load import make_robot, shipped_folder
 from tauten.model.numerics import Array
+from tauten.model.schema import Changes
 
 POWERS = {
     "lower": 1, "upper": 1, "point": 1, "points": 1, "pull_point": 1, "through": 1, "start": 1, "end": 1,
-    "radius": 1, "position": 1, "inside": 1, "max_pull": 1, "gravity": 1,
+    "radius": 1, "position": 1, "inside": 1, "max_pull": 1, "gravity": 1, "alarm_distance": 1, "tolerance": 1,
     "min_pressure": 2, "max_pressure": 2, "max_volume_change": 3, "max_tension": 4, "max_torque": 5,
 }  # fmt: skip
 RATES = {"cables": 1, "chambers": 3, "drives": 0}
@@ -51,7 +54,7 @@ def scaled(value: Any, s: float, table: str, folder: Path) -> Any:
             mesh.points *= s
             meshio.write(folder / given, mesh)
             found[name] = str(folder / given)
-        elif power is None:
+        elif power is None or isinstance(given, str):
             found[name] = scaled(given, s, name if table != "contacts" else table, folder)
         else:
             found[name] = (s**power * np.array(given)).tolist()
@@ -99,3 +102,31 @@ def test_a_robot_of_another_size_does_the_same(name: str, s: float, tmp_path: Pa
     assert np.abs(position).max() > 0.0
     np.testing.assert_allclose(larger_position, position, atol=1e-7 * np.abs(position).max())
     np.testing.assert_allclose(larger_effort, effort, atol=1e-7 * np.abs(effort).max())
+
+
+def settled_crawler(s: float, folder: Path) -> tuple[Array, Array]:
+    """Foot (3,) and tensions (2,) of the crawler at rest on its floor, s times as large, in its unit."""
+    contents = tomllib.loads((EXAMPLES / "crawler.toml").read_text(encoding="utf-8"))
+    (body,) = contents.pop("bodies")
+    contents |= {
+        "gravity": [0.0, 0.0, -9.81],
+        "contact": {"alarm_distance": 2e-3, "tolerance": 5e-5},
+    }
+    mesh, file = meshio.read(EXAMPLES / body["mesh"]["file"]), folder / f"{s}.vtu"
+    mesh.points *= s
+    meshio.write(file, mesh)
+    larger = scaled(contents, s, "", folder)
+    larger["bodies"] = [{**body, "mesh": {**body["mesh"], "file": str(file)}}]
+    simulator = Simulator(make_robot(larger, folder / "crawler.toml", Changes(young_scale=s**2)))
+    assert simulator.settle(position=[0.0, 0.0]).converged
+    return simulator.effector[0] / s, simulator.effort / s**4
+
+
+@pytest.mark.parametrize("s", [0.0625, 16.0])
+def test_a_robot_of_another_size_settles_as_near_to_equilibrium(s: float, tmp_path: Path) -> None:
+    """Tensions of the smaller one were 5e-4 away, as its last step was to be shorter than 1e-7 m."""
+    foot, tension = settled_crawler(1.0, tmp_path)
+    other_foot, other_tension = settled_crawler(s, tmp_path)
+    assert tension.max() > 0.0
+    np.testing.assert_allclose(other_foot, foot, atol=1e-8)
+    np.testing.assert_allclose(other_tension, tension, atol=1e-4 * tension.max())
