@@ -57,7 +57,6 @@ from tauten.service.wire import (
 log = logging.getLogger(__name__)
 
 LOG, REPORT, FIGURE, TARGETS = "log.mcap", "report.json", "figure.png", "targets.csv"
-
 NODE, PLANT = "serve", "plant"  # the commands
 # How much longer than at the start a control step may take. Else a node refuses to start: the next is tried.
 SPARE = (2.0, 4.0, 8.0)
@@ -150,6 +149,11 @@ def _run(
         setup = load_setup(settings.robot, basis=settings.basis, model=settings.model)
     typestore()  # for the copies too
     robot, folder, notes = setup.robot, settings.folder, list[str]()
+
+    def say(note: str) -> None:
+        notes.append(note)
+        notify(note)
+
     copies = robot_copies(setup.path, settings.basis, folder)
     _spare(folder, settings.path)
     folder.mkdir(parents=True, exist_ok=True)
@@ -175,28 +179,21 @@ def _run(
                 "stopped before the node and the plant were ready: nothing was recorded"
             )
         if math.isnan(step):
-            notes.append(
+            say(
                 f"the node does not say how long a control step takes: whether it holds {rate:g} Hz is "
                 "unknown"
             )
-            notify(notes[-1])
         if step_in_demo(step, robot) * rate > 1.0:  # a node that misses its deadlines holds
-            for spare in SPARE:
-                slower = min(rate_for(spare * step), rate)
-                notes.append(_too_slow(step, slower, setup))
-                notify(notes[-1])
-                path, rate = replace(path, times=rate / slower * path.times), slower
-                save_path(path, targets)
-                for one in (node, plant):
-                    if one.process.poll() is None:  # a node that refused has ended
-                        _end(one)
-                node, plant = _started(stack, settings, recording, common, rate)
-                try:
-                    _wait_alive(Keys(robot.name), network, (node, plant), stop)
-                    break
-                except DemoError:
-                    if spare == SPARE[-1]:
-                        raise
+            rate, (node, plant) = _slowed(
+                step=step,
+                rate=rate,
+                children=(node, plant),
+                start=partial(_started, stack, settings, recording, common),
+                ready=lambda children: _wait_alive(Keys(robot.name), network, children, stop),
+                say=lambda slower: say(_too_slow(step, slower, setup)),
+            )
+            path = replace(path, times=robot.integration.rate / rate * path.times)
+            save_path(path, targets)
         sending = StreamSettings(rate, settings.seconds, False, 0, True)
         sender = stack.enter_context(_sending(describe(setup), path, sending, network))
         plant.give_way()
@@ -217,6 +214,40 @@ def _run(
             f"no decision was OK; {found.found}{f': {found.advice}' if found.advice else ''}"
         )
     return DemoResult(run, report, robot.actuators, tuple(notes))
+
+
+def _slowed(
+    step: float,
+    rate: float,
+    children: tuple[Child, Child],
+    start: Callable[[float], tuple[Child, Child]],
+    ready: Callable[[tuple[Child, Child]], object],
+    say: Callable[[float], None],
+) -> tuple[float, tuple[Child, Child]]:
+    """Node and plant at a rate that the node holds, at a still lower one where it refuses the first.
+
+    Args:
+        step: duration of a control step [s].
+        rate: that the node does not hold [Hz].
+        children: node and plant at this rate, which are ended.
+        start: starts both at a rate [Hz].
+        ready: waits until both are ready.
+        say: tells the rate that is tried [Hz].
+    """
+    for spare in SPARE:
+        slower = min(rate_for(spare * step), rate)
+        say(slower)
+        for one in children:
+            if one.process.poll() is None:  # a node that refused has ended
+                _end(one)
+        children = start(slower)
+        try:
+            ready(children)
+            break
+        except DemoError:
+            if spare == SPARE[-1]:
+                raise
+    return slower, children
 
 
 def _spare(folder: Path, path: str) -> None:
@@ -280,9 +311,8 @@ def _copies(
             simulate(simulated, network, ways, stop, settings.model)
 
     node = stack.enter_context(child(NODE, [], settings.folder, partial(as_command, serving)))
-    return node, stack.enter_context(
-        child(PLANT, [], settings.folder, partial(as_command, behaving))
-    )
+    plant = stack.enter_context(child(PLANT, [], settings.folder, partial(as_command, behaving)))
+    return node, plant
 
 
 def step_in_demo(step: float, robot: Robot) -> float:
