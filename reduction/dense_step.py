@@ -19,6 +19,7 @@ from tauten.model import (
     Tangent,
     tried_tangents,
 )
+from tauten.model.body import has_lost_digits
 from tauten.model.numerics import (
     Array,
     DenseFactors,
@@ -134,6 +135,10 @@ def implicit_system(
     assert not isinstance(added, tuple)
     others: Iterator[Tangent] | None = None  # tried where the exact tangent has no factor
     S, exact, share = derivative, True, 0.0
+    stiffened: tuple[Ints, Array] | None = None
+    unheld: tuple[Ints, Array] | None = None
+    if integration.static and driven is not None and len(driven) > 0:
+        unheld = driven, derivative[driven, driven] / scheme.h**2
     if added is not None:
         added = integration.shares[1] * added
         rest = added if scheme.static else (1.0 + scheme.h * scheme.a) * at.mass + added
@@ -142,7 +147,9 @@ def implicit_system(
         others = tried_tangents(integration, derivative, lambda: stiffness(False))
         S, exact, share = next(others)[:3]
     A_K = S if added is None else S + added
-    while not implicit_step(scheme, at.mass, forces, A_K, v, L, v_free):
+    while not implicit_step(scheme, at.mass, forces, A_K, v, L, v_free) or (
+        exact and unheld is not None and has_lost_digits(DenseFactors(L), scheme.h, n, unheld)
+    ):
         if others is None:
             others = tried_tangents(integration, derivative, lambda: stiffness(False))
             if driven is not None and len(driven) > 0:
@@ -151,7 +158,7 @@ def implicit_system(
         following = next(others, None)
         if following is None:
             raise FactorisationError("the reduced model's matrix is not positive definite")
-        S, exact, share = following[:3]
+        S, exact, share, stiffened, _ = following
         A_K = S
     if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way
         v_free += DenseFactors(L).solve((1.0 - scheme.ahead) * (S - derivative) @ v)
@@ -159,8 +166,9 @@ def implicit_system(
     tangent = A_K / scheme.h**2 if scheme.static else None
     before = v if scheme.ahead == 0.0 else (1.0 - scheme.ahead) * v
     return System(
-        scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent, semidefinite=share
-    )
+        scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent, semidefinite=share,
+        stiffened=stiffened if scheme.ahead == 0.0 else None,
+    )  # fmt: skip
 
 
 def with_drives_stiffer(
@@ -187,8 +195,9 @@ def with_drives_stiffer(
             damping, stiffness = integration.shares
             S, D = one.values.copy(), material()[driven, driven] / (damping + stiffness)
             more = stiffness * D + 2.0 * np.abs(S[driven, driven] - damping * D)
-            S[driven, driven] += more + mass[driven, driven]
-            yield Tangent(S, False, 0.0)
+            more += mass[driven, driven]
+            S[driven, driven] += more
+            yield Tangent(S, False, 0.0, (driven, more / stiffness))
 
 
 def bounded_tangent(exact: Array, material: Array, others: Array) -> tuple[Array, bool, float]:

@@ -1,7 +1,7 @@
 """The mechanics of a robot: the interface of a body, sparse linear systems, free vibration."""
 
 from tauten.model.body.body import Body, Turning
-from tauten.model.body.sparse_body import SparseAssembled, SparseBody
+from tauten.model.body.sparse_body import SparseAssembled, SparseBody, has_lost_digits
 from tauten.model.body.vibration import natural_frequencies
 
 __all__ = [
@@ -9,5 +9,6 @@ __all__ = [
     "SparseAssembled",
     "SparseBody",
     "Turning",
+    "has_lost_digits",
     "natural_frequencies",
 ]

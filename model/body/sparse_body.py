@@ -203,7 +203,8 @@ class SparseBody(Body[P]):
         system = make_system(
             self.pattern, self.factorisation, scheme, K, at.mass, force, v, damping
         )
-        if tangent.unheld is not None and has_lost_digits(system, tangent.unheld):
+        given = system.factorisation, scheme.h, len(v)
+        if tangent.unheld is not None and has_lost_digits(*given, tangent.unheld):
             raise FactorisationError("the tangent is singular within rounding")
         v_free = system.v_free
         if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way
@@ -308,17 +309,19 @@ def indefinite_without(system: System, stiffened: tuple[Ints, Array] | None) -> 
     return bool(np.linalg.eigvalsh(left)[0] < -NEARLY)
 
 
-def has_lost_digits(system: System, unheld: tuple[Ints, Array]) -> bool:
+def has_lost_digits(factors: Factorisation, h: float, n: int, unheld: tuple[Ints, Array]) -> bool:
     """Whether factors of a quasi-static tangent exist by rounding alone.
 
     Args:
-        system: with these factors.
+        factors: of A = h² K (n, n).
+        h: time step [s].
+        n: number of unknowns.
         unheld: see `Tangent`.
     """
     unknowns, stiffness = unheld
-    E = np.zeros((len(system.v_free), len(unknowns)), order="F")
-    E[unknowns, np.arange(len(unknowns))] = system.h
-    compliance = np.sum(E * system.solve(E), axis=0)  # m/N, 1 / stiffness or more
+    E = np.zeros((n, len(unknowns)), order="F")
+    E[unknowns, np.arange(len(unknowns))] = h
+    compliance = np.sum(E * factors.solve(E), axis=0)  # m/N, 1 / stiffness or more
     return bool((compliance * stiffness * ROUNDING > 1.0).any())
 
 
