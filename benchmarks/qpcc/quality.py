@@ -32,9 +32,8 @@ ROBOTS = (
     (1, 5, 150), (3, 10, 150), (3, 23, 150), (9, 23, 150), (9, 40, 150), (12, 100, 40),
 )  # fmt: skip
 TINY = 1e-300  # a best known objective may be zero
-ROUND_OFF = (
-    1e-9  # of an objective, relative to what it is with the tensions and forces of the start
-)
+# Of an objective, relative to what it is with the tensions and forces of the start
+ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,9 +28,8 @@ from tauten.model.schema import RobotFileError
 
 GROUP = "tauten.qp_solvers"  # of entry points
 UNBOUNDED = 1e30
-ENDLESS = (
-    1e12  # a QP whose variables are of order one has no minimum where its answer is this large
-)
+# A QP whose variables are of order one has no minimum where its answer is this large
+ENDLESS = 1e12
 ACCURACY = 1e-10  # residual that daqp may leave, on QPs whose variables are of order one
 # The same where that was too coarse: variables of one part of a robot may be that small beside those of
 # another. Not at once, because a few QPs with nearly redundant rows would be called infeasible.

@@ -20,13 +20,11 @@ from tauten.controller.qpcc.scaling import USABLE, Scaled, largest_magnitude, sc
 from tauten.controller.qpcc.solution import Certificate
 from tauten.model.numerics import Array, Bools, Ints, active_set_forces, kernel
 
-EXACT = (
-    1e-8  # relative residual of a solution; double precision leaves 1e-16 times the conditioning
-)
+# Relative residual of a solution; double precision leaves 1e-16 times the conditioning
+EXACT = 1e-8
 ACTIVE = 1e-8  # a limit this close, relative to its terms, may carry a multiplier
-FLOOR = (
-    1e-3  # share of the largest terms that terms count at least; 1e-11 of a force is then round-off
-)
+# Share of the largest terms that terms count at least; 1e-11 of a force is then round-off
+FLOOR = 1e-3
 RIDGE = 1e-12  # of the unit diagonal of the multipliers' least squares problem, where they are not unique
 PUSHES, OPEN, EITHER = 1, -1, 0  # side of a pair of which β and w are both zero
 

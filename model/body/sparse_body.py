@@ -30,9 +30,8 @@ from tauten.model.system import (
 P = TypeVar("P", default=Any)
 
 NEARLY = 1e-6  # of what was added on the diagonal: closer to singular, rounding might decide
-ROUNDING = (
-    1e-9  # of the stiffness of an unknown alone: less with all else that goes along is rounding
-)
+# Of the stiffness of an unknown alone: less with all else that goes along is rounding
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)

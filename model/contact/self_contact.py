@@ -20,9 +20,8 @@ from tauten.model.numerics import Array, Ints
 
 EDGES_AWAY = 2.0  # neighbours along the surface, in mean edges
 ALARM_EDGES = 0.5  # alarm distance, in mean edges
-WALL_ALARMS = (
-    4.0  # walls up to so many alarm distances thick are not compared with their other side
-)
+# Walls up to so many alarm distances thick are not compared with their other side
+WALL_ALARMS = 4.0
 TIE = 1e-6  # relative; what is in the plane of a candidate to rounding is a neighbour in any pose
 
 

@@ -40,16 +40,14 @@ from tauten.model.numerics import (
 
 _Found: TypeAlias = tuple[Ints, Array, Array, Ints, Array]  # what detection writes
 
-ADVANCES = (
-    64  # steps to the place where a candidate meets an obstacle; those that graze it need most
-)
+# Steps to the place where a candidate meets an obstacle; those that graze it need most
+ADVANCES = 64
 ROUNDING = 1e-9  # of depths
 GRAZING = 0.05  # of the way of a candidate, depth at the end below which it has not met a triangle
 BEHIND = 0.02  # of it, depth at the start that is rounding
 BESIDE = 1e-9  # barycentric weight of a point that is on the edge of a triangle
-ALIKE = (
-    0.5  # cosine of the angle between normals from which on a contact is that with the triangle met
-)
+# Cosine of the angle between normals from which on a contact is that with the triangle met
+ALIKE = 0.5
 MET = 1e-3  # of the way of a candidate, distance at which it meets an obstacle
 
 

@@ -27,9 +27,8 @@ from tauten.model.effectors.measure import Measurement
 from tauten.model.numerics import Array, kernel, matrix_quaternion, mirrored_rotation
 
 STRAIGHT = 1e-3  # extent of a region across its longest direction, relative to that along it
-SINGULAR = (
-    1e-12  # relative; added to (E2), so that a region that is crushed to a line gives finite rows
-)
+# Relative; added to (E2), so that a region that is crushed to a line gives finite rows
+SINGULAR = 1e-12
 
 
 @dataclass(frozen=True, slots=True)

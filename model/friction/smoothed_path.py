@@ -23,9 +23,8 @@ from tauten.model.friction.smoothed_law import (
 )
 from tauten.model.numerics import Array, kernel
 
-NARROWEST = (
-    1e-5  # of the largest |q|, width κ k at the end: contacts that stick yield by its square
-)
+# Of the largest |q|, width κ k at the end: contacts that stick yield by its square
+NARROWEST = 1e-5
 GATE = 0.3  # error of the law, of its widths, up to which it counts as met
 SHORTEST = 1.0 / 64.0  # of a step's line search
 FULL = 0.9  # share of a step above which it counts as a full one

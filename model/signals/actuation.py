@@ -215,9 +215,8 @@ def _motor(item: SingleActuator | CouplingSettings, config: RobotConfig) -> _Mot
         members = [single[name] for name in item.members]
         gains, offsets = item.gains, item.offsets
     kind, flexibility, shift = ActuatorKind(members[0].kind), 0.0, 0.0
-    if (
-        isinstance(item, CouplingSettings) and item.kind == "drum"
-    ):  # springs between it and its cables
+    # Springs are between a drum and its cables.
+    if isinstance(item, CouplingSettings) and item.kind == "drum":
         return _Motor(kind, True, flexibility, shift)
     for member, gain, offset in zip(members, gains, offsets, strict=True):
         if isinstance(member, CableSettings) and member.spring is not None:

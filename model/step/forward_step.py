@@ -76,9 +76,8 @@ def forward_step(
         command: position or effort of each actuator.
     """
     layout, left = step.layout, enrichment.rounds
-    if (
-        step.rho is not None and step.system.stiffened is not None
-    ):  # a given effort is that of its row, whatever was added along it
+    # A given effort is that of its row, whatever was added along it.
+    if step.rho is not None and step.system.stiffened is not None:
         step = replace(step, rho=np.where(command.by_force, 0.0, step.rho))
     lam = np.zeros(len(step.compliance.delta_free))
     lam[layout.actuators] = previous.effort

@@ -24,9 +24,8 @@ from tauten.reduction.state.tetra.modal_body import ModalBody
 from tauten.reduction.state.tetra.node_chart import NONE, NodeChart
 from tauten.reduction.state.tetra.points import integration_points
 
-_VOLUME = (
-    2.0  # factor between the volume of the weighted elements and the body's; samples reach 1.02
-)
+# Factor between the volume of the weighted elements and the body's; samples reach 1.02
+_VOLUME = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

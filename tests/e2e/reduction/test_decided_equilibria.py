@@ -17,9 +17,8 @@ from tauten.reduction.state import StateBasis
 from tauten.service.setup import load_setup
 
 SECONDS = 2.0  # for each target
-FOLLOWS = (
-    1e-3  # m: the reduced model settles where the controller has it, and not on another branch
-)
+# m: the reduced model settles where the controller has it, and not on another branch
+FOLLOWS = 1e-3
 
 pytestmark = pytest.mark.slow
 

@@ -22,9 +22,8 @@ from tauten.reduction.state import StateBasis, reduced_robot
 COUNT = 30  # equilibria
 LEAST = 20  # of them within the range of the basis
 GOAL = 1e-3  # m, what the command aims at
-BEYOND = (
-    1.5  # times the claimed largest error, which as many equilibria of another choice may exceed
-)
+# Times the claimed largest error, which as many equilibria of another choice may exceed
+BEYOND = 1.5
 
 pytestmark = pytest.mark.slow
 
