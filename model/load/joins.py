@@ -256,7 +256,8 @@ def build_glue(
     nodes_, masters_, weights_ = [none[:, 0]], [none], [np.zeros((0, 4))]
     for index, one in enumerate(attachments):
         nodes = np.flatnonzero(one.chosen & ~of_beams)
-        whole = any(one.chosen[f.nodes].all() for f in frames if isinstance(f, PinnedRegion))
+        of_bodies = [f.nodes[~of_beams[f.nodes]] for f in frames if isinstance(f, PinnedRegion)]
+        whole = any(len(own) > 0 and bool(one.chosen[own].all()) for own in of_bodies)
         if one.item.kind == "pin" or (one.item.kind == "hinge" and whole) or len(nodes) == 0:
             continue
         if one.item.kind == "hinge":

@@ -195,9 +195,20 @@ def test_a_soft_end_glued_to_a_rod_is_clamped() -> None:
 
 
 def arms(
-    joint: dict[str, object], direction: list[float], **changes: object
+    joint: dict[str, object], direction: list[float], aside: float = 0.0, **changes: object
 ) -> Robot[ConstrainedBody]:
-    """A rigid arm along x that a servo turns about y, and one that hangs from its end and is pushed."""
+    """A rigid arm along x that a servo turns about y, and one that hangs from its end and is pushed.
+
+    Args:
+        joint: between the two.
+        direction: of the push.
+        aside: length of a rod along x at the end of the hanging arm [m]; 0.0: there is none.
+        changes: of tables of the file.
+    """
+    end = [L, 0.0, -L]
+    rods, glue = [], {"kind": "glue", "region": node(L, z=-L)}
+    if aside > 0.0:
+        rods = [rod("rod", [end, [L + aside, 0.0, -L]], elements=4)]
     bar = ((L, 0.02, 0.02), (2, 1, 1))
     servo = {
         "name": "servo",
@@ -210,17 +221,19 @@ def arms(
         [
             {"name": "upper", "position": [0.0, -0.01, -0.01]},
             {"name": "lower", "rigid": True, "position": [L - 0.01, -0.01, 0.0], "rotation": down},
+            *rods,
         ],
         {"upper": bar, "lower": bar},
         attachments=[
             {
                 "region": everywhere("lower"), "to": everywhere("upper"), "through": [L, 0.0, 0.0],
                 "max_distance": 0.02, **joint,
-            }
+            },
+            *({**glue, "to": everywhere("lower")} for _ in rods),
         ],
         drives=[{**servo, **STILL}],
-        forces=[push("push", [L, 0.0, -L], direction)],
-        effectors=[{"name": "end", "point": [L, 0.0, -L]}],
+        forces=[push("push", end, direction)],
+        effectors=[{"name": "end", "point": end}],
         gravity=[0.0, 0.0, -G],
         **changes,
     )  # fmt: skip
@@ -243,6 +256,20 @@ def test_forces_and_torques_about_a_hinge_balance_on_levers(angle: float) -> Non
     assert robot.effector(simulator.state)[0] == pytest.approx(expected, abs=1e-7)
     load = z * force + (0.5 * x + x) * WEIGHT
     assert simulator.effort[0] == pytest.approx(-load, rel=1e-6)
+
+
+@pytest.mark.parametrize("joint", ["hinge", "pin"])
+def test_a_rod_that_is_glued_to_a_hanging_arm_turns_it_by_its_weight(joint: str) -> None:
+    """A hinged body that a beam is glued to is still one body; its file was refused."""
+    aside = 0.08
+    robot = arms(HINGE if joint == "hinge" else {"kind": "pin"}, [1.0, 0.0, 0.0], aside)
+    simulator = Simulator(robot, contact="none")
+    assert simulator.settle(position=[0.0, np.nan], effort=[np.nan, 0.0]).converged
+    weight = PLASTIC["density"] * np.pi * 1e-6 * aside * G  # of the rod, N
+    turned = np.arctan2(0.5 * aside * weight, (0.5 * WEIGHT + weight) * L)
+    expected = [L - L * np.sin(turned), 0.0, -L * np.cos(turned)]
+    assert L * turned > 1e-4
+    assert robot.effector(simulator.state)[0] == pytest.approx(expected, abs=1e-6)
 
 
 def test_a_hinge_bears_moments_across_its_axis() -> None:
