@@ -296,8 +296,8 @@ def advance(
 
     The decision predicts the tick with one linearisation; the model follows what left in steps of second
     order (`tauten.model.simulation.travel`). Without sub-steps it moves as the decision predicts, a
-    quasi-static one only where that is not far. So it does where these steps diverge: their linearisation is
-    where the velocity leads, which may be far beyond.
+    quasi-static one only where that is not far. So it does where these steps diverge or their matrix has no
+    factor: their linearisation is where the velocity leads, which may be far beyond.
 
     Raises:
         FactorisationError: the state has diverged.
@@ -308,11 +308,16 @@ def advance(
         kept = now.position if given is None else np.where(given.by_position, now.position, np.nan)
         command = Command.of(kept, None) if given is None else Command(kept, given.effort)
         start = Command(before.position, before.effort)
-        moved = travel(
-            robot, space, settings.enrichment, step.state, forces, start, command,
-            settings.substeps or 1,
-        )  # fmt: skip
-        way = robot.body.displacement(moved.state, step.system.h * moved.state.v)  # next tick's [m]
+        try:
+            moved = travel(
+                robot, space, settings.enrichment, step.state, forces, start, command,
+                settings.substeps or 1,
+            )  # fmt: skip
+            way = robot.body.displacement(
+                moved.state, step.system.h * moved.state.v
+            )  # next tick [m]
+        except FactorisationError:
+            way = np.inf
         if way < FARTHEST * robot.part_size:  # not where it is NaN
             return moved.state, moved.forces, moved.last
     end = robot.body.advance(step.state, step.system.v + predicted.dv, step.system.h)

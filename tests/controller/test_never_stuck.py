@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from support.robots.beam_robots import tendon_arm
 from support.robots.bodies import beam_robot, box_mesh
 
 import tauten.controller.step
@@ -187,3 +189,17 @@ def test_a_winch_that_hardly_turns_beside_a_fast_one_stays_within_limits() -> No
         decided = controller.step(goal)
         assert decided.status.usable
         assert (decided.effort <= robot.limits.effort_max * (1.0 + 1e-9)).all()
+
+
+def test_a_model_goes_on_where_its_steps_have_no_factor(tmp_path: Path) -> None:
+    """An arm that swings met such a step, and stood still in mid-air from then on, with status OK."""
+    file = tendon_arm(tmp_path, 12.0)
+    damped = "[integration]\nrayleigh_mass = 5.0\n"
+    file.write_text(file.read_text(encoding="utf-8") + damped, encoding="utf-8")
+    controller = Controller.of(str(file))
+    before = controller.tip
+    for _ in range(30):
+        actuation = controller.step([0.05, -0.02, 0.3955])
+        fast = np.abs(controller.state.v).max()  # m/s, rad/s
+        assert fast < 0.1 or not actuation.status.ok or not np.array_equal(controller.tip, before)
+        before = controller.tip
