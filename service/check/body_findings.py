@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tauten.model import ActuatorKind, Robot, Simulator
+from tauten.model import ActuatorKind, Integration, Robot, Simulator
 from tauten.model.body import natural_frequencies
-from tauten.model.numerics import FactorisationError
+from tauten.model.numerics import Array, FactorisationError
 from tauten.service.check.findings import Finding, graded
 
 SAG = (0.1, 0.5)  # of the size; from here on doubtful and wrong
@@ -17,6 +17,10 @@ VIBRATION = "natural frequencies"  # subject of a finding
 FREQUENCIES = 3
 LIGHT = 20.0  # kg/m³; the lightest foams, and a density that was written in g/cm³ is less
 STEPS_A_PERIOD = 10.0  # that resolve the first vibration
+DAMPED = (
+    0.05,
+    0.1,
+)  # share of critical damping below which models swing on, and that they should have
 
 
 def body_findings(
@@ -102,10 +106,33 @@ def vibration(robot: Robot) -> Finding:
             return Finding(subject, "doubtful", found, advice)
         return Finding(subject, "fine", found)
     if scheme.rate >= STEPS_A_PERIOD * first:
-        return Finding(subject, "fine", found)
+        return light_damping(subject, scheme, frequencies) or Finding(subject, "fine", found)
     advice = (
         f"a period of the first vibration has {scheme.rate / first:.2g} decisions, which do not see it; "
         f"controller.rate = {STEPS_A_PERIOD * first:.3g} would resolve it, controller.substeps = "
         f"{math.ceil(STEPS_A_PERIOD * first / scheme.rate)} in the model alone"
+    )
+    return Finding(subject, "doubtful", found, advice)
+
+
+def light_damping(subject: str, scheme: Integration, frequencies: Array) -> Finding | None:
+    """Rayleigh damping so light that decisions keep the model swinging; None where it is not, or is none.
+
+    Args:
+        subject: of the finding.
+        scheme: of the robot.
+        frequencies: (k,) its lowest natural frequencies [Hz].
+    """
+    omega = 2.0 * np.pi * frequencies
+    shares = 0.5 * (scheme.rayleigh_mass / omega + scheme.rayleigh_stiffness * omega)  # (k,)
+    least = int(shares.argmin())
+    if scheme.viscous or not 0.0 < shares[least] < DAMPED[0]:
+        return None
+    needed = float(((2.0 * DAMPED[1] - scheme.rayleigh_mass / omega) / omega).max())
+    percent = 100.0 * shares[least]
+    found = f"the vibration of {frequencies[least]:.3g} Hz has {percent:.2g} % of critical damping"
+    advice = (
+        f"with so little, targets that are out of reach may keep the model swinging; "
+        f"integration.rayleigh_stiffness = {needed:.2g} damps it, controller.substeps = 0 in decisions alone"
     )
     return Finding(subject, "doubtful", found, advice)

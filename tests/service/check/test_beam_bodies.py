@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.robots.beam_robots import SPACING, STIFFNESS, tendon_arm
 
+from tauten.controller import Controller
 from tauten.model import load_robot
 from tauten.service.check import CheckSettings, check_robot
 from tauten.service.check.actuator_findings import NEAR, buckling_share
+from tauten.service.check.body_findings import vibration
 from tauten.service.check.mesh_variants import make_loads
 from tauten.service.process import StopFlag
 
@@ -111,3 +114,27 @@ def test_tensions_under_which_an_arm_buckles_are_found(
     load = 12.0 * STIFFNESS / SPACING**2  # N
     share = buckling_share(load_robot(file))
     assert share == pytest.approx(min(load / (3.0 * tension), 1.0), abs=NEAR)
+
+
+@pytest.mark.parametrize(
+    ("damping", "level"),
+    [("rayleigh_mass = 5.0", "doubtful"), ("rayleigh_stiffness = 0.02", "fine")],
+)
+def test_light_damping_is_found_and_the_advice_lets_the_tip_settle(
+    damping: str, level: str, tmp_path: Path
+) -> None:
+    """A target 0.4 mm out of reach keeps a model that is damped so lightly swinging by 100 mm, with OK."""
+    file = tendon_arm(tmp_path, 12.0)
+    text = file.read_text(encoding="utf-8") + f"[integration]\n{damping}\n"
+    file.write_text(text, encoding="utf-8")
+    finding = vibration(load_robot(file))
+    assert finding.level == level, finding
+    if level == "fine":
+        return
+    (advised,) = re.findall(r"rayleigh_stiffness = [0-9.e-]+", finding.advice)
+    file.write_text(f"{text}{advised}\n", encoding="utf-8")
+    assert vibration(load_robot(file)).level == "fine"
+    controller, target = Controller.of(str(file)), np.array([0.05, -0.02, 0.3955])
+    for _ in range(200):
+        assert controller.step(target).status.ok
+    assert np.linalg.norm(controller.tip - target) < 4e-4
