@@ -182,6 +182,8 @@ def buckling_share(robot: Robot) -> float:
     limits, kinds = robot.limits, robot.actuators.kinds
     held = np.array([kind in MOTORS for kind in kinds])
     pulled = np.array([kind is ActuatorKind.CABLE for kind in kinds])
+    if not pulled.any():
+        return 1.0
     simulator = Simulator(robot, contact="none")
     start, stable, share, least = None, 0.0, LEAST_TENSION, np.inf
     while least - stable > NEAR and stable < 1.0:
