@@ -161,7 +161,8 @@ def first_tick(
     `given_in`: the plan's own effort takes the whole horizon. Forces on points that keep their effort get the
     plan's all the same: only inertia resists such a force within a tick, and one that brakes in the next what
     it has accelerated lets a lightly damped robot swing between its limits. A cable without tension in the
-    plan has none in the tick, and its winch follows the path.
+    plan has none in the tick, and its winch follows the path; where actuators go a share of the way, its
+    tension decreases by that share: let go at once, one that plans pull and let go in turn is never taut.
 
     Args:
         robot: limits and laws of the actuators.
@@ -186,8 +187,7 @@ def first_tick(
     if min(share.tolist(), default=1.0) < 1.0:
         held_back = share < 1.0
         there = np.where(held_back, position + share * (there - position), there)
-        kept = slack | ~held_back
-        effort = np.where(kept, effort, before + share * (effort - before))
+        effort = np.where(held_back, before + share * (effort - before), effort)
     free = slack | (laws.held_by_force & robot.actuators.are_forces)
     wanted = Command.either(free, there, effort)
     if locks is None:

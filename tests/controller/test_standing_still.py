@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
-from support.robots.bodies import beam_robot, box_mesh
+from support.robots.bodies import beam_robot, box_mesh, hollow_beam, pneumatic_robot
 from support.robots.examples import shipped_setup
 
 from tauten.controller import Controller, Status
@@ -263,3 +263,45 @@ def test_plans_that_jump_between_taut_and_slack_cables_end_in_between() -> None:
     moved = np.ptp([one.position for one in left], axis=0)
     assert (moved < 1e-4 * (robot.limits.position_max - robot.limits.position_min)).all()
     assert (np.ptp([one.effort for one in left], axis=0) < 0.05).all()  # N
+
+
+@pytest.mark.parametrize("scheme", ["quasi-static", "implicit-euler"])
+def test_a_cable_that_plans_let_go_in_turn_is_let_go_by_a_share_of_the_way(scheme: str) -> None:
+    """Of two plans one pulls it and one lets it go: pulled by a share and let go at once it was never taut.
+
+    The robot then stayed where the rows were 2.9 mm from their targets, 2.4 mm with dynamics.
+    """
+    limits = {"max_tension": 6.0, "min_pull": -0.05, "max_pull": 0.02, "max_rate": 10.0}
+    places = {
+        "low": (0.01, 0.002),
+        "springy": (0.019, 0.018),
+        "rod": (0.002, 0.018),
+        "right": (0.019, 0.005),
+    }
+    own = {
+        "springy": {"spring": {"stiffness": 300.0, "pretension": 0.5}},
+        "rod": {"min_tension": -4.0},
+    }
+    cables = [
+        {"name": name, "points": [[0.01, y, z], [0.1, y, z]], **limits, **own.get(name, {})}
+        for name, (y, z) in places.items()
+    ]
+    upper = [[x, 0.01, 0.02] for x in (0.0, 0.05, 0.1)]
+    effectors = [
+        {"name": "upper", "kind": "length", "points": upper},
+        {"name": "lower", "kind": "distance", "point": [0.0, 0.01, 0.0], "other": [0.1, 0.01, 0.0]},
+    ]
+    motion = {"scheme": scheme} | ({} if scheme == "quasi-static" else {"rayleigh_stiffness": 0.02})
+    robot = pneumatic_robot(
+        hollow_beam((8, 4, 4)), cables=cables, chambers=[], effectors=effectors, integration=motion
+    )
+    goal = np.array([0.09768881, 0.09954459])
+    known = Simulator(robot, "none")  # a place within the limits that SciPy has found
+    given = [0.002, np.nan, np.nan, np.nan], [np.nan, 1.133662, 1.062818, 0.0]
+    assert known.settle(*given).converged
+    controller = Controller(robot)
+    controller.lock("low", position=0.002)
+    for _ in range(100):
+        assert controller.step(goal).status is Status.OK
+    best = np.linalg.norm(known.effector_values - goal)
+    assert np.linalg.norm(controller.effector_values - goal) < 1.02 * best
