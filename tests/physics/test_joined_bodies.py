@@ -199,11 +199,7 @@ def arms(
 ) -> Robot[ConstrainedBody]:
     """A rigid arm along x that a servo turns about y, and one that hangs from its end and is pushed.
 
-    Args:
-        joint: between the two.
-        direction: of the push.
-        aside: length of a rod along x at the end of the hanging arm [m]; 0.0: there is none.
-        changes: of tables of the file.
+    At the end of the hanging arm is a rod along x, so long [m], where `aside` is not zero.
     """
     end = [L, 0.0, -L]
     rods, glue = [], {"kind": "glue", "region": node(L, z=-L)}
