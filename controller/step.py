@@ -308,14 +308,12 @@ def advance(
         kept = now.position if given is None else np.where(given.by_position, now.position, np.nan)
         command = Command.of(kept, None) if given is None else Command(kept, given.effort)
         start = Command(before.position, before.effort)
+        h, substeps = step.system.h, settings.substeps or 1
         try:
             moved = travel(
-                robot, space, settings.enrichment, step.state, forces, start, command,
-                settings.substeps or 1,
-            )  # fmt: skip
-            way = robot.body.displacement(
-                moved.state, step.system.h * moved.state.v
-            )  # next tick [m]
+                robot, space, settings.enrichment, step.state, forces, start, command, substeps
+            )
+            way = robot.body.displacement(moved.state, h * moved.state.v)  # of the next tick [m]
         except FactorisationError:
             way = np.inf
         if way < FARTHEST * robot.part_size:  # not where it is NaN

@@ -16,9 +16,7 @@ SLOW = 600.0  # s from rest to the farthest position; a longer time is doubtful
 SHARE = 0.1  # of the way, at which it is looked whether an actuator moves the effectors
 MOVED = 1e-5  # of the robot's size; movements at this share that are smaller are none
 TOLERANCE = 1e-8  # m; movement of the last step of an equilibrium
-LEAST_TENSION = (
-    1.0 / 16.0
-)  # of the largest one, at which it is first looked whether a robot buckles
+LEAST_TENSION = 1.0 / 16.0  # of the largest one, at which buckling is first looked for
 NEAR = 0.05  # of the largest tension; how near the share at which a robot buckles is found
 MOTORS = (ActuatorKind.DRIVE, ActuatorKind.SLIDE)
 
