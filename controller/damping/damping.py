@@ -17,7 +17,8 @@ the way that is adapted as trust regions are (Conn, Gould and Toint, Trust-Regio
 the objective of holding has decreased over the last ticks, of what plans have predicted. Both are the
 objective of the plan before, with its weights and unknown forces: another one may increase along good plans.
 A share with which it has not decreased is too large where the robot comes to rest: the share grows to half of
-it at most.
+it at most. The means of decreases shrink with the share: what is remembered of ticks with a larger one would
+else be more than a smaller one can decrease, and the share shrink to nothing.
 
 A robot that relaxes changes what holding leads to, for seconds, whatever its actuators do. So the decrease is
 also counted from where holding for one tick would have led, and the mean of the two that is larger counts:
@@ -262,7 +263,11 @@ def adapted(
             if decrease < POOR * predicted:
                 if grown:
                     most = min(most, max(LOWERED * share, ALLOWED))
-                share, grown = min(SHRINKAGE**power * share, most), False
+                smaller = min(SHRINKAGE**power * share, most)
+                actual, apart, predicted = (
+                    smaller / share * value for value in (actual, apart, predicted)
+                )  # as of ticks with that share
+                share, grown = smaller, False
             elif decrease > GOOD * predicted:
                 share, grown = min(GROWTH**power * share, most), True
     return Damping(

@@ -171,6 +171,21 @@ def test_ways_become_shorter_where_nothing_is_gained_until_something_is() -> Non
     assert damping.share == 1.0
 
 
+def test_ways_that_have_shrunk_grow_again_where_they_gain_what_is_predicted() -> None:
+    """What was predicted of longer ways was remembered longer than ways shrink: they became zero for ever."""
+    damping, held = undamped(), 1e-4
+    shares = list[float]()
+    for tick in range(120):
+        gain = 0.5 * held
+        planned = Objective(held, held, held, held - gain, damping.share)
+        damping = adapted(damping, np.array([1e-3]), 0.1, TICK, planned)
+        if tick >= 20:  # nothing is gained before
+            held -= damping.share * gain
+        shares.append(damping.share)
+    assert shares[20] < 1e-3
+    assert shares[-1] >= 0.1
+
+
 def test_what_relaxing_adds_to_the_objective_does_not_shorten_ways() -> None:
     """An arm with ribs in contact relaxed for two seconds: ways became zero 1.6 mm beside its target."""
     damping, held, gain = undamped(), 1e-4, 1e-6
