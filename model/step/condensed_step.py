@@ -260,7 +260,7 @@ def condensed(
     if laws.springs is not None:
         compliance.spring(laws.springs, layout.actuators)
     rho = None
-    if system.stiffened is not None:
+    if system.stiffened is not None and not frictional:
         rho = _with_stiffened(rho, system.stiffened, H[layout.actuators])
     return CondensedStep(
         state, system, rows, reduced, extra, axes, compliance, layout, laws, frictional, slid, rho,
@@ -292,7 +292,7 @@ def recondensed(
     compliance = row_compliance(system, H, np.concatenate(delta), step.frictional)
     if step.laws.springs is not None:
         compliance.spring(step.laws.springs, step.layout.actuators)
-    if system.stiffened is not None:
+    if system.stiffened is not None and not step.frictional:
         rho = _with_stiffened(rho, system.stiffened, H[step.layout.actuators])
     return CondensedStep(
         step.state, system, rows, reduced, step.extra, step.axes, compliance, step.layout,
