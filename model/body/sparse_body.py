@@ -202,8 +202,10 @@ class SparseBody(Body[P]):
         system = make_system(
             self.pattern, self.factorisation, scheme, K, at.mass, force, v, damping
         )
-        given = system.factorisation, scheme.h, len(v)
-        if tangent.unheld is not None and has_lost_digits(*given, tangent.unheld):
+        lost = tangent.unheld is not None and has_lost_digits(
+            system.factorisation, scheme.h, len(v), tangent.unheld
+        )
+        if lost:
             raise FactorisationError("the tangent is singular within rounding")
         v_free = system.v_free
         if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -177,10 +178,14 @@ def _contacts(
     """
     names = [part.name for part in parts]
 
+    @cache
+    def surface(number: int, name: str | None) -> Ints:
+        return surfaces[number](name)
+
     def side(settings: PartSurfaceSettings, field: str) -> _Side:
         number = names.index(settings.part)
         try:
-            triangles = surfaces[number](settings.surface)
+            triangles = surface(number, settings.surface)
         except RobotFileError as error:
             raise RobotFileError(f"{source}: {field}.surface: {error}") from error
         return _Side(number, triangles, side_name(settings))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tauten.model import ActuatorKind, Ending, Robot, Simulator
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, Bools
 from tauten.model.schema import RobotConfig
 from tauten.service.check.findings import Finding
 
@@ -18,7 +18,6 @@ MOVED = 1e-5  # of the robot's size; movements at this share that are smaller ar
 TOLERANCE = 1e-8  # m; movement of the last step of an equilibrium
 LEAST_TENSION = 1.0 / 16.0  # of the largest one, at which buckling is first looked for
 NEAR = 0.05  # of the largest tension; how near the share at which a robot buckles is found
-MOTORS = (ActuatorKind.DRIVE, ActuatorKind.SLIDE)
 
 
 def actuator_findings(robot: Robot, config: RobotConfig) -> Iterator[Finding]:
@@ -140,7 +139,7 @@ def movements(robot: Robot) -> tuple[Array, Array]:
         where no equilibrium was found. (n_a,) magnitude of the effort that this takes, in its unit.
     """
     layout, limits = robot.effector_layout, robot.limits
-    held = np.array([kind in MOTORS for kind in robot.actuators.kinds])
+    held = motors(robot)
     simulator = Simulator(robot, contact="none")
     found, efforts = np.full((robot.n_a, len(layout.parts())), np.nan), np.zeros(robot.n_a)
     position, effort = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)
@@ -160,6 +159,12 @@ def movements(robot: Robot) -> tuple[Array, Array]:
     return found, efforts
 
 
+def motors(robot: Robot) -> Bools:
+    """Which actuators are drives (n_a,): they stay at rest while others are looked at."""
+    kinds = (ActuatorKind.DRIVE, ActuatorKind.SLIDE)
+    return np.array([kind in kinds for kind in robot.actuators.kinds], dtype=np.bool_)
+
+
 def buckles(subject: str, share: float) -> Finding:
     """A robot that buckles under a share of the largest tensions of all its cables."""
     percent = 100.0 * share
@@ -177,9 +182,8 @@ def buckling_share(robot: Robot) -> float:
     It is 1 where it does not, where limits of positions are met before, and where no equilibrium is found for
     another reason. Drives stay where they are meanwhile, other actuators are slack.
     """
-    limits, kinds = robot.limits, robot.actuators.kinds
-    held = np.array([kind in MOTORS for kind in kinds])
-    pulled = np.array([kind is ActuatorKind.CABLE for kind in kinds])
+    limits, held = robot.limits, motors(robot)
+    pulled = np.array([kind is ActuatorKind.CABLE for kind in robot.actuators.kinds])
     if not pulled.any():
         return 1.0
     simulator = Simulator(robot, contact="none")

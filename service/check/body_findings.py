@@ -7,9 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tauten.model import ActuatorKind, Integration, Robot, Simulator
+from tauten.model import Integration, Robot, Simulator
 from tauten.model.body import natural_frequencies
 from tauten.model.numerics import Array, FactorisationError
+from tauten.service.check.actuator_findings import motors
 from tauten.service.check.findings import Finding, graded
 
 SAG = (0.1, 0.5)  # of the size; from here on doubtful and wrong
@@ -17,10 +18,8 @@ VIBRATION = "natural frequencies"  # subject of a finding
 FREQUENCIES = 3
 LIGHT = 20.0  # kg/m³; the lightest foams, and a density that was written in g/cm³ is less
 STEPS_A_PERIOD = 10.0  # that resolve the first vibration
-DAMPED = (
-    0.05,
-    0.1,
-)  # share of critical damping below which models swing on, and that they should have
+# Share of critical damping below which models swing on, and that they should have
+DAMPED = (0.05, 0.1)
 
 
 def body_findings(
@@ -77,8 +76,7 @@ def sag(robot: Robot) -> Finding:
         return Finding(subject, "fine", "no gravity in the robot file")
     advice = "check young_modulus [Pa], density [kg/m³], gravity and mesh.length_unit"
     simulator = Simulator(robot, contact="none")
-    motors = (ActuatorKind.DRIVE, ActuatorKind.SLIDE)
-    held = np.array([kind in motors for kind in robot.actuators.kinds])
+    held = motors(robot)
     position, effort = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)
     if not simulator.settle(position, effort, tolerance=1e-6).converged:
         return Finding(subject, "wrong", "the body does not come to rest", advice)
