@@ -9,6 +9,7 @@ from typing import Any
 import meshio
 import numpy as np
 
+from tauten.model.mesh.whole_files import missing_cells, why_not_whole
 from tauten.model.numerics import Array, Ints
 from tauten.model.printing import kept_from_terminal
 
@@ -23,28 +24,57 @@ def read_with_meshio(path: Path) -> Any:
     """The `meshio.Mesh` of a file.
 
     Raises:
-        MeshError: no such file, or meshio cannot read it; the text contains the reason of meshio on one line.
+        MeshError: no such file, a suffix of no mesh format, a file that is cut off or that meshio cannot
+            read; the text contains the reason on one line.
     """
     if not path.is_file():
-        raise MeshError(f"{' '.join(str(path).splitlines())}: no such mesh file")
-    if path.suffix.lower() == ".ply" and b"end_header" not in path.read_bytes():
-        # meshio reads on for ever
-        raise MeshError(f"{path}: not readable as a mesh (its header has no end)")
+        what = "is a folder, expected a" if path.is_dir() else "no such"
+        raise MeshError(f"{' '.join(str(path).splitlines())}: {what} mesh file")
+    if path.suffix.lower() not in meshio.extension_to_filetypes:
+        raise MeshError(
+            f"{path}: no mesh format has the suffix {path.suffix!r}; export tetrahedra as VTU, VTK or MSH, "
+            "a surface as STL, OBJ or PLY; `tauten new` takes solids as STEP or BREP"
+        )
     with (
         kept_from_terminal() as printed,
         np.errstate(over="ignore"),  # a text STL whose first bytes meshio multiplies as a size
     ):
         try:
-            if path.suffix.lower() == ".obj":
-                return _surface_of_obj(path)
-            xml = path.suffix.lower() == ".vtk" and path.read_bytes().lstrip().startswith(b"<")
-            return meshio.read(path, "vtu" if xml else None)
+            return _read(path)
+        except MeshError:
+            raise
+        except OSError as error:
+            raise unreadable(path, error.strerror or meshio_says(str(error))) from error
         except SystemExit as error:  # meshio has printed why it cannot read the file
-            reason = " ".join(printed.getvalue().split()) or "its contents are not of this format"
-            raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
+            raise unreadable(path, meshio_says(printed.getvalue())) from error
         except Exception as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
-            raise MeshError(f"{path}: not readable as a mesh ({reason})") from error
+            raise unreadable(path, meshio_says(str(error) or type(error).__name__)) from error
+
+
+def unreadable(path: Path, reason: str) -> MeshError:
+    """The error of a file that is not read, for this reason."""
+    return MeshError(f"{path}: not readable as a mesh ({reason}); export it again")
+
+
+def meshio_says(text: str) -> str:
+    """The reason of a file that meshio does not read, with the text of its error on one line."""
+    words = " ".join(text.split())
+    return "it is cut off, damaged or of another format" + (words and f"; meshio: {words}")
+
+
+def _read(path: Path) -> Any:
+    reason = why_not_whole(path)
+    if reason:
+        raise unreadable(path, reason)
+    if path.suffix.lower() == ".obj":
+        return _surface_of_obj(path)
+    if path.suffix.lower() != ".vtk":
+        return meshio.read(path)
+    raw = meshio.read(path, "vtu" if path.read_bytes().lstrip().startswith(b"<") else None)
+    reason = missing_cells(path, sum(len(block.data) for block in raw.cells))
+    if reason:
+        raise unreadable(path, reason)
+    return raw
 
 
 def _surface_of_obj(path: Path) -> Any:
@@ -97,7 +127,7 @@ def read_triangles(path: Path) -> tuple[Array, Ints]:
             f"{path}: vertices are an array {points.shape}, expected three coordinates each"
         )
     if not np.isfinite(points).all():
-        raise MeshError(f"{path}: a vertex is not finite")
+        raise MeshError(f"{path}: a vertex is not finite; export the surface again")
     wrong = np.flatnonzero(((triangles < 0) | (triangles >= len(points))).any(axis=1))
     if len(wrong):
         raise MeshError(

@@ -159,8 +159,8 @@ def read_mesh(path: Path, length_unit: str = "m", overlaps: bool = False) -> Tet
             f'{path}: holds quadratic tetrahedra; set mesh.element = "quadratic" in the robot file'
         )
     if "tetra" not in kinds:
-        found = ", ".join(sorted(kinds)) or "nothing"
-        raise MeshError(f"{path}: no tetrahedra found, only {found}; mesh the volume")
+        found = "only " + ", ".join(sorted(kinds)) if kinds else "and no other cells"
+        raise MeshError(f"{path}: no tetrahedra found, {found}; mesh the volume")
     nodes, tets, groups, numbers = used_nodes(raw, "tetra", length_unit, path)
     return replace(checked(nodes, tets, str(path), overlaps), groups=groups, numbers=numbers)
 
@@ -234,7 +234,8 @@ def checked(nodes: Array, tets: Ints, source: str, overlaps: bool = False) -> Te
     """
     if not np.isfinite(nodes).all():
         raise MeshError(
-            f"{source}: node {int(np.argwhere(~np.isfinite(nodes))[0, 0])} is not finite"
+            f"{source}: node {int(np.argwhere(~np.isfinite(nodes))[0, 0])} is not finite; export the mesh "
+            "again"
         )
     with np.errstate(over="ignore"):
         extent = float(np.ptp(nodes, axis=0).max())

@@ -92,7 +92,9 @@ def read_part(
         MeshError: the tetrahedra of the file cannot be used, or no desktop robot is as large in this unit.
     """
     if not path.is_file():
-        raise PartError(f"{path}: no such file")
+        raise PartError(
+            f"{path}: " + ("is a folder, expected a file" if path.is_dir() else "no such file")
+        )
     kind, scale = kind_of(path), UNITS[unit]
     if kind == "tetrahedra" and not repair:
         mesh = read_mesh(path, unit)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import meshio
 import numpy as np
@@ -50,3 +51,52 @@ def test_a_vtk_file_may_hold_xml(tmp_path: Path) -> None:
     xml = (tmp_path / "one.vtu").read_text().split("?>")[-1]
     (tmp_path / "one.vtk").write_text(xml)
     np.testing.assert_array_equal(read_mesh(tmp_path / "one.vtk").nodes, nodes)
+
+
+CUT = {  # file written: [keywords of meshio, share of the bytes that is left, what is said]
+    "binary.stl": ({"binary": True}, 0.5, "the 12 triangles that its header counts need 684"),
+    "text.stl": ({"binary": False}, 0.5, "it is cut off: 'endsolid' is missing"),
+    "short.stl": ({"binary": True}, 0.1, "it has 68 bytes, the header of an STL file has 84"),
+    "header.ply": ({"binary": False}, 0.2, "'end_header' is missing"),
+    "text.ply": ({"binary": False}, 0.7, "it is cut off, damaged or of another format"),
+    "surface.obj": ({}, 0.3, "it is cut off, damaged or of another format"),
+    "grid.vtu": ({}, 0.6, "'</VTKFile>' is missing"),
+    "gmsh.msh": ({"file_format": "gmsh"}, 0.9, "'\\$EndElements' is missing"),
+    "old.msh": ({"file_format": "gmsh22", "binary": False}, 0.9, "'\\$EndElements' is missing"),
+    "grid.vtk": ({"file_format": "vtk42"}, 0.99, "it is cut off: it has 4 of 5 cells"),
+    "empty.vtu": ({}, 0.0, "it is empty"),
+}
+
+
+def write(path: Path, keywords: dict[str, Any]) -> None:
+    """A cube: its surface, or five tetrahedra."""
+    tets = [[0, 1, 2, 4], [3, 1, 7, 2], [5, 1, 4, 7], [6, 2, 7, 4], [1, 2, 4, 7]]
+    quads = np.array(SIDES) - 1
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    volume = path.suffix in (".vtu", ".vtk", ".msh")
+    cells = [("tetra", np.array(tets)) if volume else ("triangle", triangles.astype(np.int32))]
+    meshio.Mesh(np.array(CORNERS, dtype=float), cells).write(path, **keywords)
+
+
+@pytest.mark.parametrize("name", CUT)
+def test_files_that_are_cut_off_say_so_and_what_to_do(tmp_path: Path, name: str) -> None:
+    keywords, share, said = CUT[name]
+    path = tmp_path / name
+    read = read_mesh if path.suffix in (".vtu", ".vtk", ".msh") else read_triangles
+    write(path, keywords)
+    read(path)
+    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    with pytest.raises(
+        MeshError, match=rf"{name}: not readable as a mesh \(.*{said}.*\); export it again$"
+    ):
+        read(path)
+
+
+def test_a_folder_and_other_suffixes_are_no_mesh_files(tmp_path: Path) -> None:
+    (tmp_path / "part.step").write_text("ISO-10303-21;")
+    with pytest.raises(
+        MeshError, match=r"no mesh format has the suffix '.step'; .* `tauten new` takes"
+    ):
+        read_mesh(tmp_path / "part.step")
+    with pytest.raises(MeshError, match="is a folder, expected a mesh file"):
+        read_mesh(tmp_path)
