@@ -13,6 +13,7 @@ from tauten.model.load import Bodies, build_bodies, mesh_files, part_path, read_
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import (
     ACTUATOR_TABLES,
+    PartRobotConfig,
     PartsConfig,
     RobotConfig,
     model_tables,
@@ -35,6 +36,7 @@ from tauten.service.check.mesh_variants import (
     make_loads,
     variant_robot,
 )
+from tauten.service.check.parts_findings import parts_findings
 from tauten.service.check.region_findings import RegionParts, region_parts
 from tauten.service.process import Interrupted, Progress, StopFlag
 
@@ -173,9 +175,15 @@ def check_parts(
         RobotFileError, MeshError: as of `check_robot`.
     """
     robot = load_robot(path)
-    parts = validated(PartsConfig, model_tables(read_toml(path)), path).parts
-    files = {part.robot: part_path(part.robot, path) for part in parts}
-    findings: list[Finding] = []
+    config = validated(PartsConfig, model_tables(read_toml(path)), path)
+    files = {part.robot: part_path(part.robot, path) for part in config.parts}
+    configs = {
+        name: validated(PartRobotConfig, model_tables(read_toml(file)), file)
+        for name, file in files.items()
+    }
+    findings = list(
+        parts_findings(robot, config, {one.name: configs[one.robot] for one in config.parts})
+    )
     complete = True
     for written, file in files.items():
         name, given = written.removesuffix(".toml"), read_toml(file)

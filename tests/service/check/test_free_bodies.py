@@ -118,6 +118,6 @@ def test_objects_with_an_effector_are_no_robots_to_check_by_themselves(name: str
     result = check_model(CheckSettings(str(file)), StopFlag(), lambda _share, _what: None)
     assert not result.refused
     assert result.complete
-    subjects = {found.subject.split(": ")[1] for found in result.findings}
-    assert subjects == {"no effector", "no actuator"}
+    subjects = {found.subject.split(": ")[-1] for found in result.findings}
+    assert subjects == {"no effector", "no actuator", "places of the parts", "free parts"}
     assert {found.level for found in result.findings} == {"fine"}
