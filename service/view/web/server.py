@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import io
+import logging
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -89,6 +90,14 @@ class LoopEvent(asyncio.Event):
         super().set()
 
 
+def _is_of_the_viewer(record: logging.LogRecord) -> bool:
+    """False for requests that are no handshake of a browser, which anybody may send to a port.
+
+    viser has such a filter, but adds it with the first request that it understands.
+    """
+    return record.getMessage() not in ("opening handshake failed", "connection rejected (200 OK)")
+
+
 @contextmanager
 def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]:
     """A server on loopback that accepts browsers of this computer, or at the end of a tunnel.
@@ -102,6 +111,7 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
     """
     listening = _listening(port)
     guard, colours = Guard(), Colours()
+    logging.getLogger("websockets.server").addFilter(_is_of_the_viewer)
     serve = websockets.asyncio.server.serve
 
     def guarded(handler: Handler, _host: str, _port: int, **settings: Any) -> Any:
