@@ -8,6 +8,7 @@ import pkgutil
 import sys
 import tempfile
 from dataclasses import dataclass
+from pathlib import Path
 
 from numba.core.dispatcher import Dispatcher
 
@@ -66,13 +67,18 @@ def take_inventory() -> Inventory:
     unchanged = [cache for cache in caches if f"{cache.file_name}.nbi" in names]
     shipped = {name.rpartition("-")[0] for name in names}
     known = [cache for cache in caches if cache.file_name.rpartition("-")[0] in shipped]
-    here = list(kernel_folder().glob("*.nbc")) if kernel_folder().is_dir() else []
+    here = compiled_here()
     return Inventory(
         len(caches), compiled_machine()[1], len(unchanged), len(known) - len(unchanged),
         sum(name.endswith(".nbc") and _stem(name) in {c.file_name for c in unchanged} for name in names),
         "" if unchanged else why_none(),
         str(kernel_folder()), why_not_kept(), len(here), sum(path.stat().st_size for path in here),
     )  # fmt: skip
+
+
+def compiled_here() -> list[Path]:
+    """The kernels that have been compiled on this machine."""
+    return list(kernel_folder().glob("*.nbc")) if kernel_folder().is_dir() else []
 
 
 def waiting() -> str:

@@ -21,6 +21,7 @@ from tauten.service.cli.terminal import (
     Model,
     Period,
     StepsOption,
+    WithKernels,
     YoungScale,
     progress_bar,
     writable,
@@ -76,7 +77,7 @@ def demo(
     status = console.status("")
 
     def notify(said: str) -> None:
-        status.update(said)
+        status.update(WithKernels(said))
         status.start()  # a thread, which would be missing in the copies
 
     with stop_on_signals() as stop, ExitStack() as stack:

@@ -22,6 +22,7 @@ from tauten.service.cli.terminal.options import (
     basis_of,
 )
 from tauten.service.cli.terminal.output import (
+    WithKernels,
     drawable,
     progress_bar,
     show_mesh_error,
@@ -46,6 +47,7 @@ __all__ = [
     "Robots",
     "ServedName",
     "StepsOption",
+    "WithKernels",
     "YoungScale",
     "ZenohConfig",
     "basis_of",

@@ -93,6 +93,27 @@ def progress_bar(title: str) -> Iterator[Progress]:
         yield report
 
 
+class WithKernels:
+    """A text of a command that waits for others, and how many kernels have been compiled meanwhile."""
+
+    def __init__(self, text: str) -> None:
+        """Count from now."""
+        self._text, self._before = text, self._count()
+
+    def __rich__(self) -> str:
+        """The text as it is shown now."""
+        more = self._count() - self._before
+        return (
+            f"{self._text}; kernels compiled so far, once for all: {more}" if more else self._text
+        )
+
+    @staticmethod
+    def _count() -> int:
+        from tauten.service.kernels import compiled_here
+
+        return len(compiled_here())
+
+
 def _lines(title: str) -> Progress:
     done, said = 0.0, time.monotonic()
 

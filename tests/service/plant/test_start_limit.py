@@ -1,4 +1,4 @@
-"""A process may take the longer to start the more kernels are compiled meanwhile."""
+"""A process may take the longer to start the more kernels are compiled meanwhile, and says how many."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tauten.model.numerics import kernel
+from tauten.service.cli.terminal import WithKernels
 from tauten.service.plant import DemoError, StartLimit
 
 
@@ -21,8 +22,10 @@ def test_a_limit_begins_again_with_each_kernel(
     def half(x: float) -> float:
         return 0.5 * x
 
-    limit = StartLimit(0.0)
+    limit, shown = StartLimit(0.0), WithKernels("the node gets ready")
+    assert shown.__rich__() == "the node gets ready"
     assert half(3.0) == 1.5 and list(tmp_path.rglob("*half*.nbc"))
+    assert shown.__rich__() == "the node gets ready; kernels compiled so far, once for all: 1"
     limit.check("the node")
     time.sleep(1e-3)
     with pytest.raises(DemoError, match=r"the node did not start; no kernel has been compiled"):
