@@ -41,7 +41,7 @@ from tauten.service.plant.processes import (
 )
 from tauten.service.plant.streaming import StreamSettings, stream
 from tauten.service.plant.waypoints import TargetPath, save_path
-from tauten.service.process import StopFlag, alone_in, stop_on_signals
+from tauten.service.process import Interrupted, StopFlag, alone_in, stop_on_signals
 from tauten.service.replay import RecordedRun, RunReport, make_report, read_run
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
@@ -171,13 +171,14 @@ def _run(
             else _copies(stack, settings, setup, network, as_command)
         )
         notify("node and plant get ready, targets that can be reached are found")
-        save_path(make_path(settings.path, robot, path_settings), targets)
-        path = make_path(str(targets), robot, PathSettings(repeats=True))
+        with contextlib.suppress(Interrupted), stop.interruptible():
+            save_path(make_path(settings.path, robot, path_settings), targets)
         step = _wait_alive(Keys(robot.name), network, (node, plant), stop)
         if stop.requested:
             raise DemoError(
                 "stopped before the node and the plant were ready: nothing was recorded"
             )
+        path = make_path(str(targets), robot, PathSettings(repeats=True))
         if math.isnan(step):
             say(
                 f"the node does not say how long a control step takes: whether it holds {rate:g} Hz is "

@@ -147,6 +147,23 @@ def test_a_time_of_a_step_that_is_unknown_is_said(
     assert done.notes[0] in said
 
 
+def test_it_stops_while_the_targets_that_can_be_reached_are_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That takes minutes where kernels are compiled first; it was ended only then."""
+    stop = StopFlag()
+
+    def found(*_: object) -> None:
+        stop.request()
+        raise AssertionError("a request to stop ends the search")
+
+    monkeypatch.setattr("tauten.service.plant.processes._start", forked)
+    monkeypatch.setattr("tauten.service.plant.demo.make_path", found)
+    settings = DemoSettings(str(hanging_beam(tmp_path)), tmp_path / "demo", 1.0)
+    with pytest.raises(DemoError, match="stopped before the node and the plant were ready"):
+        run_demo(settings, stop, lambda _said: None)
+
+
 def test_a_process_that_fails_is_named_with_its_last_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
