@@ -30,7 +30,7 @@ MOST_ROWS = 12000  # of the training matrix, whose memory they limit
 DIRECTIONS = 2  # random directions at each, for the tangent
 SHARE = 0.1  # length of a direction, relative to the norm of its state
 VOLUME = 0.1  # relative error of the sampled volume that counts as much as the whole tolerance
-FLOOR = 1e-12  # least stiffness, relative to the largest
+FLOOR = 1e-12  # stiffness that is none, relative to the largest
 STEP = 1e-3  # step of the finite difference, relative to that length
 
 
@@ -112,7 +112,9 @@ def contributions(tetrahedra: Tetrahedra, Phi: Array, alphas: Array, seed: int) 
 
 
 def compliance_root(tetrahedra: Tetrahedra, Phi: Array, alpha: Array) -> Array:
-    """K^(−1/2) of the reduced tangent, positive semidefinite.
+    """K^(−1/2) of the reduced tangent, zero along motions without energy.
+
+    Such are those of bodies that nothing holds, and all entries of rigid ones: nothing there is to sample.
 
     Args:
         tetrahedra: of the full model.
@@ -126,10 +128,9 @@ def compliance_root(tetrahedra: Tetrahedra, Phi: Array, alpha: Array) -> Array:
     _, values = tetrahedra.forces(tetrahedra.elements.semidefinite, x, None)
     K = tetrahedra.pattern.matrix(values)
     energy, directions = np.linalg.eigh(Phi.T @ (K @ Phi))
-    energy = np.maximum(
-        energy, FLOOR * energy.max()
-    )  # a body that nothing holds turns without energy
-    root: Array = (directions / np.sqrt(energy)) @ directions.T
+    stiff = energy > FLOOR * energy.max()
+    along = directions[:, stiff]
+    root: Array = (along / np.sqrt(energy[stiff])) @ along.T
     return root
 
 

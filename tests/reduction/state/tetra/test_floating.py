@@ -12,8 +12,8 @@ from support.robots.joined import joined, push, rod
 
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
-from tauten.reduction.state import reducible
-from tauten.reduction.state.modes import with_own
+from tauten.reduction.state import pod, reducible
+from tauten.reduction.state.modes import with_own, without_own
 
 BAR = ((0.1, 0.01, 0.01), (5, 1, 1))
 CUBE = ((0.02, 0.02, 0.02), (1, 1, 1))
@@ -87,6 +87,27 @@ def test_what_is_free_falls_beside_a_reduced_robot(make: Callable[[], Robot]) ->
     np.testing.assert_allclose(small.effector[1] - rest[1], [0.0, 0.0, -fall], atol=1e-9)
     np.testing.assert_allclose(small.effector, full.effector, atol=1e-9)
     assert np.linalg.norm(small.effector[0] - rest[0]) > 1e-4
+
+
+def test_elements_are_sampled_of_the_bar_beside_a_rigid_cube() -> None:
+    """Entries of the cube's rotation are no motion that has forces: they took all of the sample."""
+    robot = rigid_cube()
+    body, simulator = reducible(robot), Simulator(robot, "none")
+    efforts = np.linspace(0.01, 0.1, 10)
+    q = np.empty((len(robot.rest().q), len(efforts)))
+    for i, effort in enumerate(efforts):
+        simulator.step(effort=[effort])
+        q[:, i] = simulator.state.q
+    deviations = body.deviations(q)
+    Phi = with_own(body, pod(without_own(body, deviations), body.weight, 4).Phi)
+    alphas = Phi.T @ (body.weight[:, None] * deviations)
+    sample = body.sample(Phi, alphas, 1e-2, 0)
+    small = Simulator(body.reduced(Phi, sample.elements, sample.weights), "none")
+    for effort in efforts:
+        small.step(effort=[effort])
+    way = np.linalg.norm(simulator.effector[0] - robot.effector(robot.rest())[0])
+    assert way > 1e-3
+    assert np.linalg.norm(small.effector[0] - simulator.effector[0]) < 0.02 * way
 
 
 def test_a_rigid_cube_of_a_reduced_robot_turns_with_the_inertia_of_its_shape() -> None:
