@@ -303,6 +303,10 @@ class Robot(Generic[B_co]):
         """
         return self.body.linearise(state, effort, integration or self.integration)
 
+    def static_system(self, state: State, effort: Array | None = None) -> System:
+        """The system of a quasi-static step, whatever the scheme of the robot; see `linearise`."""
+        return self.linearise(state, effort, dataclasses.replace(self.integration, static=True))
+
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
         """The state one step later, with the velocity v and moved by h v.
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from tauten.model.layout import row_layout
@@ -20,10 +18,10 @@ def smooth_contact_forces(robot: Robot, state: State, forces: Forces) -> Array:
     """Normal forces of nearly least norm at an equilibrium, with its friction as a load: (n_c,) [N]."""
     rows = robot.rows(state)
     contacts = rows.contacts
-    lam_c, static = np.zeros(robot.n_c), replace(robot.integration, static=True)
+    lam_c = np.zeros(robot.n_c)
     if len(contacts) == 0:
         return lam_c
-    system = robot.linearise(state, forces.effort, static)
+    system = robot.static_system(state, forces.effort)
     H = np.vstack([rows.actuators.dense(), contacts.rows.dense()])
     response = row_compliance(
         system, H, np.concatenate([rows.actuators.delta, contacts.rows.delta])

@@ -1,6 +1,6 @@
 """One step: its linear system condensed to the rows, and solved forward."""
 
-from tauten.model.step.compliance import Compliance, row_compliance
+from tauten.model.step.compliance import Compliance, row_compliance, static_compliance
 from tauten.model.step.condensed_step import (
     CondensedStep,
     condense_step,
@@ -52,6 +52,7 @@ __all__ = [
     "recondensed",
     "row_compliance",
     "sorted_rows",
+    "static_compliance",
     "step_certificate",
     "under_friction",
     "unit_start",

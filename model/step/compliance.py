@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.numerics import Array, HalfSolving, Ints, kernel
+from tauten.model.robot import Robot
 from tauten.model.signals import Springs
 from tauten.model.system import System
 
@@ -73,6 +74,12 @@ def row_compliance(system: System, H: Array, delta: Array, by_halves: bool = Fal
     W, delta_free = np.empty((len(H), len(H))), np.empty(len(H))
     _condense(H, X, delta, (system.h, system.v_free), W, delta_free)
     return Compliance(H, X, W, delta_free)
+
+
+def static_compliance(robot: Robot, H: Array) -> Array:
+    """How rows H (m, n) at rest yield to forces along them, W = H K⁻¹ Hᵀ: (m, m) [m/N]."""
+    own = robot.fork()
+    return row_compliance(own.static_system(own.rest()), H, np.zeros(len(H))).W
 
 
 def _by_halves(system: System, H: Array, delta: Array, halves: HalfSolving) -> Compliance:

@@ -7,11 +7,11 @@ motors; a soft robot often gives in long before.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model import Command, Robot, Simulator, row_compliance
+from tauten.model import Command, Robot, Simulator, static_compliance
 from tauten.model.numerics import Array, Bools
 from tauten.reduction.campaign.within_limits import settle_within_limits
 
@@ -59,7 +59,7 @@ def command_range(robot: Robot, report: Report = lambda share, what: None) -> Co
         report: called with the share that is done since the last call, and with what is being done.
     """
     limits, laws = robot.limits, robot.actuators.laws
-    W = _softness(robot)
+    W = static_compliance(robot, robot.rows(robot.rest(), contacts=False).actuators.dense())
     alone = ~laws.bilateral & (limits.position_min >= 0.0) & ~_opposed(W, ~laws.bilateral)
     by_force = ~alone & ~(laws.bilateral & ~laws.held_by_force)
     least = np.where(laws.bilateral, limits.position_min, 0.0)
@@ -73,14 +73,6 @@ def command_range(robot: Robot, report: Report = lambda share, what: None) -> Co
         most[i] = _effort(robot, number, high, float(limits.position_max[i]), softness)
         report(1.0 / by_force.sum(), what)
     return CommandRange(by_force, np.minimum(least, 0.0), most)
-
-
-def _softness(robot: Robot) -> Array:
-    """Static compliance between the actuators at rest: (n_a, n_a) [m/N]."""
-    own = robot.fork()
-    system = own.linearise(own.rest(), None, replace(own.integration, static=True))
-    rows = own.rows(own.rest(), contacts=False).actuators
-    return row_compliance(system, rows.dense(), rows.delta).W
 
 
 def _opposed(W: Array, cables: Bools) -> Bools:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from tauten.model import Robot, row_compliance
+from tauten.model import Robot, static_compliance
 
 PAYLOAD = 0.2  # as a share of the weight
 FARTHEST = 0.5  # how far it moves an effector of the undeformed robot, of its size, to first order
@@ -25,10 +23,8 @@ def payload(robot: Robot, effectors: int) -> float:
     """
     size = float(np.linalg.norm(robot.gravity)) or STANDARD_GRAVITY
     heavy = PAYLOAD * robot.body.moving_mass * size / max(effectors, 1)
-    own = robot.fork()
-    places = own.effectors.places(own.body.motion(own.rest()))
-    system = own.linearise(own.rest(), None, replace(own.integration, static=True))
-    W = row_compliance(system, places.dense(), places.delta).W  # (3 p, 3 p) [m/N]
+    places = robot.effectors.places(robot.body.motion(robot.rest()))
+    W = static_compliance(robot, places.dense())  # (3 p, 3 p) [m/N]
     softest = max(
         (np.linalg.eigvalsh(W[i : i + 3, i : i + 3])[-1] for i in range(0, 3 * effectors, 3)),
         default=0.0,

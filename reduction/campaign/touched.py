@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.model import Robot, row_compliance
+from tauten.model import Robot, static_compliance
 from tauten.model.contact import ObstaclePoses, pose_at
 from tauten.model.load import load_part
 from tauten.model.mesh import spread_points
@@ -203,13 +203,11 @@ def _in_the_way(touched: TouchedRobot, way: Array, rng: np.random.Generator) -> 
 
 def _ways(touched: TouchedRobot, found: CommandRange) -> Array:
     """How the places move, to first order at rest, when each actuator alone goes to its end: (3 m, n_a)."""
-    robot = touched.robot.fork()
-    system = robot.linearise(robot.rest(), None, replace(robot.integration, static=True))
+    robot = touched.robot
     rows = robot.rows(robot.rest(), contacts=False)
     first = robot.effector_layout.row_starts[touched.own]
     H = np.vstack([rows.effectors.dense()[first:], rows.actuators.dense()])
-    delta = np.concatenate([rows.effectors.delta[first:], rows.actuators.delta])
-    W = row_compliance(system, H, delta).W
+    W = static_compliance(robot, H)
     n = 3 * len(touched.places)
     softness = np.where(found.by_force, 1.0, np.diag(W)[n:])
     ways: Array = W[:n, n:] * (found.most / softness)

@@ -6,7 +6,7 @@ Deviations from rest are Φ α (14), with columns that are orthonormal in a norm
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import svd
@@ -138,7 +138,7 @@ def responses(robot: Robot, space: ContactSpace, state: State, effort: Array, ke
         effort: (n_a,) cable tensions there [N].
         kept: (d,) unknowns that stay where they are.
     """
-    system = robot.linearise(state, effort, replace(robot.integration, static=True))
+    system = robot.static_system(state, effort)
     rows = robot.rows(state)
     reduced = space.reduce(rows.contacts)
     H = np.vstack([rows.effectors.dense(), rows.actuators.dense(), reduced.H])
@@ -154,7 +154,7 @@ def touched_responses(robot: Robot, body: Reducible, touched: int) -> Array:
     if touched == 0:
         return np.zeros((len(body.weight), 0))
     rest = robot.rest()
-    system = robot.linearise(rest, None, replace(robot.integration, static=True))
+    system = robot.static_system(rest)
     H = robot.rows(rest, contacts=False).effectors.dense()
     motion = kept_responses(system, H[-3 * touched :], body.kept_unknowns)
     return without_own(body, body.rates(rest.q, motion))

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 import numpy as np
 
 from tauten.controller import warm_controller
-from tauten.model import row_compliance, skin_of
+from tauten.model import skin_of, static_compliance
 from tauten.model.numerics import Array
 from tauten.service.describing import describe
 from tauten.service.frames.frame import RobotLook, ViewFrame
@@ -109,12 +108,9 @@ class SimulatedRobot:
     def _stiffness(self, effector: int) -> float:
         """Of the robot at rest in its softest direction at an effector [N/m]."""
         if effector not in self._stiff:
-            robot = self._simulator.robot.fork()
-            static = replace(robot.integration, static=True)
-            place = place_rows(robot, effector)
+            robot = self._simulator.robot
             rows = robot.rows(robot.rest(), contacts=False).effectors
-            system = robot.linearise(robot.rest(), None, static)
-            W = row_compliance(system, rows.dense()[place], rows.delta[place]).W
+            W = static_compliance(robot, rows.dense()[place_rows(robot, effector)])
             self._stiff[effector] = 1.0 / float(np.linalg.eigvalsh(W).max())
         return self._stiff[effector]
 

@@ -247,9 +247,9 @@ def place_rows(robot: Robot, effector: int) -> slice:
 
 
 def moved_by_actuators(robot: Robot, state: State, effector: int) -> Array:
-    """How a unit effort of each actuator moves an effector's place, to first order: (3 or 1, n_a) [m/N]."""
+    """How each actuator moves an effector's place, to first order: (3 or 1, n_a) [m/N], all over h² [s²]."""
     robot = robot.fork()
-    system = robot.linearise(state, None, replace(robot.integration, static=True))
+    system = robot.static_system(state)
     rows, place = robot.rows(state, contacts=False), place_rows(robot, effector)
     moved: Array = rows.effectors.dense()[place] @ system.solve(rows.actuators.dense().T)
     return moved
