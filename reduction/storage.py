@@ -75,6 +75,21 @@ def whole(path: str | Path, what: str, fault: type[ValueError]) -> Iterator[None
         raise fault(f"{path}: this {what} file is damaged ({error})") from error
 
 
+def named(path: str | Path, suffix: str, what: str, fault: type[ValueError]) -> Path:
+    """The path of a new file, whose name ends as it must.
+
+    Args:
+        path: of the file.
+        suffix: of its name.
+        what: such files are called in messages.
+        fault: raised where the name ends otherwise.
+    """
+    path = Path(path)
+    if path.suffix != suffix:
+        raise fault(f"{path}: a {what} file ends in {suffix}")
+    return path
+
+
 def write(
     path: Path, kind: str, header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]
 ) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.reduction.storage import parsed, read, whole, write
+from tauten.reduction.storage import named, parsed, read, whole, write
 
 SUFFIX = ".snapshots"
 _KIND = "tauten snapshots"
@@ -134,9 +134,7 @@ class Snapshots:
         Raises:
             SnapshotError: the name does not end in .snapshots.
         """
-        path = Path(path)
-        if path.suffix != SUFFIX:
-            raise SnapshotError(f"{path}: a snapshot file ends in {SUFFIX}")
+        path = named(path, SUFFIX, "snapshot", SnapshotError)
         write(path, _KIND, {"origin": asdict(self.origin)}, self._arrays())
         return path
 

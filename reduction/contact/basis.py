@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tauten.model import ChainedRows, ContactRows, ReducedContacts, Robot
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.reduction.provenance import Provenance, made_for_another
-from tauten.reduction.storage import located, parsed, read, write
+from tauten.reduction.storage import located, named, parsed, read, write
 
 SUFFIX = ".basis"
 _KIND = "tauten contact basis"
@@ -130,15 +130,22 @@ class ContactBasis:
                 f"{robot.n_c}: make one from its robot file with `tauten reduce`"
             )
 
+    @staticmethod
+    def new_file(path: str | Path) -> Path:
+        """The path of a new .basis file.
+
+        Raises:
+            BasisError: the name does not end in .basis.
+        """
+        return named(path, SUFFIX, "contact basis", BasisError)
+
     def save(self, path: str | Path) -> Path:
         """Write one .basis file (npz with a JSON header), whole or not at all; returns its path.
 
         Raises:
             BasisError: the name does not end in .basis.
         """
-        path = Path(path)
-        if path.suffix != SUFFIX:
-            raise BasisError(f"{path}: a contact basis file ends in {SUFFIX}")
+        path = self.new_file(path)
         write(path, _KIND, {"provenance": asdict(self.provenance)}, {"Psi": self.Psi})
         return path
 

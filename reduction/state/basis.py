@@ -14,7 +14,7 @@ from tauten.model.schema import same_but_contacts
 from tauten.reduction.provenance import made_for_another
 from tauten.reduction.reduced_body import ReducedBody, StateBasisError
 from tauten.reduction.state.bodies import reducible
-from tauten.reduction.storage import located, parsed, read, write
+from tauten.reduction.storage import located, named, parsed, read, write
 
 SUFFIX = ".states"
 _KIND = "tauten state basis"
@@ -208,9 +208,7 @@ class StateBasis:
         Raises:
             StateBasisError: the name does not end in .states.
         """
-        path = Path(path)
-        if path.suffix != SUFFIX:
-            raise StateBasisError(f"{path}: a state basis file ends in {SUFFIX}")
+        path = named(path, SUFFIX, "state basis", StateBasisError)
         arrays = {"Phi": self.Phi, "elements": self.elements, "weights": self.weights}
         write(path, _KIND, {"origin": asdict(self.origin)}, arrays)
         return path
