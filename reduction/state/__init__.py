@@ -11,7 +11,6 @@ from tauten.reduction.state.parts import ReducedParts, reduced_parts
 from tauten.reduction.state.reduce import (
     Narrower,
     StateSettings,
-    n_elements,
     reduce_states,
 )
 
@@ -28,7 +27,6 @@ __all__ = [
     "TipCheck",
     "enriched",
     "held_out_snapshots",
-    "n_elements",
     "pod",
     "reduce_states",
     "reduced_parts",

@@ -87,7 +87,7 @@ def checked_on_held_out(
         StateBasisError: the reduced model does not converge at half of them or more.
     """
     if goal is not None and len(held_out) > 2 * FIRST_CHECKS:
-        few = spread(held_out, FIRST_CHECKS)
+        few = held_out.select(spread_places(held_out, FIRST_CHECKS))
         first = checked_on_held_out(
             robot, states, basis, few, lambda share, what: report(0.0, what)
         )
@@ -145,11 +145,6 @@ def spread_places(held_out: Snapshots, most: int) -> Ints:
     return places
 
 
-def spread(held_out: Snapshots, most: int) -> Snapshots:
-    """The equilibria of `spread_places`."""
-    return held_out.select(spread_places(held_out, most))
-
-
 def modes_suffice(
     robot: Robot, states: StateBasis, basis: ContactSpace, held_out: Snapshots, goal: float
 ) -> bool:
@@ -165,5 +160,6 @@ def modes_suffice(
     count = reducible(robot).n_elements
     origin = replace(states.origin, sample=count)
     every = StateBasis(states.Phi, np.arange(count), np.ones(count), origin)
-    errors = check_errors(robot, every, basis, spread(held_out, FIRST_CHECKS))
+    few = held_out.select(spread_places(held_out, FIRST_CHECKS))
+    errors = check_errors(robot, every, basis, few)
     return bool((errors.error <= MARGIN * goal).all())

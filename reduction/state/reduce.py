@@ -130,15 +130,6 @@ def reduce_states(
         return _best(robot.fork(), snapshots, basis, settings, report, narrower)
 
 
-def n_elements(robot: Robot) -> int:
-    """Number of elements that a sample is taken from.
-
-    Raises:
-        StateBasisError: a robot that has no state bases.
-    """
-    return reducible(robot).n_elements
-
-
 def _best(
     robot: Robot,
     snapshots: Snapshots,

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 from rich.console import Console
@@ -22,6 +22,7 @@ from tauten.service.cli.states import (
     States,
     Touched,
     TouchedPoints,
+    number_or_auto,
     save_states,
     show_states,
     state_settings,
@@ -120,12 +121,17 @@ def reduce(
     from tauten.model import EmptySpace, load_robot
     from tauten.model.load import robot_path
     from tauten.reduction.campaign import PLACES, DesignError, Ranges, touched_robot
-    from tauten.reduction.contact import ReduceSettings, reduce_snapshots
+    from tauten.reduction.contact import (
+        ChoiceError,
+        ContactBasis,
+        ReduceSettings,
+        reduce_snapshots,
+    )
     from tauten.reduction.state import reducible
     from tauten.service.plots import draw_curve
 
     settings = ReduceSettings(
-        k=_modes(k),
+        k=number_or_auto("k is", k, ChoiceError),
         method=cast("BasisMethod", method),  # ReduceSettings checks it
         weighting=cast("Weighting", weighting),
         tolerance=tolerance,
@@ -154,7 +160,7 @@ def reduce(
         raise typer.BadParameter(
             "--write: a shipped robot's file is not changed; give a robot file"
         )
-    target = _basis_path(out or beside / f"{loaded.name}.basis")
+    target = ContactBasis.new_file(out or beside / f"{loaded.name}.basis")
     ranges = Ranges(position=pull, tilt=math.radians(tilt), force=force, effort=tension)
     folder = snapshots or Path(f"{loaded.name}-snapshots")
     campaigns = Campaigns(
@@ -259,26 +265,6 @@ def inspect(
         draw_modes(loaded, found, figure, modes)
     for table in basis_tables(found, basis, loaded):
         Console(markup=False).print(table)
-
-
-def _modes(k: str) -> int | Literal["auto"]:
-    """The number of modes, or "auto"."""
-    from tauten.reduction.contact import ChoiceError
-
-    if k == "auto":
-        return "auto"
-    if not k.isdecimal():
-        raise ChoiceError(f"k is {k!r}: allowed are 1 and more, and auto")
-    return int(k)
-
-
-def _basis_path(path: Path) -> Path:
-    """The file of the basis, checked before a campaign of minutes or hours."""
-    from tauten.reduction.contact import SUFFIX, BasisError
-
-    if path.suffix != SUFFIX:
-        raise BasisError(f"{path}: a contact basis file ends in {SUFFIX}")
-    return path
 
 
 @contextmanager

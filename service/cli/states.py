@@ -65,6 +65,15 @@ TouchedPoints = Annotated[
 ]
 
 
+def number_or_auto(what: str, text: str, fault: type[ValueError]) -> int | Literal["auto"]:
+    """A number of modes, or "auto"; a fault, which begins with what it is, for other texts."""
+    if text == "auto":
+        return "auto"
+    if not text.isdecimal():
+        raise fault(f"{what} {text!r}: allowed are 1 and more, and auto")
+    return int(text)
+
+
 def state_settings(
     robot: Robot, modes: str, responses: int | None, touched: int, sample: float, seed: int
 ) -> StateSettings:
@@ -83,9 +92,7 @@ def state_settings(
     """
     from tauten.reduction.state import StateBasisError, StateSettings
 
-    if modes != "auto" and not modes.isdecimal():
-        raise StateBasisError(f"state modes are {modes!r}: allowed are 1 and more, and auto")
-    r: int | Literal["auto"] = "auto" if modes == "auto" else int(modes)
+    r = number_or_auto("state modes are", modes, StateBasisError)
     if responses is None:
         responses = max(LEAST_RESPONSES, robot.layout.n_e + robot.layout.n_a)
     return StateSettings(r=r, responses=responses, touched=touched, sample=sample, seed=seed)
@@ -116,7 +123,7 @@ def save_states(
     Raises:
         StateBasisError: the error is larger than the robot file allows, and not accepted.
     """
-    from tauten.reduction.state import n_elements, reduce_states, step_times
+    from tauten.reduction.state import reduce_states, reducible, step_times
 
     wanted = replace(settings, goal=max_tip_error)
     with progress_bar("state basis") as report:
@@ -132,8 +139,8 @@ def save_states(
         within = f", for positions within {origin.position_share:.0%} of what the actuators reach"
     typer.echo(
         f"{saved}: {origin.r} state modes ({origin.responses} of them responses) of "
-        f"{origin.snapshots} snapshots, {origin.sample} of "
-        f"{n_elements(robot)} elements{within}; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
+        f"{origin.snapshots} snapshots, {origin.sample} of {reducible(robot).n_elements} elements"
+        f"{within}; tip off by {1e3 * origin.tip_mean:.3g} mm in the mean, "
         f"{1e3 * origin.tip_max:.3g} mm at most on paths held out{pressed}; {times}"
         + (": serve the full model" if times.slower else "")
     )
