@@ -74,10 +74,18 @@ class Reachable:
             phases: (s,) of the ticks.
         """
         if self._curve is not None:
-            return self._layout.normalised(self._curve(shares(phases)[:, 0]))
+            return self._with_rotations(self._curve(shares(phases)[:, 0]))
         knots = np.linspace(0.0, 1.0, _KNOTS + 1)
         along = CubicSpline(knots, self._settled(shares(knots)))(phases)
-        return self._layout.normalised(along)
+        return self._with_rotations(along)
+
+    def _with_rotations(self, values: Array) -> Array:
+        """Values (s, n_v) between goal values, with quaternions of length one."""
+        for effector, kind in enumerate(self._layout.kinds):
+            if kind == "frame":
+                q = values[:, self._layout.values_of(effector)][:, 3:]  # a view
+                q /= np.linalg.norm(q, axis=1, keepdims=True)
+        return values
 
     def _settled(self, shares: Array) -> Array:
         """Goal values (m, n_v) at shares (m, n_a) of the largest pull."""

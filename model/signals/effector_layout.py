@@ -149,13 +149,6 @@ class EffectorLayout:
             q /= size
         return values
 
-    def normalised(self, values: Array) -> Array:
-        """Values (m, n_v) with quaternions of length one, of any length before."""
-        found = values.copy()
-        for _, part in self._rotations():
-            found[:, part] /= np.linalg.norm(found[:, part], axis=1, keepdims=True)
-        return found
-
     def row_targets(self, now: Array, goal: Array) -> Array:
         """Values (n_e,) that the rows of a step are to reach.
 
