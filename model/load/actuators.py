@@ -91,7 +91,8 @@ def build_chamber(item: ChamberSettings, places: MeshPlaces) -> ChamberSurface:
     try:
         if item.stl is None:
             what = f"chambers.{item.name}.surface"
-            return flat_or_not(wall_of_cavity(item.inside, item.surface, selector, what), places)
+            wall = wall_of_cavity(item.inside, item.surface, selector, what)
+            return ChamberSurface(wall, faces=faces_of(wall, places))
         points, triangles = read_triangles(selector.folder / item.stl)
         points = UNITS[item.stl_unit] * points
         turned = inside_out(points, triangles)
@@ -104,7 +105,8 @@ def build_chamber(item: ChamberSettings, places: MeshPlaces) -> ChamberSurface:
         if not item.own_surface:
             centres = points[triangles].mean(axis=1)
             found = cavity_nearest(selector.nodes, selector.boundary, centres)
-            return flat_or_not(chamber_surface(selector.nodes, found), places)
+            wall = chamber_surface(selector.nodes, found)
+            return ChamberSurface(wall, faces=faces_of(wall, places))
         used, corners = np.unique(triangles, return_inverse=True)
         points, triangles = points[used], corners.reshape(-1, 3)
         if not turned:  # `chamber_surface` takes normals into the chamber
@@ -114,11 +116,6 @@ def build_chamber(item: ChamberSettings, places: MeshPlaces) -> ChamberSurface:
         raise RobotFileError(f"{where}: {error}") from error
     vertices = [(x, y, z) for x, y, z in points.tolist()]
     return ChamberSurface(outward, places.attach(vertices, f"{where}.stl", item.max_outside))
-
-
-def flat_or_not(wall: Ints, places: MeshPlaces) -> ChamberSurface:
-    """The surface of a chamber from boundary triangles (t, 3), normals out of it."""
-    return ChamberSurface(wall, faces=faces_of(wall, places))
 
 
 def faces_of(wall: Ints, places: MeshPlaces) -> Ints:
