@@ -107,9 +107,11 @@ def inflated(robot: Robot, guess: Guess, young: float, part: str, share: float =
         PartError: no pressure of `LEAST_PRESSURE` or more has an equilibrium of each.
     """
     which = np.unique([np.arange(robot.n_a) == 0, np.full(robot.n_a, True)], axis=0)
-    sims = [settled(robot, part) for _ in which]
+    at_start, sims = settled(robot, part), [Simulator(robot, contact="none") for _ in which]
+    for sim in sims:
+        sim.start_from(at_start.state, at_start.forces)
     nowhere, found = np.full(robot.n_a, np.nan), None
-    start = sims[0].effector[0]
+    start = at_start.effector[0]
     half = np.tile(start, (len(sims), 1))
     tried = HALF * LEAST_PRESSURE
     while tried <= share:
