@@ -24,7 +24,6 @@ from tauten.service.wire import (
     SKIN_FIELDS,
     Cause,
     Cloud,
-    DescribedEffector,
     Diagnostic,
     EffectorMessage,
     Joints,
@@ -184,11 +183,10 @@ class ServedRobot:
             if "locks" in health:
                 self._locked = frozenset(health["locks"].values) & frozenset(self._names)
         for effector, place in zip(self.look.robot.effectors, self._places, strict=True):
-            decode = partial(_decoded_effector, effector)
+            decode = partial(decode_effector, effector.kind, effector.name, encoding=CDR)
             found: EffectorMessage | None = self._newest(f"effector {effector.name}", decode)
             if found is not None:
                 self._values[place] = found.values
-
         for obstacle in self.look.robot.surface.obstacles:
             state: ObstacleState | None = self._newest(f"obstacle {obstacle.name}", decode_obstacle)
             if state is not None:
@@ -248,7 +246,3 @@ class ServedRobot:
         values = cloud.values
         sliding, margin = (values[:, CONTACT_FIELDS.index(name)] for name in ("sliding", "margin"))
         return PushingContacts(values[:, :3], values[:, 3:6], values[:, 6:9], sliding > 0.5, margin)
-
-
-def _decoded_effector(effector: DescribedEffector, payload: bytes) -> EffectorMessage | Rejection:
-    return decode_effector(effector.kind, effector.name, payload, CDR)

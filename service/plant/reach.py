@@ -63,10 +63,8 @@ def reached(simulator: Simulator, plan: ReachPlan) -> Iterator[Array]:
             simulator.start_from(start)
             continue
         effort = simulator.effort
-        room = _BEYOND * np.maximum(np.abs(limits.effort_min), np.abs(limits.effort_max))
-        if (
-            (effort <= limits.effort_max + room).all() and (effort >= limits.effort_min - room).all()
-        ):  # fmt: skip
+        beyond = np.maximum(effort - limits.effort_max, limits.effort_min - effort)  # (n_a,)
+        if (beyond <= _BEYOND * limits.largest_effort).all():
             yield simulator.effector_values[first : first + 3]
 
 

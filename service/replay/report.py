@@ -318,7 +318,8 @@ def table_rows(report: RunReport) -> list[tuple[str, str]]:
     """Names and values with units, for a terminal."""
 
     def ms(value: Spread) -> str:
-        return " / ".join(_text(v, "{:.2f}") for v in (value.p50, value.p99, value.max)) + " ms"
+        known = (value.p50, value.p99, value.max)
+        return " / ".join("-" if one is None else f"{one:.2f}" for one in known) + " ms"
 
     def mm(value: TrackingError) -> str:
         pairs = [(value.rms_mm, value.max_mm, "mm"), (value.rms_mrad, value.max_mrad, "mrad")]
@@ -389,7 +390,3 @@ def digits(value: float | None) -> str:
         return "-"
     value = 0.0 if abs(value) < 1e-9 else value  # rounding, and the sign of a zero
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:#.3g}".rstrip(".")
-
-
-def _text(value: float | None, form: str) -> str:
-    return "-" if value is None else form.format(value)

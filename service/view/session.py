@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from pathlib import Path
 from queue import SimpleQueue
@@ -41,8 +40,6 @@ from tauten.service.view.program import WaypointProgram
 from tauten.service.view.web import Guard, LoopbackServer
 from tauten.service.view.words import frame_in_words, in_the_past, without_node
 from tauten.service.wire import OperatorCommand
-
-log = logging.getLogger(__name__)
 
 FRAMES = 30.0  # a second
 _PLOTS = 6  # frames between two updates of the plots
