@@ -86,15 +86,15 @@ def checked_on_held_out(
     Raises:
         StateBasisError: the reduced model does not converge at half of them or more.
     """
-    if goal is not None and len(held_out) > 2 * FIRST_CHECKS:
-        few = held_out.select(spread_places(held_out, FIRST_CHECKS))
+    few = held_out.select(spread(robot, held_out, FIRST_CHECKS))
+    if goal is not None and 2 * len(few) < len(held_out):
         first = checked_on_held_out(
             robot, states, basis, few, lambda share, what: report(0.0, what)
         )
         if first.origin.tip_max > HOPELESS * goal:
             report(1.0 - CHOOSING, "")
             return first
-    chosen = spread_places(held_out, CHECKS)
+    chosen = spread(robot, held_out, CHECKS)
     checks = held_out.select(chosen)
     size = f"{states.r} modes, {len(states.elements)} elements, held-out loads"
     number = count(1)
@@ -136,13 +136,28 @@ def range_weights(run: Ints, actuators: int) -> Array:
     return weights
 
 
-def spread_places(held_out: Snapshots, most: int) -> Ints:
+def spread_places(run: Ints, most: int, whole: bool) -> Ints:
     """Equilibria at even distances among those held out, at most some number of them, the last one included.
 
     Runs of an even number of equilibria would be left out at their ends otherwise.
+
+    Args:
+        run: (s,) of each equilibrium, ascending.
+        most: their number; a single run is taken whatever it has.
+        whole: whether runs are taken or left out as a whole.
     """
-    places: Ints = np.arange(len(held_out) - 1, -1, (-len(held_out)) // most)[::-1]
+    places: Ints = np.arange(len(run) - 1, -1, -len(run) // most)[::-1]
+    if whole:
+        runs = np.unique(run)
+        count = max(1, most * len(runs) // len(run))
+        chosen = runs[np.arange(len(runs) - 1, -1, -len(runs) // count)]
+        places = np.flatnonzero(np.isin(run, chosen)).astype(np.int64)
     return places
+
+
+def spread(robot: Robot, held_out: Snapshots, most: int) -> Ints:
+    """The `spread_places` of a robot: whole runs with friction, as equilibria depend on the way to them."""
+    return spread_places(held_out.run, most, not robot.contacts.without_friction.all())
 
 
 def modes_suffice(
@@ -160,6 +175,6 @@ def modes_suffice(
     count = reducible(robot).n_elements
     origin = replace(states.origin, sample=count)
     every = StateBasis(states.Phi, np.arange(count), np.ones(count), origin)
-    few = held_out.select(spread_places(held_out, FIRST_CHECKS))
+    few = held_out.select(spread(robot, held_out, FIRST_CHECKS))
     errors = check_errors(robot, every, basis, few)
     return bool((errors.error <= MARGIN * goal).all())

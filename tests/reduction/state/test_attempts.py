@@ -151,11 +151,18 @@ def test_the_mean_error_is_that_over_the_range_of_the_actuators(actuators: int) 
     assert actuators == 1 or mean > 1.3 * error(points).mean(), "most of them are near the centre"
 
 
-def test_equilibria_that_are_compared_have_the_ends_of_runs(thumb_ramp: Snapshots) -> None:
+def test_equilibria_that_are_compared_have_the_ends_of_runs() -> None:
     """Every second one of runs of eight left all ends out."""
-    even = thumb_ramp.select(np.arange(16))
-    assert held_out.spread_places(even, 10).tolist() == [1, 3, 5, 7, 9, 11, 13, 15]
-    assert held_out.spread_places(even, 16).tolist() == list(range(16))
+    run = np.repeat([0, 1], 8)
+    assert held_out.spread_places(run, 10, whole=False).tolist() == [1, 3, 5, 7, 9, 11, 13, 15]
+    assert held_out.spread_places(run, 16, whole=False).tolist() == list(range(16))
+
+
+def test_whole_runs_are_compared_where_the_way_matters() -> None:
+    run = np.repeat([4, 9, 14, 19], 5)
+    assert held_out.spread_places(run, 12, whole=True).tolist() == [*range(5, 10), *range(15, 20)]
+    assert held_out.spread_places(run, 3, whole=True).tolist() == list(range(15, 20))
+    assert held_out.spread_places(run, 20, whole=True).tolist() == list(range(20))
 
 
 def test_hopeless_attempts_are_compared_at_a_few_equilibria_alone(
