@@ -146,7 +146,6 @@ def replay(
 
     Exit code 0: it decides the same; 1: it decides differently; 2: the log cannot be replayed.
     """
-    from tauten.service.plots import draw_replay
     from tauten.service.replay import replay as run
     from tauten.service.replay import write_problem, write_report
 
@@ -173,6 +172,8 @@ def replay(
     for note in result.notes:
         console.print(f"note: {note}")
     if report is not None:
+        from tauten.service.plots import draw_replay  # imports matplotlib
+
         write_report(result, str(log), report)
         draw_replay(result, str(log), report / "replay.png")
     if distance:
@@ -182,7 +183,6 @@ def replay(
 
 def _show_distances(log: Path, recorded_paths: bool, report: Path | None, console: Console) -> None:
     """What the distance of plant and model consists of: a table, and files in a folder."""
-    from tauten.service.plots import draw_distances
     from tauten.service.replay import distance_rows, measure_distances
 
     with progress_bar("simulating") as bar:
@@ -192,6 +192,8 @@ def _show_distances(log: Path, recorded_paths: bool, report: Path | None, consol
         table.add_row(*row)
     console.print(table)
     if report is not None:
+        from tauten.service.plots import draw_distances  # imports matplotlib
+
         shares = {name: asdict(share) for name, share in found.shares().items()}
         write_json(shares, report / "distance.json")
         draw_distances(found, report / "distance.png")

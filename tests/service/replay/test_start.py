@@ -1,10 +1,15 @@
-"""Where a run started, and what actuated it: named in its log, or as it was before logs named it."""
+"""Where a run started, and what actuated it: named in its log, or as it was before logs named it.
+
+And what a replay starts with: nothing that draws, where nothing is drawn.
+"""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
+from support.processes import run_main
 from support.recorded_run import doctored, earlier_metadata, with_entry
 
 from tauten.service.log import LogError, LogReader
@@ -67,3 +72,11 @@ def test_each_kind_of_actuator_is_reported_in_its_units(log: Path, tmp_path: Pat
     assert rows["largest angle"].endswith(" deg")
     assert rows["largest torque"].endswith(" N mm")
     assert "largest pull" not in rows
+
+
+def test_a_replay_without_a_report_draws_nothing(
+    log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It waited for matplotlib, which in a home folder that cannot be written also warns."""
+    monkeypatch.setitem(sys.modules, "tauten.service.plots", None)
+    assert run_main("replay", log) == 0
