@@ -210,9 +210,7 @@ class ContactSet:
             pair, obstacle = self.pairs[number], self._obstacle[number]
             poses = before.poses[obstacle], self.poses.poses[obstacle]
             assert pair.obstacle is not None
-            start, *there = (
-                np.einsum("mj,mji->mi", pair.weights, at[pair.nodes]) for at in (x, *ends)
-            )
+            start, *there = (pair.candidates(at) for at in (x, *ends))
             found = [
                 sides_of(pair.obstacle, (start, poses[0]), (end, poses[1]), reach) for end in there
             ]

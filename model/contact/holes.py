@@ -30,7 +30,7 @@ def holes_between(
     """
     found = dict[tuple[int, int], tuple[float, str]]()
     for pair, own in pairs:
-        points, owner = np.einsum("mj,mji->mi", pair.weights, vertices[pair.nodes]), body[own[:, 0]]
+        points, owner = pair.candidates(vertices), body[own[:, 0]]
         target = body[pair.triangles[:, 0]]
         for one, other in product(np.unique(owner).tolist(), np.unique(target).tolist()):
             near = body[pair.nodes[:, 0]] == one
@@ -60,8 +60,8 @@ def holes_before_obstacles(
         outline, _ = obstacle.outline(obstacle.start, obstacle.start.position, 0.0)
         if len(outline) == 0:
             continue
-        points = np.einsum("mj,mji->mi", pair.weights, vertices[pair.nodes])
-        hole, width = largest_hole(vertices, own, points), middle_extent(outline)
+        hole = largest_hole(vertices, own, pair.candidates(vertices))
+        width = middle_extent(outline)
         if hole > LARGEST_HOLE * width:
             yield said(pair, hole, width)
 

@@ -78,6 +78,11 @@ class ContactPair:
     owner: str = ""
     other: str = ""
 
+    def candidates(self, x: Array) -> Array:
+        """Positions (m, 3) of the candidates at vertex positions x (v, 3) [m]."""
+        positions: Array = np.einsum("mj,mji->mi", self.weights, x[self.nodes])
+        return positions
+
 
 def check_pair(pair: ContactPair, n_vertices: int) -> None:
     """Raise a ValueError that names the pair when its arrays do not make a contact."""

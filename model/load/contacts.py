@@ -298,9 +298,9 @@ def contact_pair(
         target = targets[contact.against]
         if isinstance(target, np.ndarray):
             return made(target, loose=loose_bodies(body, nodes, target))
-        points = np.einsum("mj,mji->mi", weights, vertices[nodes])
-        check_obstacle(target, points, tolerance, where)
-        return made(NO_TRIANGLES, obstacle=target)
+        pair = made(NO_TRIANGLES, obstacle=target)
+        check_obstacle(target, pair.candidates(vertices), tolerance, where)
+        return pair
     edge = mean_edge(vertices, triangles)
     along = contact.neighbour_distance or max(EDGES_AWAY * edge, 2.0 * alarm)
     apart = neighbours_at_rest(vertices, triangles, nodes, weights, along, WALL_ALARMS * alarm)

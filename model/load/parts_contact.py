@@ -139,7 +139,7 @@ def contact_between(
     pairs = []
     for contact in contacts:
         made = _pair_against_nothing(contact, vertices)
-        points = np.einsum("mj,mji->mi", made.weights, vertices.at_rest[made.nodes])
+        points = made.candidates(vertices.at_rest)
         name = contact.settings.against
         if isinstance(name, str):
             check_obstacle(obstacles[name], points, tolerance, contact.where)
