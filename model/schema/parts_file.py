@@ -101,13 +101,9 @@ class PartsConfig(NamedRobot):
     )
 
     @model_validator(mode="after")
-    def _forces_of_contacts(self) -> Self:
+    def _fits_together(self) -> Self:
         touching = [(one, one.against) for one in self.contacts]
         check_forces(touching, self.obstacles, self.contact)
-        return self
-
-    @model_validator(mode="after")
-    def _names(self) -> Self:
         check_unique("parts", [part.name for part in self.parts])
         check_unique("obstacles", [one.name for one in self.obstacles])
         both = [*(part.name for part in self.parts), *(one.name for one in self.obstacles)]

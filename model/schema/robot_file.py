@@ -220,13 +220,9 @@ class RobotConfig(NamedRobot):
     )
 
     @model_validator(mode="after")
-    def _forces_of_contacts(self) -> Self:
+    def _fits_together(self) -> Self:
         touching = [(one, one.against) for one in self.contacts]
         check_forces(touching, self.obstacles, self.contact)
-        return self
-
-    @model_validator(mode="after")
-    def _names_once(self) -> Self:
         check_unique("cables", [cable.name for cable in self.cables])
         check_unique("effectors", [effector.name for effector in self.effectors])
         check_unique("obstacles", [obstacle.name for obstacle in self.obstacles])
