@@ -73,8 +73,7 @@ class StrainBody(ReducedBody[AttachedPoints]):
         elements: (s,) numbers of the elements that carry loads.
         carrying: (6 s, r) their rows of Φ.
         stiffness: (r, r) Φᵀ D Φ.
-        mass: (6 n_nodes,) lumped mass [kg] and rotary inertia [kg m²].
-        root_mass: (6 n_nodes,) its square root.
+        root_mass: (6 n_nodes,) square root of lumped mass [kg] and rotary inertia [kg m²].
         outer: forces on its points.
         cable: (s,) cable of each station.
         work: motion and factors.
@@ -85,7 +84,6 @@ class StrainBody(ReducedBody[AttachedPoints]):
     elements: Ints
     carrying: Array
     stiffness: Array
-    mass: Array
     root_mass: Array
     outer: OuterForces[AttachedPoints]
     cable: Ints
@@ -296,7 +294,6 @@ def make_reduced(
         elements=elements,
         carrying=Phi[rows],
         stiffness=Phi.T @ (tree.D[:, None] * Phi),
-        mass=mass.ravel(),
         root_mass=np.sqrt(mass.ravel()),
         outer=full.outer,
         cable=np.repeat(np.arange(paths.n_a), np.diff(paths.starts)),
