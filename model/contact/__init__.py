@@ -14,7 +14,7 @@ from tauten.model.contact.obstacle import (
     pose_at,
     velocity_between,
 )
-from tauten.model.contact.outlines import RodOutline
+from tauten.model.contact.outlines import RodOutline, across
 from tauten.model.contact.pair import (
     ContactPair,
     ForceBounds,
@@ -52,6 +52,7 @@ __all__ = [
     "SHAPES",
     "Shape",
     "WALL_ALARMS",
+    "across",
     "apart",
     "blocks_of",
     "box_tree",

@@ -7,6 +7,7 @@ from itertools import permutations
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from tauten.model.contact import across
 from tauten.model.mesh import TetMesh, boundary_triangles
 from tauten.model.numerics import Array
 
@@ -67,6 +68,4 @@ def flat_normals(mesh: TetMesh) -> Array:
 
 def outline(nodes: Array, direction: Array) -> float:
     """Area of the convex outline of points (n, 3) seen along a unit vector (3,) [m²]."""
-    other = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
-    other /= np.linalg.norm(other)
-    return float(ConvexHull(nodes @ np.stack([other, np.cross(direction, other)], axis=1)).volume)
+    return float(ConvexHull(nodes @ np.stack(across(direction), axis=1)).volume)

@@ -11,6 +11,7 @@ import numpy as np
 import viser
 
 from tauten.model import ActuatorKind, Floats
+from tauten.model.contact import across
 from tauten.model.numerics import Array, Ints
 from tauten.service.frames import RobotLook
 from tauten.service.view.picture.arrows import Arrows
@@ -180,8 +181,7 @@ def turn_pieces(start: Array, axis: Array, angle: float, radius: float) -> Array
         angle: of the drive [rad].
         radius: of the arc [m].
     """
-    u = across(axis)
-    v = np.cross(axis, u)
+    u, v = across(axis)
     angles = np.linspace(0.0, angle, _ARC + 1)[:, None]
     rim = start + radius * (np.cos(angles) * u + np.sin(angles) * v)  # (_ARC + 1, 3)
     lines = [[start - radius * axis, start + radius * axis], [start, rim[0]], [start, rim[-1]]]
@@ -197,7 +197,7 @@ def travel_pieces(start: Array, axis: Array, travel: float, radius: float) -> Ar
         travel: of the slide [m].
         radius: half length of the axis [m].
     """
-    side, rest = 0.5 * radius * across(axis), start - travel * axis
+    side, rest = 0.5 * radius * across(axis)[0], start - travel * axis
     pieces = np.tile(start, (_ARC + 3, 2, 1))
     pieces[0] = [rest - radius * axis, rest + radius * axis]
     pieces[1], pieces[2] = [rest - side, rest + side], [start - side, start + side]
@@ -217,15 +217,8 @@ def zigzag(start: Array, direction: Array, length: float, width: float) -> Float
     along = np.linspace(0.0, length, 2 * _COILS + 1)[:, None]
     side = np.where(np.arange(2 * _COILS + 1) % 2 == 0, -1.0, 1.0)[:, None]
     side[0] = side[-1] = 0.0
-    corners = start + along * axis + width * side * across(axis)
+    corners = start + along * axis + width * side * across(axis)[0]
     return np.stack([corners[:-1], corners[1:]], axis=1).astype(np.float32)
-
-
-def across(axis: Array) -> Array:
-    """A unit vector (3,) at right angles to a unit vector (3,)."""
-    other = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    found: Array = np.cross(axis, other)
-    return found / np.linalg.norm(found)
 
 
 def width_of(look: RobotLook) -> float:
