@@ -106,7 +106,7 @@ def stop_on_signals() -> Iterator[StopFlag]:
             report(lost)
 
     def handler(_signal: int, _frame: FrameType | None) -> None:
-        _set_alarm(_AGAIN)
+        signal.setitimer(signal.ITIMER_REAL, _AGAIN, _AGAIN)
         flag.request()
 
     def again(_signal: int, _frame: FrameType | None) -> None:
@@ -115,20 +115,13 @@ def stop_on_signals() -> Iterator[StopFlag]:
     ignored = signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     numbers = [number for number in _SIGNALS if not (ignored and number is signal.SIGHUP)]
     old = {number: signal.signal(number, handler) for number in numbers}
-    if sys.platform != "win32":
-        old[signal.SIGALRM] = signal.signal(signal.SIGALRM, again)
+    old[signal.SIGALRM] = signal.signal(signal.SIGALRM, again)
     sys.unraisablehook = report_others
     try:
         with suppress(Interrupted):
             yield flag
     finally:
-        _set_alarm(0.0)
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
         sys.unraisablehook = report
         for number, before in old.items():
             signal.signal(number, before)
-
-
-def _set_alarm(interval: float) -> None:
-    """Send SIGALRM in this interval [s]; 0: never."""
-    if sys.platform != "win32":
-        signal.setitimer(signal.ITIMER_REAL, interval, interval)
