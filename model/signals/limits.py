@@ -37,9 +37,13 @@ class Limits:
 
     @cached_property
     def farthest_position(self) -> Array:
-        """Limit of the position with the larger magnitude, with its sign: (n_a,)."""
+        """Limit of the position with the larger magnitude, with its sign: (n_a,).
+
+        Of what only pulls it is the largest one: letting out a cable moves nothing.
+        """
+        pulls = (self.effort_min >= 0.0) & (self.position_max > 0.0)
         farthest: Array = np.where(
-            self.position_max >= -self.position_min, self.position_max, self.position_min
+            pulls | (self.position_max >= -self.position_min), self.position_max, self.position_min
         )
         return farthest
 

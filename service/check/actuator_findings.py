@@ -17,6 +17,9 @@ SHARE = 0.1  # of the way, at which it is looked whether an actuator moves the e
 MOVED = 1e-5  # of the robot's size; movements at this share that are smaller are none
 TOLERANCE = 1e-8  # m; movement of the last step of an equilibrium
 LEAST_TENSION = 1.0 / 16.0  # of the largest one, at which buckling is first looked for
+HELD_BACK = (
+    0.5  # of its movement of the effectors, which an actuator keeps where others let out no more
+)
 NEAR = 0.05  # of the largest tension; how near the share at which a robot buckles is found
 
 
@@ -92,7 +95,7 @@ def interval(values: Array) -> str:
 def movement(robot: Robot) -> Finding:
     """Whether each actuator moves an effector, and each effector is moved, at equilibria without contact."""
     subject, layout = "movement of effectors", robot.effector_layout
-    moved, efforts = movements(robot)  # (n_a, p), (n_a,)
+    moved, efforts, lacking = movements(robot)  # (n_a, p), (n_a,), (n_a, n_a)
     owner = (
         np.searchsorted(layout.row_starts, [part.start for part in layout.parts()], side="right")
         - 1
@@ -123,13 +126,34 @@ def movement(robot: Robot) -> Finding:
         return Finding(
             subject, "doubtful", found, f"check young_modulus [Pa] and the limits of {name}"
         )
+    if lacking.any():
+        return held_back(robot, subject, lacking)
     farthest = moved.max(axis=1)  # (n_a,)
     return Finding(
         subject, "fine", f"{interval(1e3 * farthest)} mm by each actuator a tenth of its way"
     )
 
 
-def movements(robot: Robot) -> tuple[Array, Array]:
+def held_back(robot: Robot, subject: str, lacking: Array) -> Finding:
+    """Cables that are too short for what others do.
+
+    Args:
+        robot: the robot.
+        subject: of the finding.
+        lacking: (n_a, n_a) as of `movements`.
+    """
+    names = robot.actuators.names
+    by, which = np.unravel_index(lacking.argmax(), lacking.shape)
+    others = ", ".join(names[i] for i in np.flatnonzero(lacking.any(axis=0)))
+    found = (
+        f"{names[by]} a tenth of its way takes {1e3 * lacking[by, which]:.3g} mm more of {names[which]} than "
+        "its min_pull lets out, which keeps the effectors from moving"
+    )
+    advice = f"a smaller min_pull of {others} [m], below zero, where winches let cable out"
+    return Finding(subject, "doubtful", found, advice)
+
+
+def movements(robot: Robot) -> tuple[Array, Array, Array]:
     """How far each actuator alone moves the effectors from where gravity holds them, a tenth of its way.
 
     Drives stay where they are meanwhile, other actuators are slack.
@@ -137,26 +161,58 @@ def movements(robot: Robot) -> tuple[Array, Array]:
     Returns:
         (n_a, p) movement of each part of the effectors, in metres by the units of `EffectorLayout` [m]; NaN
         where no equilibrium was found. (n_a,) magnitude of the effort that this takes, in its unit.
+        (n_a, n_a) length by which each takes more of the cable of another than its least position lets out
+        [m]; 0 where it moves the effectors nevertheless from where the cables hold them at positions of zero.
     """
     layout, limits = robot.effector_layout, robot.limits
-    held = motors(robot)
+    held, cables = motors(robot), pulling(robot)
     simulator = Simulator(robot, contact="none")
     found, efforts = np.full((robot.n_a, len(layout.parts())), np.nan), np.zeros(robot.n_a)
+    lacking = np.zeros((robot.n_a, robot.n_a))
     position, effort = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)
     if not simulator.settle(position, effort, tolerance=TOLERANCE).converged:
-        return found, efforts
+        return found, efforts, lacking
     start, values = (simulator.state, simulator.forces), simulator.effector_values
     begin = np.where(robot.actuators.laws.bilateral, 0.0, np.maximum(simulator.position, 0.0))
     away = begin + SHARE * (limits.farthest_position - begin)  # (n_a,)
+    least = np.minimum(limits.position_min, simulator.position)  # gravity may have taken more
+
+    def at(given: Array) -> Array | None:
+        """Values of the effectors with given positions (n_a,), NaN for a slack actuator; None: not found."""
+        simulator.start_from(*start)
+        effort = np.where(np.isnan(given), 0.0, np.nan)
+        found = simulator.settle(given, effort, tolerance=TOLERANCE)
+        return simulator.effector_values if found.converged else None
+
+    def between(one: Array, other: Array) -> Array:
+        """Distance of values of the effectors, by part (p,) [m]."""
+        return layout.lengths(layout.counted(one, other))
+
     for actuator in range(robot.n_a):
         alone = np.arange(robot.n_a) == actuator
-        simulator.start_from(*start)
-        position = np.where(alone, away, np.where(held, 0.0, np.nan))
-        effort = np.where(alone | held, np.nan, 0.0)
-        if simulator.settle(position, effort, tolerance=TOLERANCE).converged:
-            found[actuator] = layout.lengths(layout.counted(simulator.effector_values, values))
-            efforts[actuator] = abs(simulator.effort[actuator])
-    return found, efforts
+        slack = np.where(alone, away, np.where(held, 0.0, np.nan))
+        free = at(slack)
+        if free is None:
+            continue
+        found[actuator], efforts[actuator] = between(free, values), abs(simulator.effort[actuator])
+        short = np.where(cables & ~alone, least - simulator.position, 0.0)
+        if short.max() < MOVED * robot.size:
+            continue
+        wound, kept = (
+            at(np.where(cables | held, 0.0, np.nan)),
+            at(np.where(short > 0.0, least, slack)),
+        )
+        if kept is None or (
+            wound is not None and between(kept, free).max() > HELD_BACK * between(free, wound).max()
+        ):
+            lacking[actuator] = np.maximum(short, 0.0)
+    return found, efforts, lacking
+
+
+def pulling(robot: Robot) -> Bools:
+    """Which actuators are cables that only pull (n_a,)."""
+    cables = [kind is ActuatorKind.CABLE for kind in robot.actuators.kinds]
+    return np.array(cables, dtype=np.bool_) & (robot.limits.effort_min >= 0.0)
 
 
 def motors(robot: Robot) -> Bools:

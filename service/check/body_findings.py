@@ -74,7 +74,9 @@ def sag(robot: Robot) -> Finding:
     subject = "sag under gravity"
     if not robot.gravity.any():
         return Finding(subject, "fine", "no gravity in the robot file")
-    advice = "check young_modulus [Pa], density [kg/m³], gravity and mesh.length_unit"
+    advice = (
+        "check young_modulus [Pa], density [kg/m³], gravity, and mesh.length_unit or profiles [m]"
+    )
     simulator = Simulator(robot, contact="none")
     held = motors(robot)
     position, effort = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)

@@ -70,7 +70,7 @@ def test_a_sound_robot_is_fine_and_moves_as_far_as_its_cables_take_it(tmp_path: 
     assert [one.level for one in findings.values()] == ["fine"] * 4
     assert findings["cables against their pulls"].found == "the largest pull is 20.4 % of the cable"
     assert findings["rates of actuators"].found == "from rest to the farthest position in 1 s"
-    moved, _ = movements(load_robot(tmp_path / "beam.toml"))
+    moved, _, _ = movements(load_robot(tmp_path / "beam.toml"))
     # a tension T at e from the axis: θ = T e L / E I, and the pull is T L / E A + e θ
     e, pull = 0.008, 0.002
     bent = e * pull / (e**2 + SIDE**2 / 12.0) * LENGTH / 2.0
@@ -102,3 +102,59 @@ def test_mistakes_with_which_a_robot_loads_are_said(
     finding = found(tmp_path, text)[subject]
     assert finding.level == level and finding.advice
     assert re.search(said, finding.found), finding.found
+
+
+ROD = """
+name = "rod"
+[material]
+young_modulus = 60e9
+poisson_ratio = 0.3
+density = 6450
+[[profiles]]
+kind = "tube"
+name = "wire"
+outer = 1e-3
+[[bodies]]
+name = "wire"
+beam = { points = [[0.0, 0.0, 0.0], [0.0, 0.0, -0.2]], elements = 4, profile = "wire" }
+fixed = [{ kind = "sphere", centre = [0.0, 0.0, 0.0], radius = 1e-6 }]
+[[cables]]
+name = "left"
+points = [[-0.01, 0.0, 0.0], [-0.01, 0.0, -0.05], [-0.01, 0.0, -0.1], [-0.01, 0.0, -0.15], [-0.01, 0.0, -0.2]]
+max_outside = 0.011
+max_tension = 5.0
+max_pull = 0.02
+max_rate = 0.02
+[[cables]]
+name = "right"
+points = [[0.01, 0.0, 0.0], [0.01, 0.0, -0.05], [0.01, 0.0, -0.1], [0.01, 0.0, -0.15], [0.01, 0.0, -0.2]]
+max_outside = 0.011
+max_tension = 5.0
+max_pull = 0.02
+max_rate = 0.02
+[[effectors]]
+name = "tip"
+point = [0.0, 0.0, -0.2]
+"""
+
+
+def test_cables_that_let_nothing_out_hold_a_rod_back(tmp_path: Path) -> None:
+    """A rod does not shorten: what one cable is pulled by, the other one has to let out.
+
+    Decisions led nowhere with status OK, and the check said that each cable moves the tip.
+    """
+    file = tmp_path / "rod.toml"
+    for text, level in (
+        (ROD, "doubtful"),
+        (ROD.replace("max_pull", "min_pull = -0.03\nmax_pull"), "fine"),
+    ):
+        file.write_text(text, encoding="utf-8")
+        config, robot = validated(RobotConfig, read_toml(file), file), load_robot(file)
+        finding = {one.subject: one for one in actuator_findings(robot, config)}[
+            "movement of effectors"
+        ]
+        assert finding.level == level, finding
+        if level == "doubtful":
+            taken = float(re.search(r"takes ([0-9.]+) mm more of", finding.found).group(1))  # type: ignore[union-attr]
+            assert taken == pytest.approx(2.0, rel=0.1), "a tenth of 20 mm"
+            assert "min_pull of left, right" in finding.advice
