@@ -12,7 +12,10 @@ reaches the positions from `lower` to `upper`. Its effort over its position is a
     at lower              λ_max and more: no actuator of this rate keeps its limit
 
 With an effort given, this is the effort between lower and upper. A staircase that falls is a monotone law, as
-that of a contact: a few forward steps with the right end of each actuator find the step.
+that of a contact: a few forward steps with the right end of each actuator find the step. From step to step an
+actuator goes over to the next end of its staircase. Where some that act on each other would go to and fro so,
+one changes at a time, always the first that has to, as in the least-index method of Murty (Linear
+Complementarity, Linear and Nonlinear Programming, 1988).
 """
 
 from __future__ import annotations
@@ -37,6 +40,9 @@ from tauten.model.numerics import Array, Bools, kernel
 
 ROUNDING = 1e-6  # of the largest effort
 SHORT = 1e-9  # of the range of positions; what counts as none
+ONE_BY_ONE = (
+    6  # times as many forward steps as actuators change together in, until none is taken any more
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,20 +118,28 @@ def take_tick(
     reach: Reach,
     limits: Limits,
 ) -> FirstTick:
-    """Solve a tick in which each actuator does what is wanted as far as its limits permit."""
+    """Solve a tick in which each actuator does what is wanted as far as its limits permit.
+
+    Where no ends of the actuators are found that agree, all do what is wanted, whatever their efforts.
+    """
     command = Command(wanted.position.copy(), wanted.effort.copy())
     actuators, ends = step.layout.actuators, (reach.lower, reach.upper)
     least, most = limits.effort_min, limits.effort_max
     short = SHORT * (limits.position_max - limits.position_min)
-    for _ in range(2 * step.layout.n_a + 4):
+    together = 2 * step.layout.n_a + 4
+    for number in range(ONE_BY_ONE * together):
         solved = forward_step(step, enrichment, previous, command)
         lam, delta = solved.effort, solved.delta[actuators]
         changed = _corrected(
             command.position, command.effort, (wanted.position, wanted.effort), ends, (least, most, short),
-            lam, delta, step.laws.bilateral,
+            lam, delta, step.laws.bilateral, number >= together,
         )  # fmt: skip
         if not changed:
             break
+    else:
+        command = Command(wanted.position.copy(), wanted.effort.copy())
+        solved = forward_step(step, enrichment, previous, command)
+        delta = solved.delta[actuators]
     by_force, position = ~np.isnan(command.effort), command.position.copy()
     position[by_force] = np.minimum(np.maximum(delta, reach.lower), reach.upper)[by_force]
     return FirstTick(solved, command, position)
@@ -226,7 +240,7 @@ def stalled_locks(locks: Command, tick: FirstTick, robot: Robot) -> Bools:
 @kernel
 def _corrected(
     position: Array, effort: Array, wanted: tuple[Array, Array], reach: tuple[Array, Array],
-    limits: tuple[Array, Array, Array], lam: Array, delta: Array, bilateral: Bools,
+    limits: tuple[Array, Array, Array], lam: Array, delta: Array, bilateral: Bools, first: bool,
 ) -> bool:  # fmt: skip
     """Where forces and positions ask for another end of a staircase, and whether any does.
 
@@ -239,6 +253,7 @@ def _corrected(
         lam: (n_a,) efforts that were found.
         delta: (n_a,) positions that were found.
         bilateral: (n_a,) which actuators pull and push.
+        first: whether only the first of them changes.
     """
     changed = False
     for i in range(len(lam)):
@@ -256,6 +271,8 @@ def _corrected(
             )
         if not (np.isnan(there) and np.isnan(force)):
             changed, position[i], effort[i] = True, there, force
+            if first:
+                return changed
     return changed
 
 
@@ -306,10 +323,10 @@ def _from_effort(
         limits: least and largest effort.
         short: what is rounding of a position.
     """
-    if delta > reach[1] + short:
-        return reach[1]
-    if delta < reach[0] - short:
-        return reach[0]
     given_way = effort == limits[1] and delta > middle + short
     taken_up = effort == limits[0] and delta < middle - short
-    return middle if given_way or taken_up else np.nan
+    if given_way or taken_up:
+        return middle
+    if delta > reach[1] + short:
+        return reach[1]
+    return reach[0] if delta < reach[0] - short else np.nan
