@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import ConfigDict, Field
 
 from tauten.controller.planning import FRICTION_SHARE, DecideSettings
@@ -16,7 +17,9 @@ from tauten.model import (
     force_limits,
     of_kind,
 )
+from tauten.model.body import natural_frequencies
 from tauten.model.load import robot_path
+from tauten.model.numerics import FactorisationError
 from tauten.model.schema import (
     ControlPeriod,
     Name,
@@ -27,6 +30,9 @@ from tauten.model.schema import (
     read_toml,
     validated,
 )
+
+LIGHT = 0.05  # share of critical damping; decisions keep vibrations swinging that have less
+VIBRATIONS = 6  # the lowest ones, which are looked at
 
 
 class ControllerSettings(Section):
@@ -64,7 +70,8 @@ class ControllerSettings(Section):
         default=None,
         description="Steps of second order that the model takes in a period of control. 0: the step of "
         "implicit Euler that a decision predicts, which damps every motion. By default 1, and 0 for robots "
-        "without damping, which would ring.",
+        "without damping, or with less than 5 % of critical damping in vibrations that are faster than the "
+        "horizon: decisions would keep these swinging.",
     )
     friction_share: Annotated[float, Field(gt=0.0, le=1.0)] = Field(
         default=FRICTION_SHARE,
@@ -166,24 +173,55 @@ def decide_settings(
         epsilon=given.regularisation,
         enrichment=enrichment,
         qpcc=QpccSettings(solver, given.max_pivots),
-        substeps=substeps_of(robot, given.substeps),
+        substeps=substeps_of(robot, given),
         friction_share=given.friction_share,
         forces=force_limits(robot.contacts, space),
     )
 
 
-def substeps_of(robot: Robot, given: int | None) -> int:
+def substeps_of(robot: Robot, settings: ControllerSettings) -> int:
     """How many steps of second order the model takes in a tick; 0: the decision's own step.
 
-    Nothing but the decision's step of implicit Euler damps a robot without damping: it would ring for ever.
-    Where the step of a quasi-static robot leads does not depend on its length.
+    Nothing but the decision's step of implicit Euler damps a robot without damping: it would ring for ever,
+    and one with light damping as long as decisions give its vibrations more than damping takes. Where the
+    step of a quasi-static robot leads does not depend on its length.
 
     Args:
         robot: the robot.
-        given: in the robot file; None: nothing is.
+        settings: of its file.
     """
     if robot.integration.static:
         return 0
-    if given is None:
-        return int(robot.integration.damped)
-    return given
+    if settings.substeps is not None:
+        return settings.substeps
+    if not robot.integration.damped:
+        return 0
+    parts = robot.body.part_robots or (robot,)
+    return int(not any(lightly_damped(part, settings.horizon) for part in parts))
+
+
+def lightly_damped(robot: Robot, horizon: float) -> bool:
+    """Whether decisions keep some vibration of a robot swinging because its damping is light.
+
+    Plans see vibrations that take longer than 2π horizons, and slow them down; those of less than two ticks
+    are damped by the steps of the model. Frequencies are looked for only where some between would be damped
+    lightly.
+
+    Args:
+        robot: of one part.
+        horizon: of its plans [s].
+    """
+    scheme = robot.integration
+    if scheme.static or scheme.viscous:
+        return False
+    band = 0.5 / (np.pi * max(horizon, scheme.h)), 0.5 * scheme.rate  # Hz
+    a, b = scheme.rayleigh_mass, scheme.rayleigh_stiffness
+    least = np.clip(np.sqrt(a / b) / (2.0 * np.pi) if b > 0.0 else np.inf, *band)
+    if scheme.damping_ratios(np.array([*band, least])).min() >= LIGHT:
+        return False
+    try:
+        found = natural_frequencies(robot.body, robot.rest(), VIBRATIONS)
+    except FactorisationError:  # nothing but contact or cables hold it
+        return False
+    between = found[(found > band[0]) & (found < band[1])]
+    return bool((scheme.damping_ratios(between) < LIGHT).any())

@@ -40,9 +40,7 @@ from tauten.model.numerics import Array, Bools, kernel
 
 ROUNDING = 1e-6  # of the largest effort
 SHORT = 1e-9  # of the range of positions; what counts as none
-ONE_BY_ONE = (
-    6  # times as many forward steps as actuators change together in, until none is taken any more
-)
+ONE_BY_ONE = 6  # forward steps in all, as a multiple of those in which actuators change together
 
 
 @dataclass(frozen=True, slots=True)

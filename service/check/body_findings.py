@@ -116,15 +116,14 @@ def vibration(robot: Robot) -> Finding:
 
 
 def light_damping(subject: str, scheme: Integration, frequencies: Array) -> Finding | None:
-    """Rayleigh damping so light that decisions keep the model swinging; None where it is not, or is none.
+    """Rayleigh damping so light that decisions may keep the model swinging; None where it is not, or is none.
 
     Args:
         subject: of the finding.
         scheme: of the robot.
         frequencies: (k,) its lowest natural frequencies [Hz].
     """
-    omega = 2.0 * np.pi * frequencies
-    shares = 0.5 * (scheme.rayleigh_mass / omega + scheme.rayleigh_stiffness * omega)  # (k,)
+    omega, shares = 2.0 * np.pi * frequencies, scheme.damping_ratios(frequencies)  # (k,)
     least = int(shares.argmin())
     if scheme.viscous or not 0.0 < shares[least] < DAMPED[0]:
         return None
@@ -132,7 +131,8 @@ def light_damping(subject: str, scheme: Integration, frequencies: Array) -> Find
     percent = 100.0 * shares[least]
     found = f"the vibration of {frequencies[least]:.3g} Hz has {percent:.2g} % of critical damping"
     advice = (
-        f"with so little, targets that are out of reach may keep the model swinging; "
-        f"integration.rayleigh_stiffness = {needed:.2g} damps it, controller.substeps = 0 in decisions alone"
+        f"the robot swings long after its actuators have come to rest, and with controller.substeps above 0 "
+        f"targets out of reach may keep the model swinging; integration.rayleigh_stiffness = {needed:.2g} "
+        "damps it"
     )
     return Finding(subject, "doubtful", found, advice)

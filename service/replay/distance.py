@@ -94,7 +94,7 @@ def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> D
     own = Simulator(robot, contact, default_enrichment(robot.tolerance))
     if isinstance(contact, str):
         own = Simulator(robot, contact)
-    steps = substeps_of(robot, load_controller_settings(name).substeps)
+    steps = substeps_of(robot, load_controller_settings(name))
     model_steps: TimeSteps = steps if steps > 0 else "single"
     effort = run.effort if run.plant_value("drive", "pull") == "tension" else None
     plant = Simulator(robot, "full")

@@ -123,7 +123,7 @@ def test_tensions_under_which_an_arm_buckles_are_found(
 def test_light_damping_is_found_and_the_advice_lets_the_tip_settle(
     damping: str, level: str, tmp_path: Path
 ) -> None:
-    """A target 0.4 mm out of reach keeps a model that is damped so lightly swinging by 100 mm, with OK."""
+    """With `substeps = 1` a target 0.4 mm out of reach keeps a model that is damped so lightly swinging."""
     file = tendon_arm(tmp_path, 12.0)
     text = file.read_text(encoding="utf-8") + f"[integration]\n{damping}\n"
     file.write_text(text, encoding="utf-8")
