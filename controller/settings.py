@@ -17,7 +17,7 @@ from tauten.model import (
     force_limits,
     of_kind,
 )
-from tauten.model.body import natural_frequencies
+from tauten.model.body import damping_ratios, natural_frequencies
 from tauten.model.load import robot_path
 from tauten.model.numerics import FactorisationError
 from tauten.model.schema import (
@@ -217,11 +217,11 @@ def lightly_damped(robot: Robot, horizon: float) -> bool:
     band = 0.5 / (np.pi * max(horizon, scheme.h)), 0.5 * scheme.rate  # Hz
     a, b = scheme.rayleigh_mass, scheme.rayleigh_stiffness
     least = np.clip(np.sqrt(a / b) / (2.0 * np.pi) if b > 0.0 else np.inf, *band)
-    if scheme.damping_ratios(np.array([*band, least])).min() >= LIGHT:
+    if damping_ratios(scheme, np.array([*band, least])).min() >= LIGHT:
         return False
     try:
         found = natural_frequencies(robot.body, robot.rest(), VIBRATIONS)
     except FactorisationError:  # nothing but contact or cables hold it
         return False
     between = found[(found > band[0]) & (found < band[1])]
-    return bool((scheme.damping_ratios(between) < LIGHT).any())
+    return bool((damping_ratios(scheme, between) < LIGHT).any())

@@ -130,7 +130,7 @@ def take_tick(
         lam, delta = solved.effort, solved.delta[actuators]
         changed = _corrected(
             command.position, command.effort, (wanted.position, wanted.effort), ends, (least, most, short),
-            lam, delta, step.laws.bilateral, number >= together,
+            (lam, delta), step.laws.bilateral, number >= together,
         )  # fmt: skip
         if not changed:
             break
@@ -238,7 +238,7 @@ def stalled_locks(locks: Command, tick: FirstTick, robot: Robot) -> Bools:
 @kernel
 def _corrected(
     position: Array, effort: Array, wanted: tuple[Array, Array], reach: tuple[Array, Array],
-    limits: tuple[Array, Array, Array], lam: Array, delta: Array, bilateral: Bools, first: bool,
+    limits: tuple[Array, Array, Array], found: tuple[Array, Array], bilateral: Bools, first: bool,
 ) -> bool:  # fmt: skip
     """Where forces and positions ask for another end of a staircase, and whether any does.
 
@@ -248,12 +248,11 @@ def _corrected(
         wanted: positions and efforts that are wanted, likewise.
         reach: (n_a,) least and largest positions.
         limits: (n_a,) least and largest efforts, and positions that are rounding.
-        lam: (n_a,) efforts that were found.
-        delta: (n_a,) positions that were found.
+        found: (n_a,) efforts and positions that were found.
         bilateral: (n_a,) which actuators pull and push.
         first: whether only the first of them changes.
     """
-    changed = False
+    (lam, delta), changed = found, False
     for i in range(len(lam)):
         ends, range_ = (reach[0][i], reach[1][i]), (limits[0][i], limits[1][i])
         middle, goal, short = wanted[0][i], wanted[1][i], limits[2][i]

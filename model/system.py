@@ -119,12 +119,6 @@ class Integration:
         """Whether anything but the scheme itself damps motions."""
         return self.viscous or self.rayleigh_mass > 0.0 or self.rayleigh_stiffness > 0.0
 
-    def damping_ratios(self, frequencies: Array) -> Array:
-        """Shares of critical damping (k,) that vibrations (k,) [Hz] have by Rayleigh damping."""
-        omega = 2.0 * np.pi * frequencies
-        shares: Array = 0.5 * (self.rayleigh_mass / omega + self.rayleigh_stiffness * omega)
-        return shares
-
 
 def integration_of(config: RobotConfig) -> Integration:
     """The scheme and time step of a robot file."""

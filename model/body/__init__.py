@@ -2,13 +2,14 @@
 
 from tauten.model.body.body import Body, Turning
 from tauten.model.body.sparse_body import SparseAssembled, SparseBody, has_lost_digits
-from tauten.model.body.vibration import natural_frequencies
+from tauten.model.body.vibration import damping_ratios, natural_frequencies
 
 __all__ = [
     "Body",
     "SparseAssembled",
     "SparseBody",
     "Turning",
+    "damping_ratios",
     "has_lost_digits",
     "natural_frequencies",
 ]

@@ -10,6 +10,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from tauten.model.body.body import Body
 from tauten.model.numerics import Array, FactorisationError, make_factorisation
 from tauten.model.state import State
+from tauten.model.system import Integration
 
 
 def natural_frequencies(body: Body, state: State, count: int) -> Array:
@@ -37,6 +38,18 @@ def natural_frequencies(body: Body, state: State, count: int) -> Array:
         found = lowest(sp.csc_array(K), sp.csc_array(M), body.linear_solver, count)
     frequencies: Array = np.sqrt(np.maximum(np.sort(found), 0.0)) / (2.0 * np.pi)
     return frequencies
+
+
+def damping_ratios(scheme: Integration, frequencies: Array) -> Array:
+    """Shares of critical damping (k,) that Rayleigh damping gives vibrations of some frequencies.
+
+    Args:
+        scheme: of the robot.
+        frequencies: (k,) of the vibrations [Hz].
+    """
+    omega = 2.0 * np.pi * frequencies
+    shares: Array = 0.5 * (scheme.rayleigh_mass / omega + scheme.rayleigh_stiffness * omega)
+    return shares
 
 
 def lowest(K: sp.csc_array, M: sp.csc_array, solver: str, count: int) -> Array:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tauten.model import Integration, Robot, Simulator
-from tauten.model.body import natural_frequencies
+from tauten.model.body import damping_ratios, natural_frequencies
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.check.actuator_findings import motors
 from tauten.service.check.findings import Finding, graded
@@ -123,7 +123,7 @@ def light_damping(subject: str, scheme: Integration, frequencies: Array) -> Find
         scheme: of the robot.
         frequencies: (k,) its lowest natural frequencies [Hz].
     """
-    omega, shares = 2.0 * np.pi * frequencies, scheme.damping_ratios(frequencies)  # (k,)
+    omega, shares = 2.0 * np.pi * frequencies, damping_ratios(scheme, frequencies)  # (k,)
     least = int(shares.argmin())
     if scheme.viscous or not 0.0 < shares[least] < DAMPED[0]:
         return None
