@@ -1,6 +1,11 @@
 """How wrong a robot's mesh is, and what else about its file is not plausible."""
 
-from tauten.service.check.certificate import MeshCertificate, certified, mesh_error_text
+from tauten.service.check.certificate import (
+    MeshCertificate,
+    certified,
+    mesh_error_text,
+    not_compared,
+)
 from tauten.service.check.control_findings import DECISION, PERIOD, first_decision
 from tauten.service.check.findings import Finding
 from tauten.service.check.mesh_error import MESH_ERROR, MeshErrorEstimate, VariantErrors
@@ -47,6 +52,7 @@ __all__ = [
     "fits",
     "make_loads",
     "mesh_error_text",
+    "not_compared",
     "rate_for",
     "selected",
     "step_seconds",

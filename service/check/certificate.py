@@ -11,7 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic.dataclasses import dataclass
 
 from tauten.model.load import command_name
-from tauten.model.schema import differences
+from tauten.model.schema import differences, read_toml
 from tauten.reduction import write_text
 from tauten.service.check.mesh_error import MeshErrorEstimate, errors_in_words
 
@@ -78,7 +78,8 @@ def mesh_error_text(robot_file: Path, robot_digest: str) -> str:
         text = certificate_file(robot_file).read_text(encoding="utf-8")
         found = TypeAdapter(MeshCertificate).validate_json(text)
     except FileNotFoundError:
-        return f"unknown, {command}"
+        why_not = not_compared(robot_file) if robot_file.is_file() else ""
+        return f"not looked at: {why_not}" if why_not else f"unknown, {command}"
     except (OSError, UnicodeDecodeError, ValidationError):
         return f"unknown, {certificate_file(robot_file)} cannot be read, {command}"
     if found.robot_digest != robot_digest:
@@ -86,3 +87,12 @@ def mesh_error_text(robot_file: Path, robot_digest: str) -> str:
         return f"unknown since the robot was changed ({changed}), {command}"
     parts = errors_in_words(found.effort, found.tip, found.contact, found.effort_name)
     return f"{', '.join(parts)} (tauten check, {found.date[:10]})"
+
+
+def not_compared(robot_file: Path) -> str:
+    """Why `tauten check` compares no meshes of a robot that can be built; "" where it does."""
+    contents = read_toml(robot_file)
+    if "parts" in contents:
+        return "meshes of parts are compared by themselves, with tauten check of their files"
+    free = [body["name"] for body in contents.get("bodies", ()) if body.get("free")]
+    return f"nothing holds {', '.join(free)} but contact" if free else ""

@@ -73,7 +73,7 @@ def check(
     if regions is not None:
         draw_regions(*selected(robot), regions)
     if figure is not None:
-        draw_mesh_error(_estimate(result, "--figure"), figure)
+        draw_mesh_error(_estimate(result, robot_path(robot), "--figure"), figure)
     if result.level == "wrong":
         raise typer.Exit(1)
 
@@ -85,10 +85,15 @@ def schema() -> None:
     typer.echo(json.dumps(robot_file_schema(), indent=2, ensure_ascii=False))
 
 
-def _estimate(result: RobotCheck, option: str) -> MeshErrorEstimate:
-    """The comparison of meshes that an option is about."""
+def _estimate(result: RobotCheck, path: Path, option: str) -> MeshErrorEstimate:
+    """The comparison of meshes of the robot file at `path` that an option is about."""
+    from tauten.service.check import not_compared
+
     if result.estimate is None:
-        raise typer.BadParameter(f"{option}: there are no errors without a comparison of meshes")
+        why = not_compared(path) or "leave out --no-compare"
+        raise typer.BadParameter(
+            f"{option}: there are no errors without a comparison of meshes; {why}"
+        )
     return result.estimate
 
 
@@ -97,6 +102,6 @@ def _save(result: RobotCheck, path: Path) -> None:
     from tauten.service.check import certified
 
     try:
-        certified(_estimate(result, "--save"), result.digest).save(path)
+        certified(_estimate(result, path, "--save"), result.digest).save(path)
     except ValueError as error:
         raise typer.BadParameter(f"--save: {error}") from error

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import meshio
 import pytest
+from support.processes import run_main
 from support.robots.bodies import box_mesh
 
-from tauten.service.check import CheckSettings, Finding
+from tauten.service.check import CheckSettings, Finding, mesh_error_text
 from tauten.service.check.robot_check import check_model
 from tauten.service.process import StopFlag
 
@@ -109,3 +110,19 @@ def test_a_free_part_that_no_contact_names_is_doubtful(tmp_path: Path) -> None:
     finding = findings(tmp_path, 0.021, "arm")["free parts"]
     assert finding.level == "doubtful"
     assert finding.found == "cube: free, and touched by no contact of the robot file"
+
+
+def test_reports_do_not_ask_for_errors_that_the_check_does_not_have(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They named a command that refuses to save what there is not."""
+    findings(tmp_path, 0.021, "cube")
+    both, cube = tmp_path / "both.toml", tmp_path / "cube.toml"
+    why = "meshes of parts are compared by themselves, with tauten check of their files"
+    assert mesh_error_text(both, "") == f"not looked at: {why}"
+    assert mesh_error_text(cube, "") == "not looked at: nothing holds cube but contact"
+    assert "run tauten check" in mesh_error_text(tmp_path / "beam.toml", "")
+    assert run_main("--log-level", "error", "check", both, "--no-compare", "--save") == 2
+    assert "without a comparison of meshes; meshes of parts" in " ".join(
+        line.strip("│ ") for line in capsys.readouterr().err.splitlines()
+    )
