@@ -20,6 +20,7 @@ from tauten.service.frames import (
     SimulatedRobot,
     ViewFrame,
 )
+from tauten.service.kernels import waiting
 from tauten.service.link import node_of
 from tauten.service.plant import (
     PathError,
@@ -129,6 +130,7 @@ def simulated(
     simulation: SimulationSettings,
 ) -> tuple[SimulatedRobot, TargetPath | None, Path | None]:
     """A simulated robot, the path of its target, and the file that cables can be drawn into."""
+    log.info("; ".join(filter(None, ("model and simulated robot get ready", waiting()))))
     model = simulation.model
     setup = load_setup(simulation.robot, basis=simulation.basis, model=model)
     loaded = plant_robot(simulation.robot, None, model, simulation.young_scale)

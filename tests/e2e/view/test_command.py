@@ -104,6 +104,9 @@ def test_the_page_is_served_until_ctrl_c(run: Start, beam_file: Path) -> None:
             return False
 
     assert wait_until(answers, 120.0)
+    assert "model and simulated robot get ready" in process.output.read_text(), (
+        "a minute of large ones"
+    )
     assert wait_until(lambda: f"open {address} in a browser" in process.output.read_text())
     assert process.end(signal.SIGINT) == 0
 
