@@ -17,9 +17,7 @@ SHARE = 0.1  # of the way, at which it is looked whether an actuator moves the e
 MOVED = 1e-5  # of the robot's size; movements at this share that are smaller are none
 TOLERANCE = 1e-8  # m; movement of the last step of an equilibrium
 LEAST_TENSION = 1.0 / 16.0  # of the largest one, at which buckling is first looked for
-HELD_BACK = (
-    0.5  # of its movement of the effectors, which an actuator keeps where others let out no more
-)
+HELD_BACK = 0.5  # of its movement, which an actuator keeps where others let out no more
 NEAR = 0.05  # of the largest tension; how near the share at which a robot buckles is found
 
 
@@ -198,10 +196,8 @@ def movements(robot: Robot) -> tuple[Array, Array, Array]:
         short = np.where(cables & ~alone, least - simulator.position, 0.0)
         if short.max() < MOVED * robot.size:
             continue
-        wound, kept = (
-            at(np.where(cables | held, 0.0, np.nan)),
-            at(np.where(short > 0.0, least, slack)),
-        )
+        wound = at(np.where(cables | held, 0.0, np.nan))
+        kept = at(np.where(short > 0.0, least, slack))
         if kept is None or (
             wound is not None and between(kept, free).max() > HELD_BACK * between(free, wound).max()
         ):
