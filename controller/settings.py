@@ -17,7 +17,7 @@ from tauten.model import (
     force_limits,
     of_kind,
 )
-from tauten.model.body import damping_ratios, natural_frequencies
+from tauten.model.body import LIGHT_DAMPING, damping_ratios, natural_frequencies
 from tauten.model.load import robot_path
 from tauten.model.numerics import FactorisationError
 from tauten.model.schema import (
@@ -31,7 +31,6 @@ from tauten.model.schema import (
     validated,
 )
 
-LIGHT = 0.05  # share of critical damping; decisions keep vibrations swinging that have less
 VIBRATIONS = 6  # the lowest ones, which are looked at
 
 
@@ -217,11 +216,11 @@ def lightly_damped(robot: Robot, horizon: float) -> bool:
     band = 0.5 / (np.pi * max(horizon, scheme.h)), 0.5 * scheme.rate  # Hz
     a, b = scheme.rayleigh_mass, scheme.rayleigh_stiffness
     least = np.clip(np.sqrt(a / b) / (2.0 * np.pi) if b > 0.0 else np.inf, *band)
-    if damping_ratios(scheme, np.array([*band, least])).min() >= LIGHT:
+    if damping_ratios(scheme, np.array([*band, least])).min() >= LIGHT_DAMPING:
         return False
     try:
         found = natural_frequencies(robot.body, robot.rest(), VIBRATIONS)
     except FactorisationError:  # nothing but contact or cables hold it
         return False
     between = found[(found > band[0]) & (found < band[1])]
-    return bool((damping_ratios(scheme, between) < LIGHT).any())
+    return bool((damping_ratios(scheme, between) < LIGHT_DAMPING).any())

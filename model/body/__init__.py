@@ -2,10 +2,11 @@
 
 from tauten.model.body.body import Body, Turning
 from tauten.model.body.sparse_body import SparseAssembled, SparseBody, has_lost_digits
-from tauten.model.body.vibration import damping_ratios, natural_frequencies
+from tauten.model.body.vibration import LIGHT_DAMPING, damping_ratios, natural_frequencies
 
 __all__ = [
     "Body",
+    "LIGHT_DAMPING",
     "SparseAssembled",
     "SparseBody",
     "Turning",

@@ -12,6 +12,8 @@ from tauten.model.numerics import Array, FactorisationError, make_factorisation
 from tauten.model.state import State
 from tauten.model.system import Integration
 
+LIGHT_DAMPING = 0.05  # share of critical damping; decisions keep vibrations swinging that have less
+
 
 def natural_frequencies(body: Body, state: State, count: int) -> Array:
     """The lowest natural frequencies without damping, cables slack, no contact: (count,) [Hz].

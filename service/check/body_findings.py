@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tauten.model import Integration, Robot, Simulator
-from tauten.model.body import damping_ratios, natural_frequencies
+from tauten.model.body import LIGHT_DAMPING, damping_ratios, natural_frequencies
 from tauten.model.numerics import Array, FactorisationError
 from tauten.service.check.actuator_findings import motors
 from tauten.service.check.findings import Finding, graded
@@ -18,8 +18,7 @@ VIBRATION = "natural frequencies"  # subject of a finding
 FREQUENCIES = 3
 LIGHT = 20.0  # kg/m³; the lightest foams, and a density that was written in g/cm³ is less
 STEPS_A_PERIOD = 10.0  # that resolve the first vibration
-# Share of critical damping below which models swing on, and that they should have
-DAMPED = (0.05, 0.1)
+DAMPED = 0.1  # share of critical damping that advice asks for
 
 
 def body_findings(
@@ -125,9 +124,9 @@ def light_damping(subject: str, scheme: Integration, frequencies: Array) -> Find
     """
     omega, shares = 2.0 * np.pi * frequencies, damping_ratios(scheme, frequencies)  # (k,)
     least = int(shares.argmin())
-    if scheme.viscous or not 0.0 < shares[least] < DAMPED[0]:
+    if scheme.viscous or not 0.0 < shares[least] < LIGHT_DAMPING:
         return None
-    needed = float(((2.0 * DAMPED[1] - scheme.rayleigh_mass / omega) / omega).max())
+    needed = float(((2.0 * DAMPED - scheme.rayleigh_mass / omega) / omega).max())
     percent = 100.0 * shares[least]
     found = f"the vibration of {frequencies[least]:.3g} Hz has {percent:.2g} % of critical damping"
     advice = (
