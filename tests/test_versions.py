@@ -15,6 +15,8 @@ from support.robots.bodies import HOLLOW_SIZE, pneumatic_robot
 
 from tauten.controller import Controller
 from tauten.model import Robot, Simulator
+from tauten.model.kernels import seed_file
+from tauten.service.kernels import take_inventory
 from tauten.service.wire import CDR, Joints, decode_joints, encode_joints
 
 pytestmark = pytest.mark.versions
@@ -26,6 +28,14 @@ def test_commands_show_help_and_schema(capsys: pytest.CaptureFixture[str]) -> No
     assert "--design" in capsys.readouterr().out
     assert run_main("schema") == 0
     assert "RobotFile" in json.loads(capsys.readouterr().out)["$defs"]
+
+
+def test_kernels_that_are_shipped_for_this_python_are_those_of_the_sources() -> None:
+    """The file for each Python is packed by itself; what has changed since then, every user compiles."""
+    file = seed_file()
+    if file is None or not file.is_file():
+        pytest.skip("no kernels are shipped for this Python, numba and system")
+    assert take_inventory().changed <= 5
 
 
 def test_a_command_reads_a_shipped_basis(capsys: pytest.CaptureFixture[str]) -> None:
