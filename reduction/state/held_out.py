@@ -146,12 +146,16 @@ def spread_places(run: Ints, most: int, whole: bool) -> Ints:
         most: their number; a single run is taken whatever it has.
         whole: whether runs are taken or left out as a whole.
     """
-    places: Ints = np.arange(len(run) - 1, -1, -len(run) // most)[::-1]
-    if whole:
-        runs = np.unique(run)
-        count = max(1, most * len(runs) // len(run))
-        chosen = runs[np.arange(len(runs) - 1, -1, -len(runs) // count)]
-        places = np.flatnonzero(np.isin(run, chosen)).astype(np.int64)
+    if not whole:
+        return _evenly(len(run), most)
+    runs = np.unique(run)
+    chosen = runs[_evenly(len(runs), max(1, most * len(runs) // len(run)))]
+    return np.flatnonzero(np.isin(run, chosen)).astype(np.int64)
+
+
+def _evenly(count: int, most: int) -> Ints:
+    """At most some of the numbers below a count at even distances, ascending, the last one included."""
+    places: Ints = np.arange(count - 1, -1, -count // most)[::-1]
     return places
 
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import permutations
 
-import numpy as np
-
-from tauten.model import Robot
+from tauten.model import Robot, skin_of
 from tauten.model.contact import MeshShape
 from tauten.model.numerics import Array, Ints
 from tauten.model.parts import Part, PartsBody
@@ -75,9 +73,8 @@ def overlaps(parts: tuple[Part, ...]) -> Iterator[tuple[float, str, str, Array]]
 
 def skin(part: Part) -> tuple[Array, Ints]:
     """Vertices (v, 3) at rest in the robot's frame [m] and triangles (t, 3) of the surface of a part."""
-    body = part.robot.body
-    used, triangles = np.unique(body.triangles, return_inverse=True)
-    return part.placement.points(body.points(body.rest())[used]), triangles.reshape(-1, 3)
+    robot, found = part.robot, skin_of(part.robot)
+    return part.placement.points(robot.points(robot.rest())[found.used]), found.triangles
 
 
 def enclosed(vertices: Array, triangles: Ints) -> MeshShape | None:

@@ -177,8 +177,9 @@ def check_parts(
     robot = load_robot(path)
     config = validated(PartsConfig, model_tables(read_toml(path)), path)
     files = {part.robot: part_path(part.robot, path) for part in config.parts}
+    contents = {name: read_toml(file) for name, file in files.items()}
     configs = {
-        name: validated(PartRobotConfig, model_tables(read_toml(file)), file)
+        name: validated(PartRobotConfig, model_tables(contents[name]), file)
         for name, file in files.items()
     }
     findings = list(
@@ -186,7 +187,7 @@ def check_parts(
     )
     complete = True
     for written, file in files.items():
-        name, given = written.removesuffix(".toml"), read_toml(file)
+        name, given = written.removesuffix(".toml"), contents[written]
         moved = not given.keys().isdisjoint(ACTUATOR_TABLES)  # others are objects
         if not (moved and given.get("effectors")):
             missing = "effector" if moved else "actuator"
