@@ -63,15 +63,16 @@ def meshio_says(text: str) -> str:
 
 
 def _read(path: Path) -> Any:
-    reason = why_not_whole(path)
+    contents, suffix = path.read_bytes(), path.suffix.lower()
+    reason = why_not_whole(contents, suffix)
     if reason:
         raise unreadable(path, reason)
-    if path.suffix.lower() == ".obj":
+    if suffix == ".obj":
         return _surface_of_obj(path)
-    if path.suffix.lower() != ".vtk":
+    if suffix != ".vtk":
         return meshio.read(path)
-    raw = meshio.read(path, "vtu" if path.read_bytes().lstrip().startswith(b"<") else None)
-    reason = missing_cells(path, sum(len(block.data) for block in raw.cells))
+    raw = meshio.read(path, "vtu" if contents.lstrip().startswith(b"<") else None)
+    reason = missing_cells(contents, sum(len(block.data) for block in raw.cells))
     if reason:
         raise unreadable(path, reason)
     return raw

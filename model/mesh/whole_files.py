@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import re
 import struct
-from pathlib import Path
 
 ENDS = {".ply": b"end_header", ".vtu": b"</VTKFile>", ".msh": b"$EndElements"}  # by suffix
 STARTS = {".msh": b"$MeshFormat"}  # of the format that has this end, where a suffix has several
 STL_HEADER, STL_TRIANGLE = 84, 50  # bytes
 
 
-def why_not_whole(path: Path) -> str:
+def why_not_whole(contents: bytes, suffix: str) -> str:
     """Why a file cannot be a whole mesh file of the format that its suffix names; "" if nothing shows it."""
-    contents, suffix = path.read_bytes(), path.suffix.lower()
     if not contents.strip():
         return "it is empty"
     if suffix == ".stl":
@@ -23,9 +21,9 @@ def why_not_whole(path: Path) -> str:
     return ""
 
 
-def missing_cells(path: Path, found: int) -> str:
+def missing_cells(contents: bytes, found: int) -> str:
     """Why a VTK file of which this number of cells has been read is not whole; "" if nothing shows it."""
-    said = re.search(rb"\nCELL_TYPES\s+(\d+)", path.read_bytes())
+    said = re.search(rb"\nCELL_TYPES\s+(\d+)", contents)
     if said is None or found >= int(said[1]):
         return ""
     return f"it is cut off: it has {found} of {int(said[1])} cells"
