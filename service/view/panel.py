@@ -23,6 +23,8 @@ from tauten.service.view.words import Words
 from tauten.service.wire import DescribedEffector, places_of
 
 SPEEDS = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1}
+# Buttons below a text that grows and shrinks would move under the mouse; what does not fit is scrolled to.
+_STATUS = '<div style="height:112px;overflow-y:auto">{}</div>'
 
 
 class Request(Enum):
@@ -75,7 +77,7 @@ class ViewPanel:
         gui, effectors = server.gui, look.robot.effectors
         self._placed = tuple(one.has_position for one in effectors)
         reaches = reaches and any(self._placed)
-        self._status = gui.add_html("")
+        self._status = gui.add_html(_STATUS.format(""))
         self._follow: viser.GuiCheckboxHandle | None = None
         self._scalars: dict[int, viser.GuiSliderHandle[float]] = {}
         if targets is not None:
@@ -227,7 +229,7 @@ class ViewPanel:
 
     def say(self, words: Words) -> None:
         """Show a text."""
-        self._status.content = words.html
+        self._status.content = _STATUS.format(words.html)
 
     def show_onlookers(self, onlookers: dict[int, viser.ClientHandle]) -> None:
         """Say to browsers that they look on, and what works there."""

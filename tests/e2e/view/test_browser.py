@@ -111,9 +111,14 @@ def test_the_stop_button_stops(page: Page, shown: Shown) -> None:
 
 @pytest.mark.long
 def test_a_slider_locks_an_actuator_within_its_limits(page: Page, shown: Shown) -> None:
-    page.get_by_text("Actuators", exact=True).first.click()
     first = shown.session.source.look.robot.actuators[0]
     slider = page.get_by_role("slider", name="").nth(1)
+
+    def unfolded() -> bool:
+        page.get_by_text("Actuators", exact=True).first.click()
+        return wait_until(slider.is_visible, 20.0)
+
+    assert wait_until(unfolded, 60.0)
     slider.focus()
     slider.press("End")
     assert wait_until(lambda: shown.session.source.locked == {first.name})

@@ -15,6 +15,7 @@ from tauten.service.setup import load_setup
 from tauten.service.view import open_server
 from tauten.service.view.export import write_html
 from tauten.service.view.panel import ViewPanel
+from tauten.service.view.words import Words
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -50,6 +51,34 @@ def test_no_time_of_a_long_run_is_cut(
     field = page.locator(".mantine-NumberInput-input").first
     assert wait_until(lambda: field.input_value() == f"{last:g}")
     assert not field.evaluate(CUT)
+
+
+@pytest.mark.long
+def test_buttons_stay_where_they_are_whatever_is_said(
+    panel: tuple[ViewPanel, str], page: Page
+) -> None:
+    """The stop button moved by a line with each sentence about the robot that came and went."""
+    button = page.get_by_role("button", name="now", exact=True)
+    places: list[float] = []
+
+    def place() -> float:
+        box = button.bounding_box()
+        assert box is not None
+        return box["y"]
+
+    def still() -> bool:
+        """Whether it moves no more: the page draws once a second."""
+        before = place()
+        page.wait_for_timeout(2_500.0)
+        return abs(place() - before) < 0.1
+
+    for words in (Words(), Words("RUN"), Words("last words", "advice " * 40, ("a sentence",) * 30)):
+        panel[0].say(words)
+        if words.title:
+            page.get_by_text(words.title).wait_for()
+        assert wait_until(still)
+        places.append(place())
+    assert max(places) - min(places) < 1.0  # pixels
 
 
 @pytest.mark.long
