@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from support.viewers import showing, wait_until
 from tauten.model import Robot
 from tauten.service.frames import SimulatedRobot
 from tauten.service.setup import load_setup
-from tauten.service.view.picture import SHEET
+from tauten.service.view.picture import PANEL, SHEET
 
 PHONE = (390, 844)
 
@@ -45,6 +46,7 @@ def test_a_phone_shows_robot_and_target_above_the_panel(beam_file: Path, beam: R
 def test_a_robot_is_as_large_in_a_window_that_is_not_wide(beam_file: Path, beam: Robot) -> None:
     """It was so large as in a wide one, and ended under the panel."""
     size = (640, 700)
+    free = size[0] - PANEL
     setup = load_setup(beam_file, rate=10.0)
     with (
         showing(SimulatedRobot(setup, load_setup(beam_file, rate=10.0))) as shown,
@@ -53,10 +55,13 @@ def test_a_robot_is_as_large_in_a_window_that_is_not_wide(beam_file: Path, beam:
         (client,) = shown.server.get_clients().values()
         points = beam.points(beam.rest())
 
-        def width() -> float:
-            """Of the robot, in that of the window."""
+        def beside() -> bool:
+            """Whether it is beside the panel, and nearly half as wide as what is free."""
             camera = client.camera
             places = [on_page(one, camera.position, camera.look_at, size)[0] for one in points]
-            return (max(places) - min(places)) / size[0]
+            inside = min(places) > 0.0 and max(places) < free
+            return inside and 0.35 < (max(places) - min(places)) / free < 0.5
 
-        assert wait_until(lambda: 0.3 < width() < 0.55)
+        assert wait_until(beside)
+        time.sleep(1.0)
+        assert beside(), "and stays there"
