@@ -73,8 +73,8 @@ def bench_sofa_meshes(data: Path, steps: int, progress: Progress) -> SofaMeshBen
     found = []
     with one_blas_thread():
         for name, pulled, led, targets in cases:
-            forward, tips = forward_steps(pulled, steps)
-            followed = tips if targets is None else targets
+            forward, reached = forward_steps(pulled, steps)
+            followed = reached[:, None] if targets is None else targets
             found.append(
                 SofaMeshTimes(
                     robot=name,

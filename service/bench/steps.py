@@ -71,8 +71,8 @@ def bench_steps(
     for count in range(refinements + 1):
         robot = load_robot(robot_file, None, count, factorisation)
         with one_blas_thread():
-            forward, tips = forward_steps(robot, steps)
-            inverse = time_control(robot, "none", tips, WARM_UP)
+            forward, reached = forward_steps(robot, steps)
+            inverse = time_control(robot, "none", reached, WARM_UP)
         meshes.append(SizeTimes(sizes_of(robot), robot.body.linear_solver, forward, inverse))
         progress(1.0 / (refinements + 1))
     return StepBench(host_info(), robot.name, tuple(meshes))
@@ -82,15 +82,15 @@ def forward_steps(robot: Robot, steps: int) -> tuple[Spread, Array]:
     """Simulator steps while the cables are pulled to half their limit.
 
     Returns:
-        Their times [ms], and positions (steps + WARM_UP, p, 3) of the effectors after them [m].
+        Their times [ms], and values (steps + WARM_UP, n_v) of the effectors after them.
     """
-    simulator, times, tips = Simulator(robot, contact="none"), [], []
+    simulator, times, values = Simulator(robot, contact="none"), [], []
     for share in np.linspace(0.0, 0.5, steps + WARM_UP):
         start = perf_counter()
         simulator.step(position=share * robot.limits.position_max)
         times.append(1e3 * (perf_counter() - start))
-        tips.append(simulator.effector.copy())
-    return spread(times[WARM_UP:]), np.array(tips).reshape(len(tips), -1, 3)
+        values.append(simulator.effector_values)
+    return spread(times[WARM_UP:]), np.array(values)
 
 
 def time_control(
@@ -104,7 +104,7 @@ def time_control(
     Args:
         robot: what to control.
         contact: "none", "full" or a basis.
-        targets: (s, p, 3) [m], one a step.
+        targets: (s, n_v) goal values, one row a step.
         warm_up: first steps, which are not measured.
     """
     controller, times = Controller(robot, contact), []
