@@ -17,7 +17,7 @@ from tauten.model import Simulator, load_robot, one_blas_thread
 from tauten.model.numerics import Array
 from tauten.service.bench.following import Trace, follow, reach_targets, rms, warmed
 from tauten.service.plant import DrivenRobot, PathError, own_steps
-from tauten.service.process import HostInfo, Progress, StopFlag, host_info
+from tauten.service.process import HostInfo, Interrupted, Progress, StopFlag, host_info
 from tauten.service.replay import Spread, spread
 from tauten.service.settings import ServiceSettings
 from tauten.service.setup import Setup
@@ -99,6 +99,8 @@ def bench_closed_loop(
 ) -> ClosedLoopBench:
     """Follow the path in reach once in each period, or in as many as are done when `stop` is raised.
 
+    A request to stop ends the run that is under way.
+
     Args:
         setup: the robot.
         periods: of the path [s].
@@ -107,6 +109,7 @@ def bench_closed_loop(
 
     Raises:
         PathError: the robot has several effectors, or finds no equilibrium to take targets from.
+        Interrupted: stopped before a run was done.
     """
     robot, followed = setup.robot, list[Following]()
     if len(robot.effector_names) > 1:
@@ -115,18 +118,24 @@ def bench_closed_loop(
         )
     with one_blas_thread():
         progress(0.0, "plant")
-        controller = Controller(robot, setup.contact, settings=setup.controller)
-        controller.settle_start()
-        simulator = Simulator(load_robot(setup.path, rate=1.0 / robot.h), "full")
-        simulator.settle_start()
-        steps = own_steps(simulator)
-        plant = DrivenRobot(simulator, steps.count)
-        warmed(controller, plant, setup.service)
+        with stop.interruptible():
+            controller = Controller(robot, setup.contact, settings=setup.controller)
+            controller.settle_start()
+            simulator = Simulator(load_robot(setup.path, rate=1.0 / robot.h), "full")
+            simulator.settle_start()
+            steps = own_steps(simulator)
+            plant = DrivenRobot(simulator, steps.count)
+            warmed(controller, plant, setup.service)
         for period in periods:
-            if stop.requested:
-                break
             progress(0.0, f"path in reach, {period:g} s")
-            followed.append(follow_path(controller, plant, period, setup.service))
+            try:
+                with stop.interruptible():
+                    found = follow_path(controller, plant, period, setup.service)
+            except Interrupted:
+                if not followed:
+                    raise
+                break
+            followed.append(found)
             progress(period / sum(periods), f"path in reach, {period:g} s")
     return ClosedLoopBench(
         machine=host_info(),
@@ -140,7 +149,7 @@ def bench_closed_loop(
         model_unknowns=robot.n,
         mesh_error=setup.mesh_error,
         following=tuple(followed),
-        complete=not stop.requested,
+        complete=len(followed) == len(periods),
     )
 
 

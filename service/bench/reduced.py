@@ -104,12 +104,12 @@ def bench_reduced(
         basis: its contact basis.
         folder: where campaigns are kept.
         seconds: of the path along what the cables reach.
-        progress: called with the share of the work done and what comes next.
+        progress: called with the share of the work that has just been done, and what comes next.
     """
     step = 1.0 / (len(STATE_SETTINGS) + 2.0)
     with one_blas_thread():
         robot = load_robot(robot_file)
-        progress(step, "campaign of the training path")
+        progress(0.0, "campaign of the training path")
         training = ramp_snapshots(robot, folder / "ramp", RAMP_STEPS)
         progress(step, "campaign of foreign loads")
         design = latin_hypercube(robot, FOREIGN, FOREIGN_RUNS, seed=0, steps=FOREIGN_STEPS)
@@ -121,6 +121,7 @@ def bench_reduced(
             about = f"{settings.r} modes, {settings.responses} responses"
             progress(step, f"{about}, sample {settings.sample:g}")
             cases.append(run_case(robot, basis, training, foreign, settings, targets))
+        progress(step)
     size, rate = 1e3 * robot.size, 1.0 / robot.h
     return ReducedBench(host_info(), robot.name, size, rate, basis.k, tuple(cases))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -25,9 +25,12 @@ from tauten.service.cli.terminal import (
 
 
 def steps(
-    robot: Annotated[str, typer.Argument(help="A robot file.")],
+    robot: RobotName,
     refinements: Annotated[int, typer.Option(min=0, max=3, help="Uniform refinements.")] = 0,
-    factorisation: Annotated[str, typer.Option(help="auto, pardiso, cholmod, superlu.")] = "auto",
+    factorisation: Annotated[
+        Literal["auto", "pardiso", "cholmod", "superlu"],
+        typer.Option(help="Library for the sparse linear systems."),
+    ] = "auto",
     count: Annotated[int, typer.Option("--steps", min=5, help="Number of steps to measure.")] = 100,
     json_file: Json = None,
 ) -> None:
@@ -95,10 +98,11 @@ def node(
                 break
             results.append(found)
             write_json(results, json_file)
-            if markdown is not None:
-                node_page(results).put_into(markdown)
-    if results:
-        show_result(results, node_page(results), json_file, markdown)
+    if not results:  # stopped before there were any
+        raise typer.Exit(130)
+    show_result(results, node_page(results), json_file, markdown)
+    if stop.requested:
+        Console(markup=False).print("stopped early: the table has what was measured until then")
 
 
 def closed_loop(
@@ -120,11 +124,12 @@ def closed_loop(
     from tauten.service.setup import load_setup
     from tauten.service.tables import closed_loop_page
 
-    setup, times = load_setup(robot), tuple(periods or (10.0, 6.0))
+    setup, times, result = load_setup(robot), tuple(periods or (10.0, 6.0)), None
     with stop_on_signals() as stop, progress_bar("targets in reach") as report:
         result = bench_closed_loop(setup, times, stop, report)
+    if result is None:  # stopped before a run was done
+        raise typer.Exit(130)
     show_result(result, closed_loop_page(result), json_file, markdown)
-    show_mesh_error(setup.path, setup.robot)
     if not result.complete:
         Console(markup=False).print("stopped early: the table has the runs that were done")
 

@@ -53,6 +53,11 @@ def run(program: Callable[[], object]) -> None:
         program()
     except KeyboardInterrupt:
         sys.exit(130)  # as all commands do
+    except SystemExit as end:
+        # as of other programs before `head`; libraries say 1, which of `check` is a finding
+        if isinstance(end.__context__, BrokenPipeError):
+            sys.exit(128 + signal.SIGPIPE)
+        raise
     except Exception as error:
         sentence = _sentence(error)
         if sentence is None:

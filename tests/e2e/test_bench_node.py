@@ -61,6 +61,14 @@ def test_a_stop_before_there_is_anything_is_no_error(beam_file: Path) -> None:
     assert bench_node(setup, str(beam_file), settings, stop, lambda text: None) is None
 
 
+def test_a_stop_before_there_is_anything_is_said_by_the_exit_code(
+    beam_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was 0, without a word."""
+    monkeypatch.setattr("tauten.service.bench.bench_node", lambda *_: None)
+    assert run_main("bench", "node", beam_file) == 130
+
+
 @pytest.mark.long
 def test_a_node_that_ends_is_an_error_with_its_last_words(
     beam_file: Path, monkeypatch: pytest.MonkeyPatch

@@ -80,10 +80,16 @@ DriveOption = Annotated[
     typer.Option("--drive", help="Command that the plant's winches follow."),
 ]
 Json = Annotated[
-    Path | None, typer.Option("--json", callback=writable, help="Write the numbers to this file.")
+    Path | None,
+    typer.Option(
+        "--json", callback=writable, dir_okay=False, help="Write the numbers to this file."
+    ),
 ]
 Markdown = Annotated[
-    Path | None, typer.Option(callback=writable, help="Page to put the tables into.")
+    Path | None,
+    typer.Option(
+        callback=writable, exists=True, dir_okay=False, help="Page to put the tables into."
+    ),
 ]
 
 
@@ -94,5 +100,6 @@ def basis_of(setup: Setup, robot: str) -> ContactBasis:
         typer.BadParameter: it has none.
     """
     if isinstance(setup.contact, str):
-        raise typer.BadParameter(f"{robot} has no contact basis: tauten reduce {robot} makes one")
+        advice = f"tauten reduce {robot} makes one" if setup.robot.n_c else "it has no contacts"
+        raise typer.BadParameter(f"{robot} has no contact basis: {advice}")
     return setup.contact

@@ -133,18 +133,24 @@ def show_result(
     json_file: Path | None,
     markdown: Path | None = None,
 ) -> None:
-    """Print a result to stdout, and write it into the files that were asked for."""
+    """Write a result into the files that were asked for, and print it to stdout.
+
+    It is printed last, because a pipe that nobody reads to its end ends the command; and also where a file
+    cannot be written.
+    """
     from rich.console import Console
 
     from tauten.service.tables import Numbers
 
-    console = Console(markup=False)
-    for part in page.parts:
-        console.print(part.rich(console.width) if isinstance(part, Numbers) else part)
-    console.print(page.about)
-    write_json(result, json_file)
-    if markdown is not None:
-        page.put_into(markdown)
+    try:
+        write_json(result, json_file)
+        if markdown is not None:
+            page.put_into(markdown)
+    finally:
+        console = Console(markup=False)
+        for part in page.parts:
+            console.print(part.rich(console.width) if isinstance(part, Numbers) else part)
+        console.print(page.about)
 
 
 def show_mesh_error(path: Path, robot: Robot) -> None:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from support.processes import ROBOT, write_robot
+from support.processes import ROBOT, run_main, write_robot
 
 from tauten.controller import Controller
 from tauten.model import Robot, Simulator
-from tauten.service.bench import bench_closed_loop, follow
+from tauten.service.bench import bench_closed_loop, closed_loop, follow
 from tauten.service.plant import DrivenRobot, PathError
-from tauten.service.process import StopFlag
+from tauten.service.process import Interrupted, StopFlag
 from tauten.service.setup import load_setup
 from tauten.service.tables import closed_loop_page
 
@@ -67,6 +68,36 @@ def test_a_stopped_benchmark_keeps_what_is_done(tmp_path: Path) -> None:
     result = bench_closed_loop(setup, (1.0, 2.0), stop, progress)
     assert not result.complete
     assert [one.period_s for one in result.following] == [1.0]
+
+
+@pytest.mark.long
+def test_a_request_to_stop_ends_the_run_that_is_under_way(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was done to its end, for minutes where a path of full order takes so long."""
+    setup, stop, runs = load_setup(one_effector(tmp_path)), StopFlag(), []
+    follow_path = closed_loop.follow_path
+
+    def stopped(*arguments: Any) -> closed_loop.Following:
+        runs.append(follow_path(*arguments))
+        if len(runs) == 2:
+            stop.request()
+        return runs[-1]
+
+    monkeypatch.setattr(closed_loop, "follow_path", stopped)
+    result = bench_closed_loop(setup, (0.2, 0.4, 0.6), stop, lambda share, what="": None)
+    assert not result.complete
+    assert [one.period_s for one in result.following] == [0.2]
+
+
+def test_a_stop_before_a_run_is_done_is_said_by_the_exit_code(
+    beam_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*_: object) -> None:
+        raise Interrupted
+
+    monkeypatch.setattr("tauten.service.bench.bench_closed_loop", stopped)
+    assert run_main("bench", "closed-loop", beam_file) == 130
 
 
 def test_a_robot_with_several_effectors_is_refused(beam_file: Path) -> None:
