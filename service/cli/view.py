@@ -16,6 +16,7 @@ from tauten.service.cli.terminal import (
     missing_extra,
     writable,
 )
+from tauten.service.link import served_name
 
 
 def view(
@@ -74,7 +75,8 @@ def view(
         raise typer.BadParameter("--path needs --simulate, --export needs a log or --simulate")
     if not simulate and robot.endswith(".toml"):
         raise typer.BadParameter(
-            f"{robot} is a robot file: add --simulate; a robot that is served has a name"
+            f"{robot} is a robot file: add --simulate, or where it is served: "
+            f"tauten view {served_name(robot)}"
         )
     if (simulate or is_log) and port is not None:
         raise typer.BadParameter("--port is Zenoh's, of a served robot; the page's is --web-port")

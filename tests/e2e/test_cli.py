@@ -147,9 +147,12 @@ def test_errors_are_a_sentence(
     assert message in lines[0]
 
 
-def test_a_robot_file_is_viewed_with_simulate(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_main("view", "part.toml") == 2
-    assert "add --simulate" in " ".join(capsys.readouterr().err.split())
+def test_a_robot_file_is_viewed_with_simulate_or_by_its_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_main("view", write_robot(tmp_path)) == 2
+    said = " ".join(capsys.readouterr().err.replace("│", " ").split())
+    assert "add --simulate, or where it is served: tauten view beam" in said
 
 
 def test_a_folder_that_cannot_be_made_says_so(
