@@ -17,7 +17,7 @@ _TITLES = {
 _ADVICE = {
     Cause.NONE: "",
     Cause.NO_TARGET: "no target: switch “follow” on and drag the target",
-    Cause.OPERATOR: "by the operator: press “enable”, or “reset” after a stop",
+    Cause.OPERATOR: "by the operator: press “enable”",
     Cause.LATE: "too many deadlines were missed: give the node a lower rate or more processor time",
     Cause.UNMEASURED: "an effector is not measured: check the camera",
     Cause.IMPLAUSIBLE: "a measurement is not plausible: check the camera, then press “enable”",
@@ -133,22 +133,26 @@ def without_node(words: Words, silence: float) -> Words:
 
 
 def at_limit(look: RobotLook, frame: ViewFrame) -> list[str]:
-    """Names of the actuators whose position or effort is at its upper limit."""
+    """Names of the actuators whose position or effort is at a limit; a lower one of 0 is rest."""
+    pairs = zip(frame.position.tolist(), frame.effort.tolist(), strict=True)
     return [
         actuator.name
-        for actuator, travel, force in zip(
-            look.robot.actuators, frame.position.tolist(), frame.effort.tolist(), strict=True
-        )
-        if travel >= actuator.position[1] - 1e-3 * (actuator.position[1] - actuator.position[0])
-        or force >= actuator.effort[1] - 1e-3 * abs(actuator.effort[1])
+        for actuator, (travel, force) in zip(look.robot.actuators, pairs, strict=True)
+        if _at_end(travel, actuator.position) or _at_end(force, actuator.effort)
     ]
+
+
+def _at_end(value: float, limits: tuple[float, float]) -> bool:
+    low, high = limits
+    near = 1e-3 * (high - low)
+    return value >= high - near or (low < 0.0 and value <= low + near)
 
 
 def _advice(mode: Mode, cause: Cause) -> str:
     if mode is Mode.RUN:
         return ""
     if mode is Mode.STOP and cause is Cause.OPERATOR:
-        return "press “reset” once they are slack"
+        return "press “reset” once they are at rest"
     return _ADVICE[cause]
 
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import random
 from html.parser import HTMLParser
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
 
 from tauten.controller import Status
-from tauten.service.view.words import _STATUSES, Words, without_node
+from tauten.service.view.words import _STATUSES, Words, at_limit, without_node
 
 PIECES = (
     "<", ">", "&", "'", '"', "img", "script", "=", " ", "onerror", "javascript:", "\n", "\0", "\u202e",
@@ -62,3 +66,22 @@ def test_what_a_missing_node_said_last_is_not_what_it_does() -> None:
     assert "RUN" not in found.title + found.advice
     assert "3 s" in found.advice
     assert found.items == ("the last was RUN: follows the target", "1 contact point pushes")
+
+
+def test_the_largest_vacuum_and_the_longest_cable_are_limits_and_rest_is_none() -> None:
+    """Only upper limits were said: a chamber at its largest vacuum did not follow, and nothing said why."""
+    limits = {
+        "cable": ((0.0, 0.02), (0.0, 10.0)),
+        "paid": ((-0.05, 0.05), (0.0, 15.0)),
+        "air": ((-6e-6, 6e-6), (-12e3, 25e3)),
+    }
+    actuators = [SimpleNamespace(name=n, position=p, effort=e) for n, (p, e) in limits.items()]
+    look = cast(Any, SimpleNamespace(robot=SimpleNamespace(actuators=actuators)))
+
+    def named(position: list[float], effort: list[float]) -> list[str]:
+        frame = SimpleNamespace(position=np.array(position), effort=np.array(effort))
+        return at_limit(look, cast(Any, frame))
+
+    assert named([0.0, 0.0, 0.0], [0.0, 0.0, 0.0]) == []
+    assert named([0.02, -0.05, -1.4e-6], [1.0, 0.0, -12e3]) == ["cable", "paid", "air"]
+    assert named([0.0, 0.0, 0.0], [10.0, 15.0, 25e3]) == ["cable", "paid", "air"]
