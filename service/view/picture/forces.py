@@ -23,7 +23,8 @@ _LENGTH = 0.25  # of the arrow of an effort at its limit, as a share of the robo
 _CONE, _SIDES, _WIDEST = 0.12, 16, 3.0
 _NO_MARGIN = 1e-3  # of a force, distance to slip that is none
 _CONE_COLOUR = (120, 120, 130)
-_LEAST = 0.02  # share of the limit below which no arrow is drawn
+# share of the limit below which a cable has no arrow: numbers of slack ones would cover each other
+_LEAST = 0.02
 
 
 class ForceNumbers:
@@ -58,7 +59,7 @@ class ForceNumbers:
         self._arrows.draw(np.array(arrows, np.float32))
 
     def _of_actuators(self, frame: ViewFrame) -> tuple[dict[str, tuple[str, Array]], list[Array]]:
-        """Numbers at the first point of each actuator; arrows along cables, out of the robot."""
+        """Numbers at the first point of each actuator, where it does something; arrows along cables."""
         texts, arrows = {}, []
         look, geometry = self._look, frame.geometry
         surface = look.robot.surface
@@ -73,8 +74,10 @@ class ForceNumbers:
                     texts[f"/numbers/{one.name}"] = text, middle
                 continue
             start = pieces[0, 0]
-            share = effort_share(one, effort)
-            if one.kind in LINES and share > _LEAST:
+            if one.kind in LINES:
+                share = effort_share(one, effort)
+                if share <= _LEAST:
+                    continue
                 along = start - pieces[0, 1]
                 along *= (
                     _LENGTH * share * look.robot.size / max(float(np.linalg.norm(along)), 1e-12)

@@ -21,6 +21,7 @@ _ABOVE = 0.62  # where a text is above the middle, as a share of that size
 _GROUND = 1.5  # side of the ground, as a multiple of the robot's size
 _SCALE = 0.4  # where the scale is, to the left and in front of the middle, as a share of that size
 _BELOW = 0.1  # of the robot's size, below one that hangs
+_UNDER = 2e-3  # of that size, under a floor that it stands on: in one plane they would flicker
 _CELLS = 8.0  # cells of the ground on the robot's size, about
 
 
@@ -81,7 +82,7 @@ def _draw_ground(scene: viser.SceneApi, look: RobotLook) -> None:
     right, back = sideways(up)
     low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
     middle = 0.5 * (low + high).astype(float)
-    middle += (ground_height(look) - float(middle @ up)) * up
+    middle += (ground_height(look) - _UNDER * look.robot.size - float(middle @ up)) * up
     side = cell * float(np.ceil(_GROUND * look.robot.size / cell / 2.0)) * 2.0
     turned = transforms.SO3.from_matrix(np.stack([right, back, up], axis=1))
     scene.add_grid(

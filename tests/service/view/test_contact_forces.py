@@ -1,17 +1,20 @@
-"""Contact forces in the picture: cones of friction, what slides, and how far the others are from it."""
+"""Forces in the picture: cones of friction, what slides, how far the others are from it, and efforts."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tauten.model import NO_CONTACTS, PushingContacts, skin_of
 from tauten.service.describing import describe
-from tauten.service.frames import RobotLook
+from tauten.service.frames import RobotLook, SimulatedRobot
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
 from tauten.service.view.picture import RobotScene
-from tauten.service.view.picture.forces import contact_numbers, friction_cones
+from tauten.service.view.picture.forces import ForceNumbers, contact_numbers, friction_cones
 
 UP = [0.0, 0.0, 1.0]
 # sticks with 0.2 N to slip, slides, is at the border, and has no friction; μ = 0.5 of the first three
@@ -62,3 +65,15 @@ def test_what_slides_has_another_colour() -> None:
             assert len(drawn[name].points) == count  # type: ignore[attr-defined]
         scene._draw_contacts(NO_CONTACTS)
         assert not drawn["/contacts"].visible and not drawn["/contacts_that_slide"].visible
+
+
+def test_slack_cables_have_no_number(beam_file: Path) -> None:
+    """Those of a trunk with eight cables covered each other after a stop."""
+    source = SimulatedRobot(*(load_setup(beam_file) for _ in range(2)))
+    frame = source.advance(source.look.robot.rest, True)
+    assert frame is not None
+    with open_server(0, "test") as (server, _):
+        shown = ForceNumbers(server.scene, source.look)
+        for efforts, expected in (((3.0, 0.1), {"lower"}), ((3.0, 4.0), {"lower", "upper"})):
+            shown.draw(replace(frame, effort=np.array(efforts)))
+            assert {name.rpartition("/")[2] for name in shown._labels} == expected
