@@ -19,9 +19,8 @@ NARROWER = 0.25  # of κ, after a full step on the smoothed law
 STILL = 1e-7  # of the largest |q|, slip that counts as none
 OPEN = 1e-8  # of the largest |q|, w r_n that counts as none
 PROXIMAL = 1e-10  # of the largest compliance, by which redundant contacts yield
-WIDE = Width(
-    1.0, 0.0, NARROWER
-)  # of the smoothed law; a length of zero: `LENGTH` of the largest |q|
+# Of the smoothed law; a length of zero: `LENGTH` of the largest |q|.
+WIDE = Width(1.0, 0.0, NARROWER)
 
 
 def exact_point(

@@ -84,6 +84,5 @@ class CutSearch:
         return self.with_forces(r)
 
 
-ALL_TRIED = CutSearch(
-    True, len(FLAT), None
-)  # where descent is out of sight: nothing is tried again
+# Where descent is out of sight: nothing is tried again.
+ALL_TRIED = CutSearch(True, len(FLAT), None)
