@@ -64,11 +64,6 @@ float64[] goal_values
 float64[] correction_values
 int32 checks
 """
-# As logs have it that were recorded before effectors had kinds: all of them are points.
-TICK_OF_POINTS = "tauten_msgs/msg/TickOfPoints"
-_VALUES = "float64[] goal_values\nfloat64[] correction_values\n"
-# and before decisions with friction ended by the clock
-UNTIMED_TICK, _CHECKS = "tauten_msgs/msg/UntimedTick", "int32 checks\n"
 
 CDR = "application/cdr"
 JSON = "application/json"
@@ -94,9 +89,6 @@ def typestore() -> Typestore:
     store = get_typestore(Stores.ROS2_HUMBLE)
     store.max_sequence_length = MAX_PAYLOAD
     store.register(get_types_from_msg(TICK_DEFINITION, TICK))
-    untimed = TICK_DEFINITION.removesuffix(_CHECKS)
-    store.register(get_types_from_msg(untimed, UNTIMED_TICK))
-    store.register(get_types_from_msg(untimed.removesuffix(_VALUES), TICK_OF_POINTS))
     for kind in (POINT, POSE, JOINTS, HEALTH, FLOAT, TEXT, TICK, ODOMETRY, WRENCH):
         store.get_msgdef(kind)  # its code is generated now rather than in a loop
     return store

@@ -133,7 +133,7 @@ def read_run(path: Path) -> RecordedRun:
         raise LogError(
             f"{path}: no actuation in it, or actuations of different numbers of actuators"
         )
-    kinds = [one.kind for one in said.actuators] or [ActuatorKind.CABLE] * len(names)
+    kinds = [one.kind for one in said.actuators]
     if len(kinds) != len(names):
         raise LogError(
             f"{path}: its metadata have {len(kinds)} actuators, its actuations have {len(names)}"

@@ -55,17 +55,31 @@ class _Described(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore")
 
 
-class RunActuator(_Described):
-    """An actuator of a run."""
+class DescribedActuator(_Described):
+    """An actuator: limits of its position, of its effort and of its rate [SI]."""
 
+    name: _Name
     kind: ActuatorKind
+    effort: _Limits
+    position: _Limits
+    rate: float
+    flexibility: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+
+    @computed_field  # type: ignore[prop-decorator]
+    @property
+    def units(self) -> dict[str, str]:
+        """Of effort and position."""
+        return {"effort": self.kind.effort.unit, "position": self.kind.position.unit}
 
 
-class RunEffector(_Described):
-    """An effector of a run, with the weights of its rows."""
+class DescribedEffector(_Described):
+    """An effector, its goal values where the model starts, and whether a row is to be met exactly."""
 
+    name: _Name
     kind: EffectorKind
     weight: Annotated[tuple[_Weight, ...], Field(max_length=6)]
+    rest: Annotated[tuple[_Number, ...], Field(max_length=7)]
+    exact: bool
 
     @field_validator("weight")
     @classmethod
@@ -74,6 +88,14 @@ class RunEffector(_Described):
         if kind is not None and len(weight) != ROWS[kind]:
             raise ValueError(f"a {kind} has {ROWS[kind]} weights, found {len(weight)}")
         return weight
+
+    @model_validator(mode="after")
+    def _has_its_values(self) -> Self:
+        if len(self.rest) != VALUES[self.kind]:
+            raise ValueError(
+                f"a {self.kind} has {VALUES[self.kind]} values, found {len(self.rest)}"
+            )
+        return self
 
     @property
     def has_position(self) -> bool:
@@ -115,14 +137,18 @@ class DescribedBasis(_Described):
 
 
 class RunDescription(_Described):
-    """What a log of any version says of the robot of its run.
+    """What a log says of the robot of its run: its description without the surface.
 
     Attributes:
         name: of the robot.
+        frame: frame id of its positions.
         rate: control rate [Hz].
         start: whether the model starts from the equilibrium under its loads with the actuators at rest, or
             undeformed, from rest.
-        actuators: in the order of λ_a; none where a log does not say them, they are cables then.
+        size: diagonal of its bounding box at rest [m].
+        gravity: (3,) acceleration of gravity [m/s²].
+        target_timeout: time without target after which its node holds [s].
+        actuators: in the order of λ_a.
         effectors: in the order of their goal values.
         model: that decides.
         basis: of contacts.
@@ -130,45 +156,17 @@ class RunDescription(_Described):
     """
 
     name: _Name = Field(alias="robot")
+    frame: _Name
     rate: Annotated[float, Field(gt=0.0, le=_MAX_RATE)]
     start: Literal["settled", "rest"]
-    actuators: Annotated[tuple[RunActuator, ...], Field(max_length=1000)]
-    effectors: Annotated[tuple[RunEffector, ...], Field(min_length=1, max_length=1000)]
+    size: Annotated[float, Field(gt=0.0, le=1e3)]
+    gravity: tuple[_Acceleration, _Acceleration, _Acceleration]
+    target_timeout: Annotated[float, Field(gt=0.0)]
+    actuators: Annotated[tuple[DescribedActuator, ...], Field(max_length=1000)]
+    effectors: Annotated[tuple[DescribedEffector, ...], Field(min_length=1, max_length=1000)]
     model: DescribedModel
     basis: DescribedBasis
     versions: dict[_Text, _Text]
-
-
-class DescribedActuator(RunActuator):
-    """An actuator: limits of its position, of its effort and of its rate [SI]."""
-
-    name: _Name
-    effort: _Limits
-    position: _Limits
-    rate: float
-    flexibility: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-
-    @computed_field  # type: ignore[prop-decorator]
-    @property
-    def units(self) -> dict[str, str]:
-        """Of effort and position."""
-        return {"effort": self.kind.effort.unit, "position": self.kind.position.unit}
-
-
-class DescribedEffector(RunEffector):
-    """An effector, its goal values where the model starts, and whether a row is to be met exactly."""
-
-    name: _Name
-    rest: Annotated[tuple[_Number, ...], Field(max_length=7)]
-    exact: bool
-
-    @model_validator(mode="after")
-    def _has_its_values(self) -> Self:
-        if len(self.rest) != VALUES[self.kind]:
-            raise ValueError(
-                f"a {self.kind} has {VALUES[self.kind]} values, found {len(self.rest)}"
-            )
-        return self
 
 
 class DescribedRod(_Described):
@@ -246,22 +244,8 @@ class DescribedSurface(_Described):
 
 
 class RobotDescription(RunDescription):
-    """The description of a robot.
+    """The description of a robot, with its surface."""
 
-    Attributes:
-        frame: frame id of its positions.
-        size: diagonal of its bounding box at rest [m].
-        gravity: (3,) acceleration of gravity [m/s²].
-        target_timeout: time without target after which its node holds [s].
-        surface: its skin.
-    """
-
-    frame: _Name
-    size: Annotated[float, Field(gt=0.0, le=1e3)]
-    gravity: tuple[_Acceleration, _Acceleration, _Acceleration]
-    target_timeout: Annotated[float, Field(gt=0.0)]
-    actuators: Annotated[tuple[DescribedActuator, ...], Field(max_length=1000)]
-    effectors: Annotated[tuple[DescribedEffector, ...], Field(min_length=1, max_length=1000)]
     surface: DescribedSurface
 
     @field_validator("surface")

@@ -14,8 +14,6 @@ import numpy as np
 from tauten.controller.qpcc import Status
 from tauten.service.codec import (
     TICK,
-    TICK_OF_POINTS,
-    UNTIMED_TICK,
     Rejection,
     RejectionReason,
     from_cdr,
@@ -67,7 +65,7 @@ class Tick:
         extra_columns: contacts that joined the basis for this tick.
         clamped: whether the limiter changed the actuation.
         goal_values: goal values of all effectors, see `tauten.model.EffectorLayout`; empty when nothing
-            was decided. Where they are missing when a tick is decoded, they are those of `goal`.
+            was decided.
         correction_values: of all effector rows, added to the goal in a closed loop; empty in an open one.
         checks: of the time that a decision with friction passed before it was cut; −1: it was not. A replay
             cuts it there.
@@ -122,13 +120,8 @@ def encode_tick(tick: Tick) -> bytes:
 
 
 def decode_tick(payload: bytes) -> Tick | Rejection:
-    """A tick from CDR, also one that was recorded before it had all of these fields."""
+    """A tick from CDR."""
     message: Any = from_cdr(TICK, payload)
-    for older in (UNTIMED_TICK, TICK_OF_POINTS):
-        if not isinstance(message, Rejection):
-            break
-        found = from_cdr(older, payload)
-        message = message if isinstance(found, Rejection) else found
     if isinstance(message, Rejection):
         return message
     for what, found, allowed in (
@@ -138,10 +131,6 @@ def decode_tick(payload: bytes) -> Tick | Rejection:
     ):
         if found not in allowed:
             return Rejection(RejectionReason.MALFORMED, f"no {what} {quoted(found)}")
-
-    def values(field: str) -> tuple[float, ...]:
-        return tuple(getattr(message, field, np.zeros(0)).tolist())
-
     goal = tuple((point.x, point.y, point.z) for point in message.goal)
     correction = tuple((point.x, point.y, point.z) for point in message.correction)
     return Tick(
@@ -154,11 +143,7 @@ def decode_tick(payload: bytes) -> Tick | Rejection:
         correction=correction,
         target_stamp=nanoseconds(message.target_stamp),
         **{name: getattr(message, name) for name in _ALIKE},
-        goal_values=values("goal_values") or _flat(goal),
-        correction_values=values("correction_values") or _flat(correction),
-        checks=getattr(message, "checks", -1),
+        goal_values=tuple(message.goal_values.tolist()),
+        correction_values=tuple(message.correction_values.tolist()),
+        checks=message.checks,
     )
-
-
-def _flat(positions: Positions) -> tuple[float, ...]:
-    return tuple(value for position in positions for value in position)

@@ -12,7 +12,7 @@ from support.processes import ROBOT
 from tauten.controller import Controller
 from tauten.service.codec.messages import POINT
 from tauten.service.describing import log_metadata
-from tauten.service.log import Entry, LogReader, LogRecorder, logged_description
+from tauten.service.log import Entry, LogReader, LogRecorder
 from tauten.service.node import ControlLoop, Signals
 from tauten.service.setup import Setup
 from tauten.service.wire import (
@@ -62,7 +62,7 @@ def write_run(setup: Setup, path: Path) -> None:
             (), 0, 1e-4 * (index % 10), 2e-3 if goal is not None else float("nan"), 1e-3, 5e-3 + 1e-4 * index,
             -0.001 if index == 30 else 0.01, 2 if index == 30 else 0,
             action.actuation.certificate.deepest_gap, 0.0, 0.0, 0,
-            action.actuation.clamped,
+            action.actuation.clamped, () if goal is None else tuple(goal.ravel().tolist()),
         )  # fmt: skip
         for key, kind, payload in (
             (keys.actuation, JOINTS, encode_joints(joints)),
@@ -91,32 +91,6 @@ def with_entry(description: str, place: str, value: object) -> str:
     else:
         entries[last] = value
     return json.dumps(found)
-
-
-def earlier_metadata(log: Path) -> dict[str, str]:
-    """Metadata of a log as they were before it had a description: text, without names and limits."""
-    metadata = LogReader(log).read_metadata()
-    found = logged_description(log, metadata)
-    return {
-        "robot": found.name,
-        "robot_path": metadata["robot_path"],
-        "robot_digest": found.model.digest,
-        "robot_file": metadata["robot_file"],
-        "rate": repr(found.rate),
-        "effector_kinds": " ".join(one.kind for one in found.effectors),
-        "effector_weights": " ".join(
-            ",".join(f"{w:g}" for w in one.weight) for one in found.effectors
-        ),
-        "actuator_kinds": " ".join(one.kind.value for one in found.actuators),
-        "basis": found.basis.name,
-        "basis_digest": found.basis.digest,
-        "model": found.model.order,
-        "mesh_error": found.model.mesh_error,
-        "states_digest": found.model.states,
-        "start": found.start,
-        "factorisation": found.model.factorisation,
-        "version tauten": found.versions["tauten"],
-    }
 
 
 def doctored(log: Path, path: Path, metadata: dict[str, str]) -> Path:

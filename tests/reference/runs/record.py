@@ -59,14 +59,14 @@ def write(
     joints = Joints(stamp, robot.frame, robot.actuators.names, position, effort)
     decided = action.decided
     certificate = action.actuation.certificate
+    wanted = goal if goal is not None and decided else np.zeros(0)
+    moved = correction if wanted.size and correction.any() else np.zeros(0)
     tick = Tick(
         stamp, robot.frame, index, action.mode, action.cause,
-        action.status.name if action.status is not None else "",
-        points(goal) if goal is not None and decided else (),
-        points(correction) if goal is not None and decided and correction.any() else (),
+        action.status.name if action.status is not None else "", points(wanted), points(moved),
         0, 0.0, math.nan, 1e-3, 8e-3, 1e-2, 0, certificate.deepest_gap,
         certificate.complementarity, certificate.stationarity, certificate.extra_columns,
-        action.actuation.clamped,
+        action.actuation.clamped, tuple(wanted.ravel().tolist()), tuple(moved.ravel().tolist()),
     )  # fmt: skip
     for key, kind, payload in (
         (keys.actuation, JOINTS, encode_joints(joints)),

@@ -64,7 +64,7 @@ def write_run(file: Path, log: Path, kind: str) -> None:
             stamp, robot.frame, index, action.mode, action.cause,
             "" if action.status is None else action.status.name,
             tuple((a, b, c) for a, b, c in goal.tolist()), (), 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0,
-            0.0, 0.0, 0.0, 0, False,
+            0.0, 0.0, 0.0, 0, False, tuple(goal.ravel().tolist()),
         )  # fmt: skip
         health = Diagnostic("plant", Level.OK, "", steps)
         model, real = (

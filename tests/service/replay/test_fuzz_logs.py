@@ -5,16 +5,20 @@ from __future__ import annotations
 import json
 import random
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.messages import Point, encode_point
+from support.recorded_run import with_entry
 
 from tauten.service.codec.messages import POINT
+from tauten.service.describing import log_metadata
 from tauten.service.frames import RecordedRobot
 from tauten.service.log import Entry, LogError, Logged, LogReader, LogRecorder
 from tauten.service.replay import make_report, read_run, replay, table_rows
+from tauten.service.setup import load_setup
 from tauten.service.view.words import frame_in_words
 from tauten.service.wire import (
     JOINTS,
@@ -30,10 +34,6 @@ from tauten.service.wire import (
 )
 
 KEYS = Keys("beam")
-METADATA = {
-    "robot": "beam", "robot_path": "beam.toml", "rate": "50.0", "basis": "none", "start": "settled",
-    "actuator_kinds": "cable cable",
-}  # fmt: skip
 CABLES = ("lower", "upper")
 ODD = (0.0, -1.0, 1e300, -1e300, np.nan, np.inf, -np.inf, 5e-324)
 TEXTS = (
@@ -60,18 +60,20 @@ def entries(ticks: int, change: random.Random | None = None) -> list[Entry]:
     def count(value: int) -> int:
         return value if change is None or change.random() > 0.03 else change.randrange(4)
 
-    def triples() -> tuple[tuple[float, float, float], ...]:
+    def positions() -> tuple[tuple[float, float, float], ...]:
         return tuple((number(0.1), number(0.01), number(0.01)) for _ in range(count(2)))
 
     found = []
     for index in range(ticks):
         stamp = 10**18 + 20_000_000 * index
         follows = index % 7 != 0
+        goal = positions() if follows else ()
+        correction = positions() if change and change.random() < 0.1 else ()
         tick = Tick(
             stamp, "beam_base", count(index) if change else index, Mode.RUN if follows else Mode.HOLD,
-            Cause.NONE, "OK" if follows else "", triples() if follows else (),
-            triples() if change and change.random() < 0.1 else (), stamp, number(1e-4), number(2e-3),
+            Cause.NONE, "OK" if follows else "", goal, correction, stamp, number(1e-4), number(2e-3),
             number(1e-3), number(5e-3), number(1e-2), 0, number(1e-3), number(0.0), number(0.0), 0, False,
+            tuple(chain(*goal)), tuple(chain(*correction)),
         )  # fmt: skip
         position = tuple(number(1e-4 * index) for _ in range(count(2)))
         joints = Joints(stamp, "beam_base", CABLES[: count(2)], position, (1.0,) * count(2))
@@ -101,9 +103,15 @@ def read(path: Path) -> tuple[list[Logged], dict[str, str]]:
 
 
 @pytest.fixture(scope="module")
-def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def metadata(beam_file: Path) -> dict[str, str]:
+    """Of a log of the small robot, which lies beside its file."""
+    return {**log_metadata(load_setup(beam_file)), "robot_path": "beam.toml"}
+
+
+@pytest.fixture(scope="module")
+def original(tmp_path_factory: pytest.TempPathFactory, metadata: dict[str, str]) -> Path:
     path = tmp_path_factory.mktemp("fuzz") / "log.mcap"
-    write(path, METADATA, entries(150))
+    write(path, metadata, entries(150))
     return path
 
 
@@ -141,7 +149,7 @@ def check_cuts(original: Path, sizes: list[int]) -> None:
             found, facts = read(path)
         except LogError as error:
             assert "not the log of a run" in str(error), size  # cut within the metadata
-            assert size < 400
+            assert size < 400 + sum(map(len, metadata.values()))
         else:
             assert facts == metadata
             assert found == whole[: len(found)], size
@@ -158,14 +166,16 @@ def test_a_log_cut_anywhere_is_a_beginning_of_the_run(original: Path) -> None:
     check_cuts(original, list(range(original.stat().st_size)))
 
 
-def check_doctored(folder: Path, seeds: range) -> int:
+def check_doctored(folder: Path, sound: dict[str, str], seeds: range) -> int:
     """Reports of logs whose checksums are right and whose content is wrong; counts the results."""
     reported = 0
     for seed in seeds:
         change, path = random.Random(seed), folder / "doctored.mcap"
-        metadata = dict(METADATA)
+        metadata = dict(sound)
         if change.random() < 0.3:
-            metadata[change.choice(list(METADATA))] = change.choice(TEXTS)
+            place = change.choice(("robot", "rate", "start", "basis.name", "actuators.1.kind"))
+            description = with_entry(metadata["description"], place, change.choice(TEXTS))
+            metadata["description"] = description
         write(path, metadata, entries(change.randrange(12), change))
         try:
             run = read_run(path)
@@ -179,23 +189,25 @@ def check_doctored(folder: Path, seeds: range) -> int:
     return reported
 
 
-def test_a_doctored_log_is_reported_or_refused(tmp_path: Path) -> None:
-    assert check_doctored(tmp_path, range(100)) > 10
+def test_a_doctored_log_is_reported_or_refused(tmp_path: Path, metadata: dict[str, str]) -> None:
+    assert check_doctored(tmp_path, metadata, range(100)) > 10
 
 
 @pytest.mark.slow
-def test_many_doctored_logs_are_reported_or_refused(tmp_path: Path) -> None:
-    assert check_doctored(tmp_path, range(1000, 4000)) > 300
+def test_many_doctored_logs_are_reported_or_refused(
+    tmp_path: Path, metadata: dict[str, str]
+) -> None:
+    assert check_doctored(tmp_path, metadata, range(1000, 4000)) > 300
 
 
-def check_replays(beam_file: Path, folder: Path, seeds: range) -> int:
+def check_replays(beam_file: Path, folder: Path, metadata: dict[str, str], seeds: range) -> int:
     """Replays of doctored logs beside their robot; counts the results."""
     replayed = 0
     for name in ("beam.toml", "beam.vtu"):
         (folder / name).write_bytes((beam_file.parent / name).read_bytes())
     for seed in seeds:
         change, path = random.Random(seed), folder / "doctored.mcap"
-        write(path, METADATA, entries(1 + change.randrange(4), change))
+        write(path, metadata, entries(1 + change.randrange(4), change))
         try:
             with np.errstate(all="ignore"):
                 result = replay(path, 1e-4)
@@ -207,13 +219,17 @@ def check_replays(beam_file: Path, folder: Path, seeds: range) -> int:
 
 
 @pytest.mark.long
-def test_a_doctored_log_is_replayed_or_refused(beam_file: Path, tmp_path: Path) -> None:
-    assert check_replays(beam_file, tmp_path, range(12)) > 0
+def test_a_doctored_log_is_replayed_or_refused(
+    beam_file: Path, tmp_path: Path, metadata: dict[str, str]
+) -> None:
+    assert check_replays(beam_file, tmp_path, metadata, range(12)) > 0
 
 
 @pytest.mark.slow
-def test_many_doctored_logs_are_replayed_or_refused(beam_file: Path, tmp_path: Path) -> None:
-    assert check_replays(beam_file, tmp_path, range(100, 500)) > 20
+def test_many_doctored_logs_are_replayed_or_refused(
+    beam_file: Path, tmp_path: Path, metadata: dict[str, str]
+) -> None:
+    assert check_replays(beam_file, tmp_path, metadata, range(100, 500)) > 20
 
 
 MARKUP = "<img src=x onerror=stop()>"
@@ -228,16 +244,20 @@ def marked(messages: list[Entry], change: random.Random) -> list[Entry]:
     return [replace(one, payload=payload) if i == place else one for i, one in enumerate(messages)]
 
 
-def test_a_doctored_log_shows_no_markup(beam_file: Path, tmp_path: Path) -> None:
+def test_a_doctored_log_shows_no_markup(
+    beam_file: Path, tmp_path: Path, metadata: dict[str, str]
+) -> None:
     """What the viewer would show of a log: of one in which markup is a status, nothing."""
     for name in ("beam.toml", "beam.vtu"):
         (tmp_path / name).write_bytes((beam_file.parent / name).read_bytes())
     path, refused, texts = tmp_path / "doctored.mcap", 0, []
     for seed in range(4):
         change = random.Random(seed)
-        metadata = {**METADATA, f"version {MARKUP}": MARKUP, "robot_digest": MARKUP}
+        said = with_entry(metadata["description"], "model.digest", MARKUP)
+        said = with_entry(said, "versions", {MARKUP: MARKUP})
         messages = entries(4)
-        write(path, metadata, messages if seed % 2 else marked(messages, change))
+        facts = {**metadata, "description": said}
+        write(path, facts, messages if seed % 2 else marked(messages, change))
         try:
             recorded = RecordedRobot(path)
             for frame in recorded.frames():

@@ -35,7 +35,7 @@ CABLES = ("lower", "upper")
 POINT = Point(10**18, "base", (0.1, 0.2, 0.3))
 TICK = Tick(
     10**18, "base", 7, Mode.RUN, Cause.NONE, "OK", ((0.1, 0.2, 0.3),), ((0.0, 0.0, 0.0),), 10**18,
-    1e-4, 2e-3, 1e-3, 5e-3, 1e-2, 0, 1e-3, 0.0, 0.0, 0, False,
+    1e-4, 2e-3, 1e-3, 5e-3, 1e-2, 0, 1e-3, 0.0, 0.0, 0, False, (0.1, 0.2, 0.3), (0.0, 0.0, 0.0), 4,
 )  # fmt: skip
 HEALTH = [Diagnostic("targets", Level.WARN, "2 refused", {"accepted": "5", "refused": "2"})]
 

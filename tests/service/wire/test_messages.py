@@ -1,6 +1,5 @@
 """What goes over the wire: round trips, and rubbish that must become a Rejection."""
 
-import dataclasses
 import json
 import math
 
@@ -12,11 +11,6 @@ from support.messages import Point, decode_point, encode_point, point_json
 from tauten.service.codec.messages import (
     MAX_PAYLOAD,
     POINT,
-    TICK_OF_POINTS,
-    UNTIMED_TICK,
-    new,
-    to_cdr,
-    typestore,
 )
 from tauten.service.wire import (
     CDR,
@@ -24,17 +18,12 @@ from tauten.service.wire import (
     JOINTS,
     JSON,
     TICK,
-    Cause,
     Joints,
-    Mode,
     Rejection,
     RejectionReason,
-    Tick,
     decode_joints,
-    decode_tick,
     definition,
     encode_joints,
-    encode_tick,
     from_cdr,
 )
 
@@ -170,18 +159,3 @@ def test_schemas_name_every_type_they_use() -> None:
     text = definition(TICK)
     for inner in ("std_msgs/Header", "geometry_msgs/Point", "builtin_interfaces/Time"):
         assert f"MSG: {inner}\n" in text
-
-
-@pytest.mark.parametrize("kind", [UNTIMED_TICK, TICK_OF_POINTS])
-def test_ticks_of_older_logs_are_read(kind: str) -> None:
-    """They have fewer fields at their end; their decisions were not cut by a clock."""
-    tick = Tick(
-        10**18, "base", 7, Mode.RUN, Cause.NONE, "OK", ((0.0, 0.0, 0.1),), (), 10**18,
-        1e-4, 2e-3, 1e-3, 5e-3, 1e-2, 0, 1e-3, 0.0, 0.0, 0, False, (0.0, 0.0, 0.1), (), 4,
-    )  # fmt: skip
-    assert decode_tick(encode_tick(tick)) == tick
-    now = from_cdr(TICK, encode_tick(tick))
-    older = typestore().types[kind]
-    kept = {one.name: getattr(now, one.name) for one in dataclasses.fields(older) if one.init}
-    kept.pop("__msgtype__", None)
-    assert decode_tick(to_cdr(kind, new(kind, **kept))) == dataclasses.replace(tick, checks=-1)
