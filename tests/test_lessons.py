@@ -10,6 +10,7 @@ import pytest
 SHORT = ("1-see-it-move", "2-inverse-problem", "6-own-part")  # the others take several seconds each
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "page",
     [

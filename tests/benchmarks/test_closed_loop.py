@@ -85,6 +85,7 @@ def test_settling_counts_from_the_step_to_the_last_time_outside() -> None:
     assert settling(Case("circle", targets, 0), made_up([0.0] * 6), 0.1) is None
 
 
+@pytest.mark.long
 def test_a_figure_is_drawn(beam: Robot, cases: list[Case], tmp_path: Path) -> None:
     case = Case("circle", cases[1].targets[:30], 0)
     plant = DrivenRobot(Simulator(beam, "none"), 1)

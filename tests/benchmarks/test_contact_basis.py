@@ -89,6 +89,7 @@ def test_it_goes_into_json_a_page_and_a_picture(result: ContactBasisBench, tmp_p
     assert (tmp_path / "bench.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_stopping_keeps_what_is_done(tmp_path: Path) -> None:
     stop, done = StopFlag(), []
 

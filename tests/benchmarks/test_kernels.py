@@ -141,6 +141,7 @@ def calls_add_rows(block: Array, rows: Ints, first: int, H: Array) -> None:
     _add_rows(block, rows, first, H)
 
 
+@pytest.mark.long
 @portable
 def test_what_a_new_caller_needs_is_compiled_again(tmp_path: Path, packed: Path) -> None:
     seed = unpacked(packed.read_bytes(), tmp_path)
@@ -151,6 +152,7 @@ def test_what_a_new_caller_needs_is_compiled_again(tmp_path: Path, packed: Path)
         assert any(target.iterdir()) == found
 
 
+@pytest.mark.long
 @portable
 def test_a_program_that_fails_leaves_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -169,6 +171,7 @@ def test_nothing_is_packed_for_one_processor_alone(
         pack_kernels(tmp_path / "kernels.tar.xz", silent)
 
 
+@pytest.mark.long
 @portable
 def test_the_inventory_counts_what_is_served(packed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(SEED, str(packed))

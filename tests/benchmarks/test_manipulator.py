@@ -154,6 +154,7 @@ def test_arm_stands_still_far_away(arm: Robot) -> None:
     assert np.ptp(positions[-50:], axis=0).max() < 1e-5  # m
 
 
+@pytest.mark.long
 def test_tables_and_figure(arm: Robot, tmp_path) -> None:  # type: ignore[no-untyped-def]
     errors = [
         PostureError(method, k, certified, name, 1.0, 2.0 / k, 3.0, 4, 0)

@@ -28,6 +28,7 @@ def reachable(pressure: float) -> Array:
     return simulator.effector
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pressure", [3e4, pytest.param(1e4, marks=pytest.mark.slow), -4e3])
 def test_the_pressure_of_a_reachable_target_is_found(pressure: float) -> None:
     damped = pneumatic_robot(integration={"rayleigh_stiffness": 0.02})

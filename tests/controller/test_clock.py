@@ -42,6 +42,7 @@ def swing(robot: Robot, settings: ControllerSettings, far: float) -> tuple[Array
     return mine, fine
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "far"),
     [
@@ -60,6 +61,7 @@ def test_a_swing_of_two_seconds_does_not_depend_on_the_period_of_control(
     assert np.linalg.norm(mine - fine, axis=1).max() < 0.03 * way
 
 
+@pytest.mark.long
 def test_rounding_of_the_targets_does_not_choose_the_scheme_of_a_step(tmp_path: Path) -> None:
     """Cables at rest have tensions of rounding; taken for pushes, they changed tensions by 4e-4 N."""
     text = ROBOT.split("[[effectors]]", maxsplit=1)[0] + TOOL
@@ -98,6 +100,7 @@ def test_rounding_of_small_changes_does_not_choose_the_damping(tmp_path: Path) -
     np.testing.assert_allclose(rounded, exact, atol=1e-8)
 
 
+@pytest.mark.long
 def test_a_swing_beyond_the_winchs_rate_gains_no_energy() -> None:
     """A cable that becomes taut in the middle of a step stops the finger; it must not throw it back.
 

@@ -89,6 +89,7 @@ def test_limits_are_kept_whatever_the_target(beam: Robot) -> None:
     assert reached.all()  # the limits were there to be kept
 
 
+@pytest.mark.long
 def test_a_target_out_of_reach_is_approached_and_then_held(beam: Robot) -> None:
     controller = Controller(beam)
     tip = controller.effector[0]
@@ -194,6 +195,7 @@ def test_predictions_come_true(beam: Robot) -> None:
     assert errors[-1] < 1e-9
 
 
+@pytest.mark.long
 def test_holding_keeps_the_winches_and_finds_the_equilibrium(beam: Robot) -> None:
     controller = Controller(beam)
     follow(controller, controller.effector[0] + DOWN, 15)

@@ -39,6 +39,7 @@ def bend(controller: Controller, target: Array, steps: int, *, exact: bool = Fal
     return gaps
 
 
+@pytest.mark.long
 def test_a_controller_without_contact_predicts_no_gap(finger: Robot, bent: Array) -> None:
     blind = Controller(finger, "none")
     gaps = bend(blind, bent, 60)

@@ -66,6 +66,7 @@ def errors(robot: Robot, goal: Array, steps: int = 40) -> tuple[Array, Controlle
     return robot.effector_layout.difference(controller.effector_values, goal), controller
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2])
 def test_position_and_pointing_are_reached_with_free_roll(seed: int) -> None:
     """The robot cannot roll; with the roll about its own axis x left free a target that does is reached."""
@@ -286,6 +287,7 @@ def test_the_frame_of_a_driven_region_turns_with_its_motor() -> None:
     assert controller.position == pytest.approx([0.4], abs=1e-4)
 
 
+@pytest.mark.long
 def test_the_manipulator_reaches_a_position_and_points() -> None:
     """Nine tendons for three coordinates and two angles; the roll about the tool's axis z is free."""
     path = robot_path("manipulator")
@@ -305,6 +307,7 @@ def test_the_manipulator_reaches_a_position_and_points() -> None:
     assert np.linalg.norm(found[3:5]) < 2e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scheme", [{"scheme": "quasi-static"}, {"rayleigh_stiffness": 0.02}])
 def test_an_exact_target_is_reached_against_what_the_others_want(scheme: dict[str, Any]) -> None:
     """Another effector that weighs more does not hold the exact one where a step does not get there.

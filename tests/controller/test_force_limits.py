@@ -74,6 +74,7 @@ def test_a_finger_that_slides_keeps_no_distance_to_slip() -> None:
     assert contact_diagnostic(controller).level is Level.OK
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_what_has_been_touched_is_not_let_go(friction: float) -> None:
     """The target goes 20 mm up: the finger presses on with the smallest force, until it is to let go."""
@@ -98,6 +99,7 @@ def test_what_has_been_brushed_is_let_go() -> None:
     assert force == 0.0 and set(statuses) == {Status.OK}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_of_contradicting_limits_the_largest_force_is_kept(friction: float) -> None:
     """A grasp with 0.12 N, of which both together may have no more than 0.06 N: both are named."""
@@ -135,6 +137,7 @@ def test_limits_that_locked_actuators_exceed_are_named() -> None:
     assert held.status is Status.RELAXED and held.conflict == conflict
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_a_force_out_of_reach_is_named_and_approached(friction: float) -> None:
     """No tension presses so hard: as much as the winch can do is left, and the limit is named."""
@@ -250,6 +253,7 @@ def test_limits_that_make_no_sense_are_refused(table: dict[str, Any], said: str)
         pressing_finger(**{"friction": 0.0, **table})
 
 
+@pytest.mark.long
 def test_the_largest_force_of_a_part_is_kept_in_a_robot_of_parts(tmp_path: Path) -> None:
     """Of each part its own, beside that of all contacts."""
     whole = (EXAMPLES / "finger_on_plate.toml").read_text()
@@ -288,6 +292,7 @@ def exact_pusher_beside(tmp_path: Path) -> Controller:
     return Controller(make_robot(contents, tmp_path / "push.toml", Changes()))
 
 
+@pytest.mark.long
 def test_limits_of_one_robot_relax_nothing_of_another_beside_it(tmp_path: Path) -> None:
     """The plan of the other one had the limits of these contacts, too, which none of its efforts changes."""
     controller = exact_pusher_beside(tmp_path)

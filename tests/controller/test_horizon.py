@@ -130,6 +130,7 @@ def test_an_arm_with_ribs_in_contact_follows_without_the_delay_of_the_horizon() 
     assert np.abs(np.diff(tensions, axis=0))[25:].max() < 3.0
 
 
+@pytest.mark.long
 def test_an_arm_far_from_contact_follows_fast_targets_with_even_tensions() -> None:
     """Along a line at 120 mm/s: where motion went on, tensions jumped between zero and the largest ones.
 
@@ -173,6 +174,7 @@ def test_a_share_of_the_way_is_between_all_and_none_of_it(reduced: bool) -> None
     assert np.linalg.norm(most - none) > 0.1 * np.linalg.norm(none)
 
 
+@pytest.mark.long
 def test_a_body_under_pressure_follows_without_the_delay_of_the_horizon_and_stops() -> None:
     """What moves its tip is the damping's slow answer to the pressure: it was late by half of its way."""
     robot = pneumatic_robot(
@@ -228,6 +230,7 @@ def test_bellows_follow_a_path_smoothly(
     assert rms(np.diff(efforts, n=2)) < roughness
 
 
+@pytest.mark.long
 def test_tensions_are_smooth_where_notches_close() -> None:
     """Less than half of 0.34 mN (RMS of the second difference), as decisions over one tick had it.
 

@@ -86,6 +86,7 @@ def test_epsilon_has_no_unit() -> None:
     np.testing.assert_allclose(millimetres.g_hi, 1e3 * metres.g_hi, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.long
 def test_closed_contacts_stiffen_what_the_cables_move() -> None:
     """W̃_ea is the motion of the effectors when the gaps of the pushing contacts do not change."""
     pushing = np.array([True, False, True, False])

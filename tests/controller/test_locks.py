@@ -39,6 +39,7 @@ def test_a_sealed_chamber_keeps_its_volume_while_the_cable_follows() -> None:
     np.testing.assert_allclose(settled.effort, follower.effort, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_a_supply_that_keeps_its_pressure_is_no_longer_decided() -> None:
     follower = controller()
     goal = follower.effector[0] + np.array([0.0, 0.0, -0.005])
@@ -51,6 +52,7 @@ def test_a_supply_that_keeps_its_pressure_is_no_longer_decided() -> None:
     assert follower.effort[1] != pytest.approx(2e4, rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_jammed_winch_may_go_slack() -> None:
     """The law of a cable holds for one that is locked too: it never pushes."""
     follower = Controller(pneumatic_robot(cables=[CABLE, UPPER], chambers=[]))
@@ -107,6 +109,7 @@ def test_with_all_locked_there_is_nothing_to_decide() -> None:
     np.testing.assert_allclose([follower.position[0], follower.effort[1]], [0.002, 5e3])
 
 
+@pytest.mark.long
 def test_a_locked_pressure_beyond_its_limit_stops_the_others() -> None:
     """A sealed chamber that the cable squeezes: no decision lets its pressure leave the limits."""
     tight = {**CHAMBER, "max_pressure": 800.0}

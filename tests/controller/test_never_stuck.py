@@ -63,6 +63,7 @@ def checked(controller: Controller, target: Array, ticks: int) -> list[Actuation
     return found
 
 
+@pytest.mark.long
 def test_a_robot_that_sags_faster_than_its_winch_turns_is_decided_for() -> None:
     """The sag makes the lower path shorter than the winch can follow within a tick."""
     controller = Controller(beam(gravity=-15.0, max_rate=0.005))
@@ -102,6 +103,7 @@ def test_a_lock_that_would_exceed_a_tension_stops_there() -> None:
     assert np.linalg.norm(controller.effector - still) < 1e-4
 
 
+@pytest.mark.long
 def test_after_random_locks_holds_and_targets_decisions_go_on() -> None:
     rng = np.random.default_rng(7)
     controller = Controller(beam(gravity=-5.0))
@@ -178,6 +180,7 @@ def test_a_tick_of_two_seconds_is_usable() -> None:
         assert (decided.effort <= robot.limits.effort_max * (1.0 + 1e-9)).all()
 
 
+@pytest.mark.long
 def test_a_winch_that_hardly_turns_beside_a_fast_one_stays_within_limits() -> None:
     robot = load_robot("accordion")
     rate = np.ones(robot.n_a)

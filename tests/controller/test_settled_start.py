@@ -105,6 +105,7 @@ def test_controller_and_simulator_settle_alike(heavy: Robot) -> None:
     np.testing.assert_array_equal(simulator.effector_values, controller.effector_values)
 
 
+@pytest.mark.long
 def test_a_robot_that_does_not_settle_starts_at_rest_and_says_why(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -58,6 +58,7 @@ def test_a_target_out_of_reach_does_not_make_the_finger_tremble(finger: Robot) -
     assert np.linalg.norm(controller.effector - goal) == pytest.approx(best.fun, rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_force_on_the_tip_of_a_lightly_damped_robot_comes_to_rest() -> None:
     """Within a tick only inertia resists: a force that goes to its position in each would swing."""
     size = (0.1, 0.02, 0.02)
@@ -78,6 +79,7 @@ def test_a_force_on_the_tip_of_a_lightly_damped_robot_comes_to_rest() -> None:
     assert simulator.position == pytest.approx(positions[-1], rel=2e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("damping", ["rayleigh_stiffness = 0.002", "rayleigh_mass = 5.0"])
 def test_an_arm_with_light_damping_comes_to_rest_at_the_best_place(
     damping: str, tmp_path: Path
@@ -106,6 +108,7 @@ def test_an_arm_with_light_damping_comes_to_rest_at_the_best_place(
     assert np.linalg.norm(tips[-1] - goal) == pytest.approx(best.fun, rel=5e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "most", "ticks"),
     [
@@ -242,6 +245,7 @@ def test_a_robot_that_goes_to_and_fro_by_itself_gains_nothing() -> None:
     assert damping.share < 1e-2
 
 
+@pytest.mark.long
 def test_a_bar_that_swings_is_pulled_on_at_1_khz() -> None:
     """Without damping it swings for seconds; its cable stopped for good 0.3 mm before its place."""
     size = (0.08, 0.01, 0.01)
@@ -310,6 +314,7 @@ def test_plans_that_jump_between_taut_and_slack_cables_end_in_between() -> None:
     assert (np.ptp([one.effort for one in left], axis=0) < 0.05).all()  # N
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scheme", ["quasi-static", "implicit-euler"])
 def test_a_cable_that_plans_let_go_in_turn_is_let_go_by_a_share_of_the_way(scheme: str) -> None:
     """Of two plans one pulls it and one lets it go: pulled by a share and let go at once it was never taut.

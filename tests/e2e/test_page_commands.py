@@ -118,6 +118,7 @@ def running(folder: Path, *arguments: object) -> Iterator[Process]:
         process.process.wait()
 
 
+@pytest.mark.long
 def test_a_robot_is_served_followed_locked_and_replayed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -184,6 +185,7 @@ def test_kernels_are_counted(capsys: pytest.CaptureFixture[str]) -> None:
     assert "kernels of tauten" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_a_folder_that_keeps_no_kernels_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

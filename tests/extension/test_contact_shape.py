@@ -119,6 +119,7 @@ def test_the_ring_stops_a_beam_that_is_pulled_aside(package: ModuleType) -> None
     np.testing.assert_allclose(to_ring(held.robot.candidates(held.state)[touching]), 0.0, atol=5e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("reduced", [False, True])
 def test_decisions_heed_the_ring(package: ModuleType, reduced: bool) -> None:
     """Towards a target beyond it the tip comes to rest at the wire, in modes of all space too."""

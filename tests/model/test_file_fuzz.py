@@ -245,6 +245,7 @@ def run(damage: Callable[[Path, np.random.Generator], None], folder: Path, cases
     assert refused
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_damaged_files_give_a_robot_or_a_sentence(
     damage: Callable[[Path, np.random.Generator], None], folder: Path

@@ -30,6 +30,7 @@ def test_drawn_cables_are_shorter_by_what_is_pulled(bent: tuple[Robot, State]) -
     check_lengths(*bent)
 
 
+@pytest.mark.long
 def test_drawn_cables_of_a_reduced_robot() -> None:
     reduced = reduced_robot(shipped_robot("finger"), StateBasis.load("finger"))
     simulator = Simulator(reduced, contact="none")

@@ -156,6 +156,7 @@ def test_no_steps_are_refused(beam: Robot[NodalBody]) -> None:
         Simulator(beam, contact="none").move(effort=[0.0], steps=0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("steps", [1, 4])
 def test_the_effort_after_a_move_accelerates_what_a_slider_carries(steps: int) -> None:
     """M a of a body on a slider that goes to and fro, where the force of the last stage is -4.8 M a.

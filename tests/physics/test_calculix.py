@@ -20,6 +20,7 @@ RESULTS = json.loads((REFERENCE / "data/calculix.json").read_text(encoding="utf-
 CASES = cases()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name",
     [

@@ -158,6 +158,7 @@ def test_a_drum_of_one_cable_moves_as_a_winch_with_the_same_spring(reduced: bool
     assert way > 5e-3
 
 
+@pytest.mark.long
 def test_a_drum_on_a_rod_goes_slack_and_is_controlled() -> None:
     """One motor brings the tip of a rod with a pair of tendons to a height, and back beyond the middle."""
     tendons = [

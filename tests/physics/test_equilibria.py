@@ -39,6 +39,7 @@ def test_trunk_follows_sofas_curve(data: Path) -> None:
         assert abs(1e3 * simulator.effort[0] - row["tension_L0"]) < 0.3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "gravity", [pytest.param((0.0, 0.0, 0.0), marks=pytest.mark.slow), HANGING]
 )
@@ -99,6 +100,7 @@ def test_diamond_settles_with_a_leg_at_its_winch(data: Path, effort: float) -> N
         assert 0.0 < length < SHORTEST
 
 
+@pytest.mark.long
 def test_state_of_a_failed_search_is_the_last_equilibrium(tmp_path: Path) -> None:
     """A pull no cable can reach: the share that was reached is an equilibrium, and it is named."""
     thumb = load_robot(write_thumb(tmp_path))
@@ -136,6 +138,7 @@ def settle_from_random_starts(robot: Robot, count: int) -> None:
     assert len(failed) <= 0.02 * count
 
 
+@pytest.mark.long
 def test_finger_settles_from_random_starts(finger: Robot) -> None:
     settle_from_random_starts(finger, 8)
 

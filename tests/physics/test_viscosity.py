@@ -56,6 +56,7 @@ def creep(robot: Robot[NodalBody], steps: int, converged: bool) -> tuple[Array, 
     return np.arange(1, steps + 1) * robot.h, np.array(strains)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("element", "converged"),
     [
@@ -80,6 +81,7 @@ def test_kelvin_voigt_block_creeps_as_the_exact_solution(element: str, converged
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "element", ["linear", pytest.param("quadratic", marks=pytest.mark.slow), "smoothed"]
 )

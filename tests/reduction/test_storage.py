@@ -123,6 +123,7 @@ def test_ctrl_c_at_any_line_of_a_write_is_ctrl_c(
     gc.collect()  # archives that were interrupted: what they say belongs to this test
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of a file
 @pytest.mark.filterwarnings("ignore::ResourceWarning")  # that was just open
 def test_ctrl_c_at_any_line_leaves_no_other_file(
@@ -190,6 +191,7 @@ def test_altered_bytes_are_noticed(stored: Path) -> None:
     assert refused > 190
 
 
+@pytest.mark.long
 def test_bomb_is_refused_before_it_is_decompressed(tmp_path: Path) -> None:
     """A file of 0.1 MB that holds 80 MB of zeros, as entry or as an array's header claims."""
     path = tmp_path / "bomb.npz"

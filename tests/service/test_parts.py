@@ -151,6 +151,7 @@ def test_a_demo_of_parts_is_replayed(
     assert replay(out / "log.mcap", 1e-4, against=str(path)).same
 
 
+@pytest.mark.long
 def test_a_check_looks_at_every_file_once(beam_file: Path, tmp_path: Path) -> None:
     path = two_of(beam_file, tmp_path)
     settings = CheckSettings(str(path), shares=())

@@ -107,6 +107,7 @@ def test_friction_carries_a_cube_to_its_target(tmp_path: Path, way: float) -> No
     assert contacts.normal_force.sum() == pytest.approx(2000.0 * 0.02**3 * 9.81, rel=0.02)
 
 
+@pytest.mark.long
 def test_a_cable_carries_it_beside_one_that_is_locked(tmp_path: Path) -> None:
     """A locked cable is a contact of the plan's problem; it keeps its length."""
     controller = table(tmp_path, 0.5)
@@ -117,6 +118,7 @@ def test_a_cable_carries_it_beside_one_that_is_locked(tmp_path: Path) -> None:
     assert left == 0.0 and right > 1e-3
 
 
+@pytest.mark.long
 def test_without_friction_nothing_carries_it(tmp_path: Path) -> None:
     gone = moved(table(tmp_path, 0.0), np.array([2e-3, 0.0, 0.0]), 20)
     assert gone[0] < 1e-3

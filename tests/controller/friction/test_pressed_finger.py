@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from support.robots.examples import example
 
 from tauten.controller import Controller
@@ -11,6 +12,7 @@ from tauten.controller.qpcc import Status
 PLATE = example("10_finger_on_plate")["FILE"]
 
 
+@pytest.mark.long
 def test_a_target_far_behind_a_plate_is_no_reason_to_look_for_contact() -> None:
     """The finger stops at the plate: the decisions see that it could move, and end within their budget."""
     controller = Controller.of(PLATE, "reduced")

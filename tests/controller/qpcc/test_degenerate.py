@@ -12,6 +12,7 @@ from benchmarks.qpcc import degenerate, enumerate_pieces, robot_like
 from tauten.controller.qpcc import Qpcc, Status, solve_qpcc
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("n_a", "k"), [(1, 5), (3, 10), (9, 23)])
 def test_degenerate_families_end_ok_or_say_why_not(n_a: int, k: int) -> None:
     rng = np.random.default_rng(n_a)
@@ -27,6 +28,7 @@ def test_degenerate_families_end_ok_or_say_why_not(n_a: int, k: int) -> None:
     assert ok >= 30  # limits almost equal leave many without a feasible point
 
 
+@pytest.mark.long
 def test_degenerate_small_problems_against_all_pieces() -> None:
     rng = np.random.default_rng(2)
     feasible = lowest_found = 0

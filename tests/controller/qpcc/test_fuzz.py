@@ -75,6 +75,7 @@ def test_three_hundred() -> None:
     assert counts[Status.NOT_FINITE] > 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("solver", [name for name in available_backends() if name != "daqp"])
 def test_sixty_with_other_back_ends(solver: str) -> None:
     fuzz(range(1000, 1060), QpccSettings(solver=solver))

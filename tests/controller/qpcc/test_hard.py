@@ -85,6 +85,7 @@ def test_claims_hold_on_twenty_thousand_nasty_problems() -> None:
     assert solve_nasty(range(100, 20_100)) > 8000
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("n_a", "k", "count"),
     [*(pytest.param(n_a, 23, 40, marks=pytest.mark.slow) for n_a in (3, 9)), (9, 40, 20)],
@@ -100,6 +101,7 @@ def test_cold_starts_of_robots_end_near_the_best_known(n_a: int, k: int, count: 
     assert missed <= 1
 
 
+@pytest.mark.long
 def test_gaps_of_exactly_zero() -> None:
     """Half of the contacts touch at the start without a force, where many multipliers are not unique."""
     rng = np.random.default_rng(3)

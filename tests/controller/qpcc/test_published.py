@@ -32,6 +32,7 @@ def counts(file: Path, best: float) -> bool:
     return feasible and solution.objective <= best + 0.01 * abs(best) + 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [f"qpec-{size}-{number}" for size in (100, 200) for number in (1, 2, 3, 4)]
 )

@@ -27,6 +27,7 @@ def test_files_stay_small_and_hold_some_hundreds() -> None:
     assert sum(len(recorded(name)) for name in RECORDED) >= 300
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", RECORDED)
 def test_every_solution_is_exact_or_says_that_it_is_not(name: str) -> None:
     for step in recorded(name):
@@ -40,6 +41,7 @@ def test_every_solution_is_exact_or_says_that_it_is_not(name: str) -> None:
                 assert worst(solution.certificate) <= EXACT
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", RECORDED)
 def test_nearly_all_are_within_a_percent_of_the_best_known(name: str) -> None:
     cold_close = warm_close = 0
@@ -66,6 +68,7 @@ def test_the_proved_optimum_is_that_of_all_pieces() -> None:
         assert found.proved
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", RECORDED)
 def test_the_best_known_is_that_of_scip(name: str) -> None:
     few = [step for step in recorded(name) if step.n_c <= 20][5:7]

@@ -172,6 +172,7 @@ def test_infeasible_means_that_all_pieces_are_empty(count: int) -> None:
     assert empty > count // 6
 
 
+@pytest.mark.long
 def test_scip_finds_nothing_either_where_recorded_problems_are_made_infeasible() -> None:
     """Cables that are to let out more than the robot takes up: tensions would have to be negative."""
     empty = 0

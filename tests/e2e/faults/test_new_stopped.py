@@ -28,6 +28,7 @@ def runs(process: int) -> bool:
         return False
 
 
+@pytest.mark.long
 def test_ctrl_c_in_the_mesher_ends_the_command_and_its_child(tmp_path: Path) -> None:
     """Elements of 0.75 mm take netgen minutes."""
     pytest.importorskip("netgen", reason="tauten[mesh] is not installed")

@@ -109,6 +109,7 @@ def test_a_set_up_ends_at_once() -> None:
     assert reached == ["before"]
 
 
+@pytest.mark.long
 def test_ctrl_c_ends_a_stream_that_computes_its_path(monkeypatch: pytest.MonkeyPatch) -> None:
     """A path within reach takes seconds, with a large model minutes, to the end of which it went on."""
     computed = []

@@ -74,6 +74,7 @@ def test_automatic_basis_records_how_it_was_chosen(original: Made) -> None:
     assert basis.provenance.snapshots >= 19  # of 20
 
 
+@pytest.mark.long
 def test_inspect_prints_where_it_comes_from_and_what_it_misses(
     original: Made, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -83,6 +83,7 @@ def test_an_export_needs_a_path(
     assert not html.exists()
 
 
+@pytest.mark.long
 def test_a_simulation_is_exported(beam_file: Path, tmp_path: Path) -> None:
     html = tmp_path / "beam.html"
     exported = ("--simulate", "--path", "line", "--seconds", 1, "--export", html)

@@ -44,6 +44,7 @@ def above(simulator: Simulator) -> float:
     return float(simulator.robot.candidates(simulator.state)[:, 2].min() - plate)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(  # any two of the three in all combinations
     ("kind", "rate", "gap", "then"),
     [  # m, m/s: on the plate, which then stops; above it, and it goes back
@@ -79,6 +80,7 @@ def test_a_block_has_the_velocity_of_a_plate_that_hits_it_and_flies_as_high_as_t
     assert max(heights) < 1.01 * SPEED**2 / (2.0 * G)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("fall", [0.011, 0.012, 0.017])  # m
 def test_a_block_that_falls_on_a_plate_does_not_rebound(kind: str, fall: float) -> None:

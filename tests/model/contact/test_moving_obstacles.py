@@ -56,6 +56,7 @@ def test_a_turned_box_has_the_distances_of_a_box() -> None:
     np.testing.assert_allclose(rows.found.normal, turn.apply(normal), atol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", ["step", "converged", "move", "placed"])
 def test_a_floor_that_rises_lifts_a_block_at_its_speed(how: str) -> None:
     """Once it rests on the floor, the block has the speed of the floor, and the force is its weight."""
@@ -298,6 +299,7 @@ def test_what_is_no_motion_is_refused(sentence: str) -> None:
         block(obstacles=floor(**REFUSED[sentence]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("how", ["step", "move"])
 def test_a_belt_takes_a_block_along_by_friction(how: str) -> None:
     """At mu g until the block has the speed of the belt."""

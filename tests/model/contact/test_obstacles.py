@@ -181,6 +181,7 @@ def test_a_propped_cantilever_has_the_reaction_of_the_textbook(
     np.testing.assert_allclose(force_on(simulator), [0.0, 0.0, expected], rtol=2e-3, atol=1e-9)
 
 
+@pytest.mark.long
 def test_a_contact_basis_is_made_with_an_obstacle(tmp_path: Path) -> None:
     """`tauten reduce`: a beam that is pulled onto a ball; with the basis it comes to rest as without."""
     ball = {

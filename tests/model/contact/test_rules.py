@@ -42,6 +42,7 @@ height = st.floats(-1.99e-3, 1.99e-3)
 beside = st.floats(1e-9, 1e-3)
 
 
+@pytest.mark.long
 @settings(deadline=None)
 @given(inside, inside, height)
 def test_over_an_open_face_the_gap_is_the_height(x: float, y: float, z: float) -> None:

@@ -172,6 +172,7 @@ def redundant(seed: int, dim: int) -> FrictionProblem:
     return FrictionProblem(G @ G.T, G @ rng.normal(size=rank), rng.uniform(0.05, 1.0, m))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("dim", [2, 3])
 def test_redundant_contacts_are_solved_where_newtons_steps_fail(dim: int) -> None:
     """Some of 60 problems fail within few Newton steps, and at most one with paths."""

@@ -126,6 +126,7 @@ def test_what_belongs_to_others_is_not_read() -> None:
     assert written_by_others(os.stat_result([*own[:4], os.geteuid() + 1, *own[5:]]))
 
 
+@pytest.mark.long
 def test_kernels_run_where_others_can_write(tmp_path: Path) -> None:
     folder = tmp_path / "cache" / "tauten" / "kernels"
     folder.mkdir(parents=True)
@@ -138,6 +139,7 @@ def test_kernels_run_where_others_can_write(tmp_path: Path) -> None:
     assert not list(folder.iterdir())
 
 
+@pytest.mark.long
 def test_kernels_run_where_nothing_can_be_written(tmp_path: Path) -> None:
     """A file where the folder should be: root may write into any folder."""
     cache = tmp_path / "cache"
@@ -161,6 +163,7 @@ def test_what_was_not_used_for_longest_is_removed(tmp_path: Path) -> None:
     assert {file.name for file in tmp_path.iterdir()} == {"kernel-4.nbc", "kernel-5.nbc"}
 
 
+@pytest.mark.long
 def test_a_kernel_in_use_counts_as_new(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     write(tmp_path)

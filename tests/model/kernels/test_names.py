@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from support.processes import start_script
 
 KERNELS = """
@@ -42,6 +43,7 @@ from numba.core.bytecode import FunctionIdentity
     return process.output.read_text().splitlines()
 
 
+@pytest.mark.long
 def test_a_kernel_that_another_process_compiled_into_its_caller_is_called_from_python(
     tmp_path: Path,
 ) -> None:

@@ -47,6 +47,7 @@ def test_shipped_kernels_are_not_compiled(tmp_path: Path, archive: Path) -> None
     assert {path.name for path in folder.iterdir()} == set(unpack(archive.read_bytes()))
 
 
+@pytest.mark.long
 def test_a_kernel_whose_sources_changed_is_compiled(tmp_path: Path, archive: Path) -> None:
     (tmp_path / "callee.py").write_text(CALLEE.replace("3.0 * x", "5.000 * x"))
     cache = tmp_path / "second"
@@ -86,6 +87,7 @@ def test_what_others_can_write_is_unpacked_into_memory(tmp_path: Path, archive: 
     assert run(tmp_path, cache, **{SEED: str(archive)}) == (6.0, 1, 0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "damage",
     [

@@ -70,6 +70,7 @@ def test_the_table_names_options_and_is_short() -> None:
         assert len({AXIS_OF[name] for name in pair}) == 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("axes", list(combinations(OPTIONS, 2)), ids=" and ".join)
 def test_just_these_pairs_are_refused(axes: tuple[str, str], tmp_path: Path) -> None:
     """Every other pair makes a robot that takes a step."""

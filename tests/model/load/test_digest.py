@@ -118,6 +118,7 @@ def found_here(name: str) -> list[str]:
     return [robot.digest, hashlib.sha256(json.dumps(slots).encode()).hexdigest()]
 
 
+@pytest.mark.long
 def test_digest_and_candidates_are_the_same_however_kernels_run(tmp_path: Path) -> None:
     """Candidates are placed by searches, in which symmetric meshes have ties."""
     file = str(write_short_arm(tmp_path))

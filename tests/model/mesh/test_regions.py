@@ -115,6 +115,7 @@ def grouped(path: Path, tets: np.ndarray = MESH.tets) -> Path:
     return path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("refinements", [0, 1, 2])
 @pytest.mark.parametrize("read", [read_mesh, read_quadratic_mesh])
 def test_physical_groups_survive_refinement(tmp_path: Path, refinements: int, read: object) -> None:

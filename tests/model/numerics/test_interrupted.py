@@ -33,6 +33,7 @@ def like_a_body(side: int) -> sp.csc_array:
     return pattern
 
 
+@pytest.mark.long
 @pytest.mark.skipif(
     "pardiso" not in installed_backends(), reason="tauten[pardiso] is not installed"
 )

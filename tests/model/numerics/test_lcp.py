@@ -101,6 +101,7 @@ def test_a_wound_cable_and_a_contact_in_one_problem() -> None:
     assert slack.lam.tolist() == [0.0, 0.0]
 
 
+@pytest.mark.long
 def test_equal_candidates_share_the_force_wherever_it_starts() -> None:
     """Four candidates on one node: W has rank 1, the least-norm forces are equal."""
     W, delta_free = np.full((4, 4), 1e-3), np.full(4, -2e-3)

@@ -21,6 +21,7 @@ from tauten.model.schema import RobotConfig, validated
 HAND, GRIPPER = EXAMPLES / "hand.toml", shipped_folder() / "gripper.toml"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("file", "model", "actuators"),
     [

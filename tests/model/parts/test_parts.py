@@ -83,6 +83,7 @@ def named(kind: Options) -> str:
     return ", ".join(name for _, name in kind)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [*OPTIONS, REDUCED_BEAMS, REDUCED_DRIVE], ids=named)
 def test_steps_rows_and_energy_are_those_of_each_part(kind: Options, tmp_path: Path) -> None:
     """Bodies, maps, rows, elements, laws, contacts and bases of every kind."""
@@ -128,6 +129,7 @@ def test_equilibria_and_vibration_are_those_of_each_part(kind: Options, tmp_path
     np.testing.assert_allclose(found, np.sort(np.concatenate(own))[: len(found)], rtol=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [*SOME, [("law", "viscosity")]], ids=named)
 def test_converged_steps_are_those_of_each_part(kind: Options, tmp_path: Path) -> None:
     """Parts divide a period together: without gravity cables become taut at the same time in both."""

@@ -51,6 +51,7 @@ def moved(arm: Robot[BeamBody], state: State, dq: Array) -> State:
     return arm.advance(state, dq, 1.0)
 
 
+@pytest.mark.long
 def test_the_semidefinite_tangent_of_a_time_step_is_not_stiffer_than_the_arm(
     arm: Robot[BeamBody],
 ) -> None:
@@ -72,6 +73,7 @@ def test_the_semidefinite_tangent_of_a_time_step_is_not_stiffer_than_the_arm(
     assert exact / 4.0 < semidefinite < 4.0 * exact  # (rad/s)²
 
 
+@pytest.mark.long
 def test_sizes() -> None:
     fine = shipped_robot("manipulator")
     assert isinstance(fine.body, BeamBody)
@@ -196,12 +198,14 @@ def test_robot_survives_pickling(arm: Robot[BeamBody], bent: Simulator) -> None:
     np.testing.assert_allclose(again.v_free, system.v_free, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.long
 def test_different_robots_have_different_digests(arm: Robot[BeamBody], tmp_path: Path) -> None:
     assert load_robot("manipulator_1290").digest == arm.digest
     assert shipped_robot("manipulator").digest != arm.digest
     assert load_robot("manipulator_1290", young_scale=1.01).digest != arm.digest
 
 
+@pytest.mark.long
 def test_halved_beams_are_the_same_body(arm: Robot[BeamBody]) -> None:
     """Mass and equilibrium under gravity; the spring of the whole is that of its parts in series."""
     halved = load_robot("manipulator_1290", refinements=1)

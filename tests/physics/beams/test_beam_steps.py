@@ -94,6 +94,7 @@ def fallen(robot: Robot[BeamBody], steps: int, converged: bool) -> Array:
     return robot.body.pose(simulator.state)[0][-1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("converged", [False, True])
 def test_a_strip_that_falls_meets_shorter_steps(tmp_path: Path, converged: bool) -> None:
     """Under its weight, by 40 degrees in 15 steps; straight lines hold it back."""

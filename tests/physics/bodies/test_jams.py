@@ -42,6 +42,7 @@ def depth(model: Simulator | Controller) -> float:
     return float(max(-z.min(), z.max() - top))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(  # speeds [m/s]; any two of the three in all combinations
     ("speed", "how", "friction"),
     [
@@ -81,6 +82,7 @@ def test_a_soft_cube_stays_between_plates_that_close_by_half_of_their_thickness_
     assert push[0] > 0.0 > push[1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_decisions_for_a_cube_that_is_jammed_are_infeasible(friction: float) -> None:
     """The actuators hold, and the certificate says how deep the cube is."""
@@ -94,6 +96,7 @@ def test_decisions_for_a_cube_that_is_jammed_are_infeasible(friction: float) -> 
         assert actuation.certificate.deepest_gap < -0.4 * number * 0.1 / RATE
 
 
+@pytest.mark.long
 def test_a_node_holds_while_a_cube_is_jammed_and_goes_on_when_it_is_free() -> None:
     """The goal is 1 mm away all the time."""
     controller = Controller(squeezed(True, 0.5))

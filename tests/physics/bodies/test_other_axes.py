@@ -80,6 +80,7 @@ def decided(name: str, S: Array, numbers: int | None, folder: Path) -> tuple[Arr
 SLOW = [(name, axes) for name in ("diamond", "trunk", "gripper") for axes in AXES]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "axes"),
     [("gripper", "mirrored"), *(pytest.param(*case, marks=pytest.mark.slow) for case in SLOW[:-1])],

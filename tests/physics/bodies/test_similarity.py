@@ -94,6 +94,7 @@ ROBOTS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "s"), ROBOTS)
 def test_a_robot_of_another_size_does_the_same(name: str, s: float, tmp_path: Path) -> None:
     kinds, position, effort = decided(name, 1.0, tmp_path / "as_shipped")
@@ -122,6 +123,7 @@ def settled_crawler(s: float, folder: Path) -> tuple[Array, Array]:
     return simulator.effector[0] / s, simulator.effort / s**4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("s", [0.0625, 16.0])
 def test_a_robot_of_another_size_settles_as_near_to_equilibrium(s: float, tmp_path: Path) -> None:
     """Tensions of the smaller one were 5e-4 away, as its last step was to be shorter than 1e-7 m."""

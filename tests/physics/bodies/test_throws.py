@@ -42,6 +42,7 @@ def thrown(robot: Robot, speed: float) -> Simulator:
     return moving(robot, v)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(  # Hz, m/s, m: up to 5 times the edge of the cubes in a step
     ("rate", "speed", "gap", "friction"),
     [  # of rate with speed, gap and friction any two in all combinations
@@ -129,6 +130,7 @@ def test_a_cube_hits_one_of_a_hundred_thousand_times_its_mass(ratio: float) -> N
     np.testing.assert_allclose(velocities(simulator)[:, 0], 2.0 / (1.0 + ratio), rtol=1e-4)
 
 
+@pytest.mark.long
 def test_a_cube_that_is_thrown_at_a_soft_beam_bounces_back() -> None:
     """20 cm in a step; what the cube loses is in the beam, which is clamped below."""
     side, height, rate, speed = 0.015, 0.1, 50.0, 10.0

@@ -90,6 +90,7 @@ def beside_a_cube(name: str) -> tuple[dict[str, Any], dict[str, Any]]:
     return alone, beside
 
 
+@pytest.mark.long
 def test_an_object_far_away_changes_no_motion() -> None:
     """The trunk's cables become slack and taut in the steps."""
     ends = []

@@ -28,6 +28,7 @@ def world(
     return free_bodies(bodies, contacts, rate, rigid, **world)
 
 
+@pytest.mark.long
 def test_a_block_slips_on_a_turntable_where_friction_no_longer_turns_it() -> None:
     """By hand: at (ω² r)² + (ω̇ r)² = (μ g)²; before it goes round with the table."""
     friction, r, rate, alpha = 0.3, 0.1, 500.0, 20.0
@@ -87,6 +88,7 @@ def test_of_two_blocks_the_upper_one_goes_along_as_far_as_friction_takes_it(
         np.testing.assert_allclose(floor[:3], [lower * weight, 0.0, -weight], rtol=1e-3, atol=1e-5)
 
 
+@pytest.mark.long
 def test_a_top_whose_tip_friction_holds_precesses_as_it_should() -> None:
     """Steady precession Ω: I₃ ω₃ Ω − I₁ Ω² cos θ = m g d, with ω₃ the spin about the axis of the top."""
     sides, radius, tilt, spin, rate = 12, 0.02, np.deg2rad(20.0), 300.0, 2000.0
@@ -119,6 +121,7 @@ def test_a_top_whose_tip_friction_holds_precesses_as_it_should() -> None:
     assert found == pytest.approx(precession, rel=5e-3)
 
 
+@pytest.mark.long
 def test_what_slides_off_a_sphere_leaves_it_where_it_should() -> None:
     """Without friction, from rest at the top: at cos φ = 2/3; with v at the top, at 2/3 + v² / 3 g R."""
     radius, edge, speed, rate = 0.1, 1e-3, 0.6, 500.0

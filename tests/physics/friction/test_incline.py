@@ -47,6 +47,7 @@ def moved(simulator: Simulator, steps: int) -> np.ndarray:
     return simulator.tip - start
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rigid", [True, False])
 @pytest.mark.parametrize("angle", [20.0, 30.0])
 def test_a_cube_sticks_below_the_angle_of_friction_and_slides_above_it(

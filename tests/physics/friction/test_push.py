@@ -35,6 +35,7 @@ def test_a_block_slides_by_what_a_finger_pushes_and_the_floor_takes() -> None:
     assert abs(places[-1] - places[-2]) < 1e-6
 
 
+@pytest.mark.long
 def test_a_lower_rate_with_a_lower_max_rate_throws_nothing(tmp_path: Path) -> None:
     """Actuators go as far in a tick as at 50 Hz; with the file's max_rate the block goes twice as far."""
     file = changed(tmp_path, "push.toml", ("rate = 50.0", "rate = 10.0"))
@@ -69,6 +70,7 @@ def side_by_side(count: int) -> Controller:
     )
 
 
+@pytest.mark.long
 def test_two_fingers_push_as_each_does_alone() -> None:
     """They were planned by one search, in which the one whose target was nearer never moved."""
     ways, both = [0.006, 0.002], []
@@ -83,6 +85,7 @@ def test_two_fingers_push_as_each_does_alone() -> None:
     assert both[1][0] > 5e-4
 
 
+@pytest.mark.long
 def test_searches_that_are_cut_go_on_each_where_it_was() -> None:
     """The first finger cannot pull its block back, and its search takes all the time of a tick."""
     controller = side_by_side(2)

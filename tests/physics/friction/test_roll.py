@@ -48,6 +48,7 @@ def test_a_pad_rolls_a_ball_to_its_target(way: tuple[float, float]) -> None:
     assert floor[2] == pytest.approx(weight + pressed, rel=0.01)
 
 
+@pytest.mark.long
 def test_without_contact_the_ball_stays(tmp_path: Path) -> None:
     _, moved = rolled(load_robot(changed(tmp_path, "roll.toml", (PAD, ""))), 0.2, 0.0)
     assert np.linalg.norm(moved) < 1e-6

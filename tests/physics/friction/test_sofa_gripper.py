@@ -38,6 +38,7 @@ def forces(simulator: Simulator) -> tuple[Array, Array]:
     return found.force[of_floor].sum(axis=0), -found.force[~of_floor].sum(axis=0)
 
 
+@pytest.mark.long
 def test_fingers_that_close_take_the_cube_off_the_floor(reference: Path, tmp_path: Path) -> None:
     data = robots_folder(reference, "grasp_model.npz")
     file = gripper_file(data, tmp_path, Course(up=-1.0, down=10.0, time=1.0))

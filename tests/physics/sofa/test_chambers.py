@@ -160,6 +160,7 @@ def test_the_inverse_of_the_accordion_reaches_what_can_be_reached(
     assert np.linalg.norm(reached - simulator.effector[0]) < SOFAS_ERROR
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pressure", [3e3, pytest.param(1e3, marks=slow)])
 def test_the_inverse_of_the_pneunets_finds_the_pressure(
     inflated: Robot[NodalBody], pressure: float

@@ -100,6 +100,7 @@ def test_trunk_with_our_points_follows_the_curve_of_three_cables(data: Path) -> 
         assert np.abs(simulator.effort / MM - effort).max() < 0.3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("states", [slice(4, 5), pytest.param(slice(1, None), marks=slow)])
 def test_the_inverse_of_the_trunk_leads_back_along_its_curve(data: Path, states: slice) -> None:
     """Tips of SOFA are targets; taut cables get SOFA's shortenings and tensions."""
@@ -117,6 +118,7 @@ def test_the_inverse_of_the_trunk_leads_back_along_its_curve(data: Path, states:
         assert np.abs(found.position - wound)[taut].max() < 3e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("states", [slice(1, 2), pytest.param(slice(None), marks=slow)])
 def test_diamond_with_sofas_elements_and_points_has_sofas_digits(
     data: Path, monkeypatch: pytest.MonkeyPatch, states: slice

@@ -39,6 +39,7 @@ def test_it_has_the_digits_of_sofa(data: Path, name: str, every: int) -> None:
     assert curve.effort_error < FORCE_DIGITS
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("every", [12, pytest.param(1, marks=slow)])
 def test_the_diamond_has_them_with_the_elements_of_sofa(
     data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, every: int
@@ -53,6 +54,7 @@ def test_the_diamond_has_them_with_the_elements_of_sofa(
     assert np.abs(curve.effort - curve.sofa_effort).max() < DIGITS  # mm, lengths of cables
 
 
+@pytest.mark.long
 def test_the_figure_is_drawn(tmp_path: Path) -> None:
     x = np.linspace(0.0, 1.0, 4)
     line = np.stack([x, x**2, -x], axis=1)
@@ -61,6 +63,7 @@ def test_the_figure_is_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "ports.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 def test_a_mesh_that_overlaps_loads_where_nothing_needs_its_boundary(
     data: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -41,6 +41,7 @@ def pull_curve(robot: Robot[NodalBody], reference: Path, every: int) -> tuple[Ar
     )
 
 
+@pytest.mark.long
 def test_finger_with_sofas_rotations_gives_sofas_digits(
     reference: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -96,6 +97,7 @@ def beam(reference: Path) -> Robot[NodalBody]:
     return build_robot(config, checked(nodes, tets, "beam_coarse"), "beam")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sofas_rotations", [True, False])
 def test_beam_under_gravity_follows_sofas_load_curve(
     reference: Path, monkeypatch: pytest.MonkeyPatch, sofas_rotations: bool

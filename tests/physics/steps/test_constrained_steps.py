@@ -168,6 +168,7 @@ def test_a_compound_pendulum_takes_implicit_eulers_steps() -> None:
     assert abs(theta) > 1.0, "it has swung far"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("make", ROBOTS)
 def test_energy_never_grows_while_motors_hold(make: Callable[[], Robot[ConstrainedBody]]) -> None:
     """From wild velocities; drives and drums are held, cables slack."""
@@ -231,6 +232,7 @@ def tumbled(rate: float, converged: bool) -> tuple[float, float]:
     return energy, float(np.abs(own - path.y[:, -1]).max())
 
 
+@pytest.mark.long
 def test_a_tumbling_body_keeps_its_energy_and_follows_eulers_equations() -> None:
     far = []
     for rate in (100.0, 400.0):
@@ -241,6 +243,7 @@ def test_a_tumbling_body_keeps_its_energy_and_follows_eulers_equations() -> None
     assert far[0] > 2.5 * far[1], "of first order"
 
 
+@pytest.mark.long
 def test_a_tumbling_body_in_steps_of_second_order_follows_eulers_equations_to_second_order() -> (
     None
 ):
@@ -330,6 +333,7 @@ def behind_a_servo(rate: float) -> Simulator:
     return Simulator(robot, contact="none")
 
 
+@pytest.mark.long
 def test_an_arm_on_a_hinge_behind_a_servo_swings_as_lagrange_says() -> None:
     """The servo turns the upper arm by a smooth angle; the lower one follows to first order in the step."""
     length, spin, end = 0.1, 8.0, 0.6

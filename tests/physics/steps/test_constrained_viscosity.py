@@ -48,6 +48,7 @@ def pulled_block(viscosity: dict[str, object], rate: float, element: str) -> Rob
     )  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("element", "converged"),
     [
@@ -76,6 +77,7 @@ def test_a_block_under_the_force_of_a_slider_creeps_as_the_exact_solution(
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.long
 def test_the_force_of_a_slider_that_holds_relaxes_as_the_exact_solution() -> None:
     """σ = E ε (1 + Σ g_i exp(−t / τ_i)) after a jump, at rest the elastic law's."""
     shares, times = (0.5, 1.0), (0.02, 0.2)
@@ -148,6 +150,7 @@ def energies(robot: Robot[ConstrainedBody], converged: bool) -> Array:
     return np.array(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("converged", [False, True])
 def test_energy_falls_and_viscosity_takes_more_of_it(converged: bool) -> None:
     almost, viscous = (

@@ -51,6 +51,7 @@ def nearest(tips: Array, goal: Array) -> float:
     return float(np.linalg.norm(start + share[:, None] * way - goal, axis=1).min())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", [12, 30, 54])
 @pytest.mark.parametrize("away", AWAY, ids=str)
 def test_it_rests_at_the_best_place(beam: Robot, tips: Array, place: int, away: Array) -> None:

@@ -123,6 +123,7 @@ def test_recorded_forces_hold_the_robot_in_place(
         np.testing.assert_allclose(robot.effector(state).ravel(), snapshots.effector[:, i])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chunks", [*(pytest.param(n, marks=pytest.mark.slow) for n in (0, 1)), 4])
 def test_interrupted_campaign_goes_on_to_the_same_result(
     thumb: Robot[NodalBody], design: Design, snapshots: Snapshots, tmp_path: Path, chunks: int
@@ -256,6 +257,7 @@ def test_damaged_chunk_is_named(thumb: Robot[NodalBody], tmp_path: Path) -> None
         run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
 
 
+@pytest.mark.long
 def test_impossible_equilibrium_is_recorded_as_such(
     thumb: Robot[NodalBody], tmp_path: Path
 ) -> None:
@@ -284,6 +286,7 @@ def test_worker_counts(thumb: Robot[NodalBody]) -> None:
         pass
 
 
+@pytest.mark.long
 def test_dask_without_a_scheduler_is_a_sentence() -> None:
     with (
         pytest.raises(executors.ClusterError, match=r"distributed|no Dask scheduler replies"),

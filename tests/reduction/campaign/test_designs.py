@@ -116,6 +116,7 @@ def test_ranges_of_zero_are_no_factors(finger: Robot) -> None:
         assert not run.effector_force.any()
 
 
+@pytest.mark.long
 def test_latin_hypercube_is_in_range_and_repeats_with_its_seed(finger: Robot) -> None:
     ranges = Ranges(position=(0.2, 1.0), tilt=1.0, force=0.5)
     designs = [latin_hypercube(finger, ranges, runs=9, seed=seed, steps=4) for seed in (0, 0, 1)]

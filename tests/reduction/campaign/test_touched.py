@@ -117,6 +117,7 @@ def test_actuators_push_the_robot_against_a_sphere(claw: TouchedRobot, design: D
     assert -1e-4 < max(inside) < claw.robot.tolerance
 
 
+@pytest.mark.long
 def test_snapshots_without_spheres_are_those_of_the_plain_robot(
     claw: TouchedRobot, design: Design, tmp_path: Path
 ) -> None:

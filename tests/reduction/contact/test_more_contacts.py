@@ -40,6 +40,7 @@ def walled(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_shipped_bases_serve_a_finger_with_a_wall(walled: Path) -> None:
     robot, basis = load_robot(walled), ContactBasis.load("finger")
     fitted = basis.fitted(robot)

@@ -22,6 +22,7 @@ def test_product_of_nonnegative_factors(forces: Array, method: Method) -> None:
     assert not found.Psi[~forces.any(axis=1)].any(), "a candidate without force got some"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["hals", "greedy"])
 def test_error_never_rises_with_k(forces: Array, method: Method) -> None:
     errors = [found.error for found in factorise_each(forces, KS, method)]
@@ -29,12 +30,14 @@ def test_error_never_rises_with_k(forces: Array, method: Method) -> None:
     assert errors[-1] < 0.1 * errors[0]
 
 
+@pytest.mark.long
 def test_als_shows_the_rise_of_the_paper(forces: Array) -> None:
     """Fig. 12 of the paper: the error of Algorithm 1 does not fall with k."""
     errors = [found.error for found in factorise_each(forces, (3, 5, 10, 20, 30), "als")]
     assert max(errors[2:]) > 1.05 * min(errors)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("k", [5, 10, 20])
 def test_default_beats_the_others(forces: Array, k: int) -> None:
     default = factorise(forces, k).error

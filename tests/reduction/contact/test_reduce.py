@@ -141,6 +141,7 @@ def test_modes_keep_the_tip_in_place(thumb: Robot, reduction: Reduction) -> None
     assert not reduced.extra_columns.any()
 
 
+@pytest.mark.long
 def test_more_modes_and_enrichment_come_closer(thumb: Robot, reduction: Reduction) -> None:
     path = reduction.snapshots.select(np.arange(3, len(reduction.snapshots), 6))
     found = factorise(reduction.snapshots.lam, 1)

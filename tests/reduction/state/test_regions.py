@@ -262,6 +262,7 @@ def test_a_complete_basis_is_the_full_robot(make: Callable[[], Robot]) -> None:
         np.testing.assert_allclose(small.effector, full.effector, atol=1e-8)
 
 
+@pytest.mark.long
 def test_the_springs_of_a_hinge_hold_it_in_modes(
     equilibria: tuple[Robot[ConstrainedBody], Array],
 ) -> None:
@@ -292,6 +293,7 @@ def test_the_springs_of_a_hinge_hold_it_in_modes(
         np.testing.assert_allclose(force, expected, atol=1e-8 * np.abs(expected).max())
 
 
+@pytest.mark.long
 def test_the_tangent_is_the_derivative_of_the_forces(
     equilibria: tuple[Robot[ConstrainedBody], Array],
 ) -> None:

@@ -132,6 +132,7 @@ def test_shipped_basis_fits_the_shipped_finger(shipped_finger: Robot[NodalBody])
     np.testing.assert_allclose(product, np.eye(states.r), atol=1e-9)
 
 
+@pytest.mark.long
 def test_shipped_basis_fits_the_shipped_manipulator() -> None:
     states, robot = StateBasis.load("manipulator"), shipped_robot("manipulator")
     states.check_robot(robot)

@@ -25,6 +25,7 @@ def one_effector(folder: Path) -> Path:
     return write_robot(folder, ROBOT[: ROBOT.rindex("[[effectors]]")])
 
 
+@pytest.mark.long
 def test_a_run_is_deterministic(beam: Robot) -> None:
     start = beam.effector_values(beam.rest())
     targets = start + 0.002 * np.linspace(0.0, 1.0, 60)[:, None] * np.eye(6)[0]

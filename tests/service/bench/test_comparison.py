@@ -16,6 +16,7 @@ from tauten.model.simulation import Ending
 from tauten.service.bench import CompareError, compare_equilibria, equilibrium
 
 
+@pytest.mark.long
 def test_contact_opens_what_overlaps(finger: Robot) -> None:
     position = finger.limits.position_max
     passing, touching = (equilibrium(finger, kind, position, None) for kind in ("none", "full"))
@@ -70,6 +71,7 @@ def test_a_load_without_equilibrium_is_shortened(finger: Robot) -> None:
     assert compare_equilibria(finger, passing, passing).share == (passing.share, passing.share)
 
 
+@pytest.mark.long
 def test_command_draws_and_writes(tmp_path: Path) -> None:
     picture, numbers = tmp_path / "finger.png", tmp_path / "finger.json"
     code = run_main(

@@ -77,6 +77,7 @@ def test_a_sound_robot_is_fine_and_moves_as_far_as_its_cables_take_it(tmp_path: 
     assert moved[:, 0] == pytest.approx([bent] * 2, rel=0.2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("old", "new", "subject", "level", "said"),
     [
@@ -138,6 +139,7 @@ point = [0.0, 0.0, -0.2]
 """
 
 
+@pytest.mark.long
 def test_cables_that_let_nothing_out_hold_a_rod_back(tmp_path: Path) -> None:
     """A rod does not shorten: what one cable is pulled by, the other one has to let out.
 

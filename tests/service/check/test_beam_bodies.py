@@ -95,6 +95,7 @@ def test_a_body_that_is_a_beam_is_checked(tmp_path: Path) -> None:
     )  # masses on four nodes; corners beyond the end
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("tension", "level"), [(10.0, "fine"), (40.0, "doubtful")])
 def test_tensions_under_which_an_arm_buckles_are_found(
     tension: float, level: str, tmp_path: Path

@@ -76,6 +76,7 @@ def test_a_fifth_of_the_period_is_left_for_the_rest(seconds: float, level: str) 
     assert step_time(seconds, 0.02, "finger", reduced=False).level == level
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("load", "said"), [(1.0, False), (6.5, True)])
 def test_a_busy_computer_is_said_where_the_robot_file_is_to_be_changed(
     load: float, said: bool, monkeypatch: pytest.MonkeyPatch

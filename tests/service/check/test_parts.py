@@ -112,6 +112,7 @@ def test_a_free_part_that_no_contact_names_is_doubtful(tmp_path: Path) -> None:
     assert finding.found == "cube: free, and touched by no contact of the robot file"
 
 
+@pytest.mark.long
 def test_reports_do_not_ask_for_errors_that_the_check_does_not_have(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -82,6 +82,7 @@ def test_regions_are_counted_and_empty_ones_named(robot: str) -> None:
     assert findings["natural frequencies"].level != "wrong"
 
 
+@pytest.mark.long
 def test_meshes_are_compared_under_angles_of_drives(robot: str) -> None:
     estimate = checked(robot, shares=(0.5,)).estimate
     assert estimate is not None
@@ -91,6 +92,7 @@ def test_meshes_are_compared_under_angles_of_drives(robot: str) -> None:
     assert own.effort > 0.0  # linear elements are too stiff, whatever the sign of the torque
 
 
+@pytest.mark.long
 def test_the_command_draws_them(robot: str, tmp_path: Path) -> None:
     figure = tmp_path / "regions.png"
     assert run_main("check", robot, "--no-compare", "--regions", str(figure)) == 0

@@ -87,6 +87,7 @@ def about(result: RobotCheck, subject: str) -> Finding:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("refinements", "source"), [(1, "quadratic"), pytest.param(2, "linear", marks=pytest.mark.slow)]
 )
@@ -147,6 +148,7 @@ def test_a_wrong_unit_is_said(tmp_path: Path) -> None:
         assert result.level == "wrong"
 
 
+@pytest.mark.long
 def test_soft_and_heavy_sags_and_vibrates_slowly(tmp_path: Path) -> None:
     changes = (("gravity = [0.0, 0.0, 0.0]", "gravity = [0.0, 0.0, -9.81]"), ("= 1e6", "= 5e5"))
     found = about(checked(write(tmp_path, None, *changes)), "sag under gravity")
@@ -182,6 +184,7 @@ def test_bad_elements_parts_and_points_are_all_named_at_once(tmp_path: Path) -> 
     assert "inverted" in result.refused
 
 
+@pytest.mark.long
 def test_walls_thinner_than_the_alarm_distance_are_found(tmp_path: Path) -> None:
     """A body of 20 mm with an alarm distance of 15 and of 25 mm."""
     surfaces = """
@@ -223,6 +226,7 @@ def test_a_stop_keeps_what_is_done(tmp_path: Path) -> None:
     assert "too stiff" in result.estimate.verdict
 
 
+@pytest.mark.long
 def test_the_command_writes_all_its_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -262,6 +266,7 @@ def small_arm(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_beams_are_halved_until_their_limit_is_known(tmp_path: Path) -> None:
     """Helices converge at least with the square of their length."""
     result = checked(str(small_arm(tmp_path)), shares=(0.2,), refinements=2)
@@ -342,6 +347,7 @@ def test_errors_that_are_not_known_are_not_saved(
     assert not certificate_file(path).exists()
 
 
+@pytest.mark.long
 def test_where_no_mesh_is_fine_the_better_element_is_named(tmp_path: Path) -> None:
     """One element over the thickness: no mesh comes within 3 % of the extrapolated tension."""
     estimate = checked(write(tmp_path), shares=(0.04,), refinements=2).estimate

@@ -73,6 +73,7 @@ def test_the_mcap_libraries_own_ros_2_reader_decodes_it(tmp_path: Path) -> None:
     assert found[2][2] == pytest.approx([0.002, 0.0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.999])
 def test_a_log_that_was_cut_is_read_up_to_the_cut(tmp_path: Path, share: float) -> None:
     path = tmp_path / "log.mcap"

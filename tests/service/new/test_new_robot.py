@@ -163,6 +163,7 @@ def test_files_that_hold_no_solid_say_so(tmp_path: Path) -> None:
     assert "--size" not in str(caught.value)
 
 
+@pytest.mark.long
 def test_tetrahedra_of_a_file_are_taken_as_they_are(tmp_path: Path) -> None:
     mesh, file = box_mesh((0.012, 0.012, 0.06), (1, 1, 6)), tmp_path / "bar.vtu"
     meshio.Mesh(mesh.nodes, {"tetra": np.asarray(mesh.tets)}).write(file)

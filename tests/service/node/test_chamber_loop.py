@@ -116,6 +116,7 @@ LOCKS = (
 REASONS = ("hold", "wait", "late", "unmeasured", "unusable", "no target")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("why", "locks"),
     [

@@ -90,6 +90,7 @@ def test_right_measurements_are_followed(beam: Robot) -> None:
     assert rig.measured.diagnostic().level is Level.OK
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("wrong", ["frozen", "mirrored", "exchanged"])
 def test_wrong_measurements_hold_before_the_correction_is_at_its_limit(
     beam: Robot, wrong: str

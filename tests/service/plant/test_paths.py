@@ -163,6 +163,7 @@ def test_winches_that_do_not_pay_out_are_commanded_by_pull(beam: Robot[NodalBody
     assert command.position == pytest.approx([0.01, 0.0])
 
 
+@pytest.mark.long
 def test_reach_takes_as_long_as_the_robot_needs(beam: Robot[NodalBody]) -> None:
     """In 10 s the tip of the manipulator had to go 8 m, and was 0.4 m (RMS) from its targets."""
     limits = beam.limits

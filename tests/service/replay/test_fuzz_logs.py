@@ -189,6 +189,7 @@ def check_doctored(folder: Path, sound: dict[str, str], seeds: range) -> int:
     return reported
 
 
+@pytest.mark.long
 def test_a_doctored_log_is_reported_or_refused(tmp_path: Path, metadata: dict[str, str]) -> None:
     assert check_doctored(tmp_path, metadata, range(100)) > 10
 

@@ -17,6 +17,7 @@ LOGS = Path(__file__).resolve().parents[2] / "reference" / "runs"
 TOLERANCES = {"finger": 1e-5, "manipulator": 2e-2}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", list(TOLERANCES))
 def test_a_recorded_run_is_decided_again(name: str) -> None:
     log = LOGS / f"{name}.mcap"

@@ -206,6 +206,7 @@ def test_actuators_of_other_units_have_other_axes(log: Path, beam: Robot, tmp_pa
         assert labels[1].count(label) == 1
 
 
+@pytest.mark.long
 def test_a_run_without_plant_is_reported_too(log: Path, beam: Robot, tmp_path: Path) -> None:
     reader = LogReader(log)
     messages = list(reader.messages())
@@ -232,6 +233,7 @@ def test_the_robot_file_is_in_the_log(log: Path, beam_file: Path, tmp_path: Path
     assert load_robot(tmp_path / "again.toml").digest == recorded.model.digest
 
 
+@pytest.mark.long
 def test_a_report_shows_every_tick_and_the_difference(log: Path, tmp_path: Path) -> None:
     text = HEAVY.replace("young_modulus = 1e6", "young_modulus = 1.1e6")
     result = replay(log, tolerance=1e-4, against=str(write_robot(tmp_path, text)))

@@ -53,6 +53,7 @@ def test_cones_contain_the_arrows_of_forces_and_touch_those_that_slide() -> None
         assert reach == pytest.approx((0.6, 1.0)[place], rel=1e-5)
 
 
+@pytest.mark.long
 def test_what_slides_has_another_colour() -> None:
     setup = load_setup("finger", basis="none")
     robot = setup.robot

@@ -337,6 +337,7 @@ def test_a_browser_that_stands_still_is_not_followed_after_two_seconds(shown: Sh
         assert 1.0 < seconds_to_disarm(shown) < 2.1
 
 
+@pytest.mark.long
 def test_a_browser_that_answers_stays(shown: Shown) -> None:
     with browser(shown) as page:
         assert wait_until(lambda: shown.guard.browsers == 1)

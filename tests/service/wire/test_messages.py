@@ -34,6 +34,7 @@ points = st.builds(Point, stamps, names, st.tuples(finite, finite, finite))
 HERE = Point(1_700_000_000_123_456_789, "base", (0.1, -0.2, 0.3))
 
 
+@pytest.mark.long
 @given(points)
 def test_a_point_survives_cdr_and_json(point: Point) -> None:
     assert decode_point(encode_point(point), CDR) == point
@@ -138,6 +139,7 @@ def test_flipped_bytes_raise_nothing(point: Point, at: int, patch: bytes) -> Non
     assert isinstance(decode_point(bytes(payload), CDR), Point | Rejection)
 
 
+@pytest.mark.long
 @settings(max_examples=300)
 @given(
     st.recursive(

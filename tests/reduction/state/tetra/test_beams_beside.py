@@ -209,6 +209,7 @@ def trained(make: Callable[..., Robot[ConstrainedBody]], sizes: Array) -> Array:
     return with_own(body, modes.Phi)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("make", "sizes"),
     [(wire, [0.3, 0.05, 0.05]), (carried, [0.03, 0.03, 0.03])],
@@ -260,6 +261,7 @@ def test_the_stiffnesses_of_a_wire_and_of_the_silicone_around_it_add() -> None:
     assert stiffness == pytest.approx(3.0 * EI / L**3, rel=0.02)
 
 
+@pytest.mark.long
 def test_a_rod_with_a_soft_end_bends_as_a_cantilever() -> None:
     """A force on the soft bar bends the rod by the force and by the moment of its arm."""
     force = 1e-3
