@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 from support.robots.beam_robots import SPACING, STIFFNESS, tendon_arm
 
+from benchmarks.robots.arm import ArmShape, make_network
+from benchmarks.robots.make_manipulator import make_file
 from tauten.controller import Controller
 from tauten.model import load_robot
 from tauten.service.check import CheckSettings, check_robot
@@ -139,3 +142,43 @@ def test_light_damping_is_found_and_the_advice_lets_the_tip_settle(
     for _ in range(200):
         assert controller.step(target).status.ok
     assert np.linalg.norm(controller.tip - target) < 4e-4
+
+
+def small_arm(folder: Path) -> Path:
+    """An arm of three joints and three tendons, as a file."""
+    shape = ArmShape(length=0.16, sections=1, joints=3)
+    (folder / "manipulator.json").write_text(json.dumps(make_network(shape)), encoding="utf-8")
+    path = folder / "arm.toml"
+    text = make_file(shape, "arm", 36).replace('basis = "arm"', "")
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.long
+def test_beams_are_halved_until_their_limit_is_known(tmp_path: Path) -> None:
+    """Helices converge at least with the square of their length."""
+    settings = CheckSettings(str(small_arm(tmp_path)), shares=(0.2,), refinements=2)
+    result = check_robot(settings, StopFlag(), lambda _share, _what: None)
+    subjects = [item.subject for item in result.findings]
+    assert subjects == [
+        "region fixed.0",
+        "moving mass",
+        "sag under gravity",
+        "natural frequencies",
+        "cables against their pulls",
+        "rates of actuators",
+        "movement of effectors",
+        "error of the mesh",
+        "first decision",
+        "control step against period",
+    ]
+    assert result.estimate is not None
+    names = [item.variant.name for item in result.estimate.variants]
+    assert names == ["beam", "beam, refined once", "beam, refined twice"]
+    orders = [item.order for item in result.estimate.references if item is not None]
+    assert len(orders) == 3
+    assert all(order is not None and 1.9 < order < 4.0 for order in orders)
+    own, halved, _ = (item.effort for item in result.estimate.variants)
+    assert own is not None
+    assert halved is not None
+    assert 0.0 < halved < 0.3 * own

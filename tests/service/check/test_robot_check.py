@@ -13,8 +13,6 @@ from support.processes import run_main
 from support.robots.bodies import box_mesh
 from support.robots.thumb import coarse_finger_mesh
 
-from benchmarks.robots.arm import ArmShape, make_network
-from benchmarks.robots.make_manipulator import make_file
 from tauten.model import Simulator, load_robot
 from tauten.model.load import robot_path
 from tauten.model.mesh import TetMesh
@@ -254,45 +252,6 @@ def test_a_robot_that_cannot_be_built_is_one_sentence_after_the_findings(
     assert "length_unit = 'mm'" in said.out
     assert len(said.err.strip().splitlines()) == 1
     assert "check mesh.length_unit" in said.err
-
-
-def small_arm(folder: Path) -> Path:
-    """An arm of three joints and three tendons, as a file."""
-    shape = ArmShape(length=0.16, sections=1, joints=3)
-    (folder / "manipulator.json").write_text(json.dumps(make_network(shape)), encoding="utf-8")
-    path = folder / "arm.toml"
-    text = make_file(shape, "arm", 36).replace('basis = "arm"', "")
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
-@pytest.mark.long
-def test_beams_are_halved_until_their_limit_is_known(tmp_path: Path) -> None:
-    """Helices converge at least with the square of their length."""
-    result = checked(str(small_arm(tmp_path)), shares=(0.2,), refinements=2)
-    subjects = [item.subject for item in result.findings]
-    assert subjects == [
-        "region fixed.0",
-        "moving mass",
-        "sag under gravity",
-        "natural frequencies",
-        "cables against their pulls",
-        "rates of actuators",
-        "movement of effectors",
-        "error of the mesh",
-        "first decision",
-        "control step against period",
-    ]
-    assert result.estimate is not None
-    names = [item.variant.name for item in result.estimate.variants]
-    assert names == ["beam", "beam, refined once", "beam, refined twice"]
-    orders = [item.order for item in result.estimate.references if item is not None]
-    assert len(orders) == 3
-    assert all(order is not None and 1.9 < order < 4.0 for order in orders)
-    own, halved, _ = (item.effort for item in result.estimate.variants)
-    assert own is not None
-    assert halved is not None
-    assert 0.0 < halved < 0.3 * own
 
 
 @pytest.mark.long
