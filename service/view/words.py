@@ -165,6 +165,9 @@ def _health(look: RobotLook, frame: ViewFrame, far: bool = True) -> list[str]:
         found.append(f"at the limit: {', '.join(names)}")
     if frame.status not in ("", "OK"):
         found.append(_STATUSES.get(frame.status, f"status {frame.status}"))
+    if frame.mode is Mode.STOP and frame.modelled is None:  # what is shown is the model itself
+        found.append("the picture is of before the stop: the model does not move")
+        return found
     count = len(frame.geometry.contacts.points)
     if count:
         found.append(f"{count} contact points push" if count > 1 else "1 contact point pushes")

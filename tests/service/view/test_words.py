@@ -10,7 +10,9 @@ from typing import Any, cast
 import numpy as np
 
 from tauten.controller import Status
-from tauten.service.view.words import _STATUSES, Words, at_limit, without_node
+from tauten.model import NO_CONTACTS
+from tauten.service.view.words import _STATUSES, Words, at_limit, frame_in_words, without_node
+from tauten.service.wire import Cause, Mode
 
 PIECES = (
     "<", ">", "&", "'", '"', "img", "script", "=", " ", "onerror", "javascript:", "\n", "\0", "\u202e",
@@ -85,3 +87,16 @@ def test_the_largest_vacuum_and_the_longest_cable_are_limits_and_rest_is_none() 
     assert named([0.0, 0.0, 0.0], [0.0, 0.0, 0.0]) == []
     assert named([0.02, -0.05, -1.4e-6], [1.0, 0.0, -12e3]) == ["cable", "paid", "air"]
     assert named([0.0, 0.0, 0.0], [10.0, 15.0, 25e3]) == ["cable", "paid", "air"]
+
+
+def test_after_a_stop_the_model_is_said_not_to_move() -> None:
+    """A served robot that had been released was shown bent, without a word."""
+    look = SimpleNamespace(robot=SimpleNamespace(actuators=[]), error=lambda frame: float("nan"))
+    none = np.zeros(0)
+    for modelled, expected in ((None, 1), (none, 0)):  # without and with a robot beside the model
+        frame = SimpleNamespace(
+            mode=Mode.STOP, cause=Cause.OPERATOR, status="", position=none, effort=none,
+            modelled=modelled, geometry=SimpleNamespace(contacts=NO_CONTACTS),
+        )  # fmt: skip
+        found = frame_in_words(cast(Any, look), cast(Any, frame), ())
+        assert sum("the model does not move" in item for item in found.items) == expected
