@@ -194,6 +194,8 @@ class LoopStatistics:
                 changed.append(
                     f"{name}: {sent:.3g} {unit} have left, the model has {wanted:.3g} {unit}"
                 )
+        if self._mode is Mode.STOP:  # whatever it had before
+            return Diagnostic("tensions", Level.OK, "released without the model", values)
         level = Level.WARN if changed else Level.OK
         return Diagnostic("tensions", level, "; ".join(changed) or "as in the model", values)
 

@@ -79,6 +79,8 @@ def test_health_has_the_tension_that_left_and_the_models() -> None:
     assert float(said[1]) == pytest.approx(needed, rel=0.02)
     assert health.values["tendon2a_n"] == "80"
     assert float(health.values["tendon2a_model_n"]) == pytest.approx(needed, rel=0.02)
+    stopped = efforts(replace(action, mode=Mode.STOP), loop)  # it does not move then: no comparison
+    assert (stopped.level, stopped.message) == (Level.OK, "released without the model")
 
 
 def test_a_level_that_does_not_exist_is_refused() -> None:
