@@ -81,9 +81,10 @@ def counts(deadlines: Deadlines) -> tuple[str, str, str]:
 
 def closed_loop_page(result: ClosedLoopBench) -> Page:
     """How far model and plant are from a target that moves, and from each other."""
+    steps = "1 step" if result.plant_steps == 1 else f"{result.plant_steps} steps"
     about = (
         f"{result.robot} at {result.rate_hz:g} Hz. Plant: {result.plant} order with {result.plant_unknowns} "
-        f"unknowns, model with {result.model_unknowns}. The plant takes {result.plant_steps} steps a period, "
+        f"unknowns, model with {result.model_unknowns}. The plant takes {steps} a period, "
         f"twice as many move it by {result.plant_error_percent:.2g} % of its way; it runs at "
         f"{result.plant_speed:.2g} times real time. Error of the mesh: {result.mesh_error}. "
         f"Times: {measured_on(result.machine)}"
