@@ -23,7 +23,7 @@ COMMANDS = (
     ("reduce", "ROBOT", "--out", "OPEN/beam.basis"),
     ("reduce", "ROBOT", "--snapshots", "OPEN/snapshots", "--out", "OPEN/b.basis", "--curve", "SEALED/c.png"),
     ("check", "ROBOT", "--json", "SEALED/check.json"),
-    ("check", "ROBOT", "--markdown", "SEALED/page.md"),
+    ("check", "ROBOT", "--markdown", "PAGE"),
     ("check", "ROBOT", "--figure", "SEALED/check.png"),
     ("check", "ROBOT", "--regions", "SEALED/regions.png"),
     ("compare", "ROBOT"),
@@ -36,6 +36,7 @@ def sealed(tmp_path: Path) -> Iterator[Path]:
     """A folder that nobody can write to; to root, only one of the kernel's is."""
     folder = tmp_path / "sealed"
     folder.mkdir()
+    (folder / "page.md").touch()
     folder.chmod(0o555)
     if os.geteuid() == 0:
         folder = Path("/sys/kernel")
@@ -65,7 +66,8 @@ def test_a_folder_that_cannot_be_written_is_named_before_any_work(
     robot_folder = sorted(beam_file.parent.iterdir())
     there = sorted(path.name for path in sealed.iterdir())
     monkeypatch.chdir(sealed)
-    named = {"ROBOT": beam_file, "PART": part, "SEALED": sealed, "OPEN": open_folder}
+    page = next(path for path in sorted(sealed.iterdir()) if path.is_file())
+    named = {"ROBOT": beam_file, "PART": part, "SEALED": sealed, "PAGE": page, "OPEN": open_folder}
     words = []
     for word in command:
         first, slash, rest = word.partition("/")
