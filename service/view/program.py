@@ -12,6 +12,7 @@ from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, TargetStore, WaypointList
 from tauten.service.plant import PathError, TargetPath
 from tauten.service.process import drained
+from tauten.service.view.web import LoopbackServer
 from tauten.service.view.words import Words
 
 _SLOWEST, _FASTEST = 1.0, 500.0  # mm/s of the target
@@ -29,7 +30,7 @@ class WaypointProgram:
         uploads: inputs that get files.
     """
 
-    def __init__(self, server: viser.ViserServer, look: RobotLook, targets: TargetStore) -> None:
+    def __init__(self, server: LoopbackServer, look: RobotLook, targets: TargetStore) -> None:
         """Add the inputs. Callbacks of the browser only note what happened; `advance` reads it."""
         self._server, self._targets, self._look = server, targets, look
         self._lists = [WaypointList(one, look.robot.size) for one in look.robot.effectors]
@@ -161,8 +162,10 @@ class WaypointProgram:
 
     def _save(self) -> None:
         content = self.waypoints.csv(self._speed).encode()
-        for client in self._server.get_clients().values():
-            client.send_file_download("waypoints.csv", content, save_immediately=True)
+        onlookers = self._server.onlookers
+        for number, client in self._server.get_clients().items():
+            if number not in onlookers:  # the browser that operates
+                client.send_file_download("waypoints.csv", content, save_immediately=True)
 
     def _list(self, names: tuple[str, ...], number: int | None = None) -> None:
         """Show the waypoints, with one of them chosen."""

@@ -12,11 +12,13 @@ from PIL.Image import DecompressionBombError
 
 from tauten.model import Robot, skin_of
 from tauten.service.describing import describe
-from tauten.service.frames import RobotLook, ViewFrame
+from tauten.service.frames import RobotLook, TargetStore, ViewFrame
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
 from tauten.service.view.keeping import SaveButtons
+from tauten.service.view.program import WaypointProgram
 from tauten.service.view.viewing import Viewing
+from tauten.service.view.web import LoopbackServer
 
 
 @pytest.fixture
@@ -88,3 +90,17 @@ def test_no_more_than_two_thousand_pixels_are_asked_for(
     page = Page(OSError("not drawn"), window)
     saved(look, page)
     assert page.asked == asked
+
+
+def test_waypoints_are_saved_by_the_browser_that_operates(
+    look: RobotLook, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Browsers that looked on got the file, too."""
+    operator, onlooker = Page(None, (90, 160)), Page(None, (90, 160))
+    with open_server(0, "test") as (server, _):
+        program = WaypointProgram(server, look, TargetStore(look.robot.effectors, look.robot.size))
+        monkeypatch.setattr(LoopbackServer, "get_clients", lambda _: {3: operator, 4: onlooker})
+        monkeypatch.setattr(LoopbackServer, "onlookers", {4: onlooker})
+        program._save()
+        monkeypatch.undo()
+    assert (operator.files, onlooker.files) == (["waypoints.csv"], [])
