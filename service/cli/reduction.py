@@ -39,6 +39,7 @@ def reduce(
         Path | None,
         typer.Option(
             callback=writable,
+            dir_okay=False,
             help="Default: ROBOT.basis beside the robot file, of a shipped robot here.",
         ),
     ] = None,

@@ -129,6 +129,7 @@ def replay(
         Path | None,
         typer.Option(
             callback=writable,
+            dir_okay=False,
             help="Only write the inverse problem of --tick to this file, for tauten solve.",
         ),
     ] = None,

@@ -37,6 +37,7 @@ def view(
         Path | None,
         typer.Option(
             callback=writable,
+            dir_okay=False,
             help="Write a log or a simulated path as an HTML file that plays by itself.",
         ),
     ] = None,

@@ -77,10 +77,19 @@ def test_the_table_is_shown_also_where_it_cannot_be_written(
     assert "on a machine" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("option", ["--json", "--markdown"])
-def test_a_folder_is_refused_before_anything_is_measured(
-    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        (("bench", "node"), "--json"),
+        (("bench", "node"), "--markdown"),
+        (("reduce",), "--out"),
+        (("replay",), "--problem"),
+        (("view", "--simulate"), "--export"),
+    ],
+)
+def test_a_folder_is_refused_before_anything_is_computed(
+    command: tuple[str, ...], option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The numbers of a run were lost."""
-    assert run_main("bench", "node", tmp_path / "none.toml", option, tmp_path) == 2
+    """What had been computed was lost."""
+    assert run_main(*command, tmp_path / "none.toml", option, tmp_path) == 2
     assert option in capsys.readouterr().err
