@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import viser
 from numpy.typing import NDArray
-from viser import transforms
 
 from tauten.model.numerics import Array, Ints
 from tauten.service.frames import RobotLook
@@ -84,11 +83,15 @@ def _draw_ground(scene: viser.SceneApi, look: RobotLook) -> None:
     middle = 0.5 * (low + high).astype(float)
     middle += (ground_height(look) - _UNDER * look.robot.size - float(middle @ up)) * up
     side = cell * float(np.ceil(_GROUND * look.robot.size / cell / 2.0)) * 2.0
-    turned = transforms.SO3.from_matrix(np.stack([right, back, up], axis=1))
-    scene.add_grid(
-        "/ground", side, side, cell_size=cell, section_size=side, cell_color=_GRID,
-        section_color=_GRID, cell_thickness=0.6, section_thickness=0.6, shadow_opacity=0.0,
-        wxyz=turned.wxyz, position=middle,
+    along = np.arange(-0.5 * side, 0.5 * side + 0.5 * cell, cell)  # (l,)
+    half = 0.5 * side * np.array([-1.0, 1.0])
+    lines = [
+        middle + along[:, None, None] * one + half[:, None] * other
+        for one, other in ((right, back), (back, right))
+    ]
+    scene.add_line_segments(
+        "/ground", np.concatenate(lines).astype(np.float32), _GRID, thickness=0.6,
+        thickness_units="screen",
     )  # fmt: skip
     first = -cell * float(np.floor(_SCALE * look.robot.size / cell))
     corner = middle + first * (right + back)  # of the cell that the scale lies along

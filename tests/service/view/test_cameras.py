@@ -106,3 +106,18 @@ def test_obstacles_are_drawn_once(tmp_path: Path) -> None:
         assert "/obstacles/0" in drawn
         assert "/obstacles/1" not in drawn
         assert {"/ground", "/scale", "/base"} <= drawn.keys()
+
+
+def test_the_ground_is_lines_just_under_a_floor_that_the_robot_lies_on(tmp_path: Path) -> None:
+    """A grid is drawn in an order that depends on the view: it left white lines in obstacles."""
+    look = look_of(write_robot(tmp_path))
+    cell = cell_size(look.robot.size)
+    with open_server(0, "test") as (server, _):
+        RobotScene(server, look, draggable=False)
+        ends = np.array(server.scene._handle_from_node_name["/ground"].points)  # type: ignore[attr-defined]
+    below = ground_height(look) - ends[..., 2]
+    assert 1e-3 * look.robot.size < below.min() <= below.max() < 5e-3 * look.robot.size
+    assert len(np.unique(np.ptp(ends, axis=1).max(axis=1).round(6))) == 1  # as long as each other
+    for lines in np.split(ends, 2):
+        apart = np.linalg.norm(np.diff(lines[:, 0], axis=0), axis=1)
+        np.testing.assert_allclose(apart, cell, rtol=1e-4)
