@@ -15,7 +15,7 @@ from tauten.model.constraints.frames import Frames
 from tauten.model.constraints.joints import FrameJoints
 from tauten.model.materials import EXACT, MATERIAL
 from tauten.model.mesh import boundary_triangles
-from tauten.model.numerics import Array, Ints, longest
+from tauten.model.numerics import Array, FactorisationError, Ints, longest
 from tauten.model.points import NodeMotion
 from tauten.model.rows import Rows
 from tauten.model.state import State
@@ -208,7 +208,13 @@ class ConstrainedBody(TetBody):
         K[self.product.drive_places] += drives
 
     def masses(self, state: State) -> Array:
-        """Values (nnz,) of the mass matrix Tᵀ M T at a state [kg, kg m, kg m²]."""
+        """Values (nnz,) of the mass matrix Tᵀ M T at a state [kg, kg m, kg m²].
+
+        Raises:
+            FactorisationError: the state has diverged, and has no rotations any more.
+        """
+        if not np.logical_and.reduce(np.isfinite(state.q)):
+            raise FactorisationError("not finite")
         T = self.placed(state)[1].T
         turning = np.zeros(0) if self.joints is None else np.repeat(self.joints.inertia, 3)
         winding = np.zeros(0 if self.drums is None else len(self.drums.motors))

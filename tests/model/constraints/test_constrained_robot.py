@@ -385,3 +385,15 @@ def test_nodes_have_no_tangent_where_nothing_deforms(
     body.forces(state, effort, exact=True)
     assert len(products) == cable
     assert all(K.any() for K in products)
+
+
+def test_a_rigid_body_that_has_diverged_is_told_as_such() -> None:
+    """Its quaternion has no length then, of which a ValueError left the control loop."""
+    simulator = Simulator(rigid_box(), "none")
+    at = simulator.state
+    simulator.start_from(State(at.q, np.full_like(at.v, 1e200), at.memory))
+    none = np.zeros(simulator.robot.n_a)
+    with np.errstate(all="ignore"):
+        simulator.step(effort=none)
+        with pytest.raises(FactorisationError, match="not finite"):
+            simulator.step(effort=none)
