@@ -79,7 +79,7 @@ def change_of(prepared: Prepared, plan: Plan, aim: Aim, weight: Array) -> Array:
     held, planned, layout = prepared.held, plan.predicted, prepared.held.step.layout
     root = np.sqrt(weight * held.step.compliance.W.diagonal()[layout.actuators])  # (n_a,) [m/N]
     moved = aim.scale * (planned.delta[layout.effectors] - plan.held_to)
-    pulled = root * (planned.effort - held.effort)
+    pulled = root * (planned.effort - prepared.effort)
     return np.concatenate([moved, pulled])
 
 
@@ -111,7 +111,7 @@ def objective_of(
     W = step.compliance.W[actuators[:, None], actuators]  # (a, a)
     energy = Energy(weight * W, rho, step.rows.actuators.delta[own.actuators])
     here, there, kept = held.delta[effectors], planned.delta[effectors], held.delta[actuators]
-    effort = held.effort[own.actuators]
+    effort = prepared.effort[own.actuators]
     later, force, rows = here, effort, step.rows.effectors
     H, h = step.system.h, prepared.step.system.h
     way, moving = moved[0][own.actuators], moved[1][own.actuators]

@@ -36,6 +36,8 @@ class Prepared:
         clusters: what of the robot acts on each other.
         farther: the step over the horizon with the friction of its contacts, from which `held` differs
             where there is any: plans have the friction of the last step as a load.
+        effort: (n_a,) efforts of `held`, within their limits: two cables of one hinge that are both wound
+            a little too far need any tension to stay so, which would outweigh all else [N, Pa].
     """
 
     step: CondensedStep
@@ -44,6 +46,7 @@ class Prepared:
     scales: Array
     clusters: Clusters
     farther: CondensedStep
+    effort: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +87,8 @@ def prepared_plans(
         gaps[held.step.gap_rows - layout.contacts.start] = True
         pushing &= gaps
     scales = energy_scales(W, layout, pushing, robot.actuators.groups, clusters)
-    return Prepared(step, held, forces, scales, clusters, farther)
+    effort = np.minimum(np.maximum(held.effort, robot.limits.effort_min), robot.limits.effort_max)
+    return Prepared(step, held, forces, scales, clusters, farther, effort)
 
 
 def held_ahead(

@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 from support.robots.beam_robots import tendon_arm
 from support.robots.bodies import beam_robot, box_mesh
+from support.robots.joined import BASE, LINK, linked
 
 import tauten.controller.step
 from benchmarks.control.orders import order_run
@@ -206,3 +208,52 @@ def test_a_model_goes_on_where_its_steps_have_no_factor(tmp_path: Path) -> None:
         fast = np.abs(controller.state.v).max()  # m/s, rad/s
         assert fast < 0.1 or not actuation.status.ok or not np.array_equal(controller.tip, before)
         before = controller.tip
+
+
+@pytest.mark.long
+def test_cables_that_a_hold_would_tear_do_not_shorten_ways() -> None:
+    """Of two on one hinge, wound a little too far in one tick: a turntable stopped at a third of its way."""
+    turntable = {
+        "name": "turntable", "region": {"kind": "all", "body": "base"}, "axis": [0.0, 0.0, 1.0],
+        "through": [0.0, 0.005, 0.005], "max_angle": 0.8, "max_torque": 1.0, "max_rate": 2.0,
+    }  # fmt: skip
+    robot = linked(
+        1, {"min_pull": -0.002, "max_pull": 0.002}, drives=[turntable], gravity=[0.0, 0.0, -9.81],
+        integration={"rayleigh_mass": 2.0},
+    )  # fmt: skip
+    controller, goal = Controller(robot, "none"), np.array([0.024, -0.083, 0.009])
+    assert controller.settle_start().converged
+    for _ in range(50):
+        actuation = controller.step(goal)
+
+    def distance(angles: Array) -> float:
+        turn, hinge = angles
+        radius, height = BASE + LINK * np.cos(hinge), 0.005 - LINK * np.sin(hinge)
+        tip = [radius * np.cos(turn), 0.005 + radius * np.sin(turn), height]
+        return float(np.linalg.norm(tip - goal))
+
+    best = minimize(distance, [0.0, 0.0], bounds=[(-0.8, 0.8), (-0.5, 0.5)])
+    assert actuation.position[-1] == pytest.approx(best.x[0], abs=1e-6)
+    assert np.linalg.norm(controller.tip - goal) == pytest.approx(best.fun, rel=1e-4)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("links", "raised"), [(1, -0.01), (2, 0.01)])
+def test_links_that_only_springs_hold_come_to_rest(links: int, raised: float) -> None:
+    """Their vibrations, lightly damped, were those of a body that nothing holds: they swung for seconds."""
+    spring = {"spring": {"stiffness": 2000.0, "pretension": 1.0}}
+    robot = linked(
+        links, {"min_pull": -0.004, "max_pull": 0.004, **spring}, gravity=[0.0, 0.0, -9.81],
+        integration={"rayleigh_mass": 2.0},
+    )  # fmt: skip
+    controller = Controller(robot, "none")
+    assert controller.settle_start().converged
+    goal, tips = controller.tip + np.array([0.0, 0.0, raised]), []
+    for _ in range(150):
+        controller.step(goal)
+        tips.append(controller.tip)
+    assert np.ptp(tips[-40:], axis=0).max() < 1e-8
+    nearest = (
+        0.0 if links > 1 else np.linalg.norm(goal - [BASE, 0.005, 0.005]) - LINK
+    )  # of its circle
+    assert np.linalg.norm(controller.tip - goal) == pytest.approx(nearest, abs=5e-6)

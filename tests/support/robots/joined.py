@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from support.robots.bodies import box_mesh
+from support.robots.bodies import CABLE, box_mesh
 from tauten.model import Robot
 from tauten.model.load import beam_network, build_robot
 from tauten.model.schema import RobotConfig, validated
@@ -62,3 +62,39 @@ def joined(
         for body in config.all_bodies
     ]
     return build_robot(config, meshes, "joined.toml")
+
+
+BASE, LINK, SIDE, ARM = 0.02, 0.04, 0.01, 0.004  # m: lengths, thickness, tendons from their hinge
+
+
+def linked(links: int, tendon: dict[str, object], **changes: object) -> Robot:
+    """Rigid links on hinges along x, a tendon above and one below each hinge, and the tip as effector.
+
+    Args:
+        links: their number.
+        tendon: fields of all tendons.
+        changes: other tables of the file; without drives the base is fixed.
+    """
+    bodies: list[dict[str, object]] = [{"name": "base"}]
+    if "drives" not in changes:
+        bodies[0]["fixed"] = [{"kind": "all"}]
+    boxes = {"base": ((BASE, SIDE, SIDE), (1, 1, 1))}
+    hinges, cables, before, middle = [], [], "base", 0.5 * SIDE
+    for number in range(links):
+        name, x = f"link{number}", BASE + number * LINK
+        boxes[name] = ((LINK, SIDE, SIDE), (2, 1, 1))
+        bodies.append({"name": name, "rigid": True, "position": [x, 0.0, 0.0]})
+        hinges.append({
+            "kind": "hinge", "region": {"kind": "all", "body": name}, "to": {"kind": "all", "body": before},
+            "axis": [0.0, 1.0, 0.0], "through": [x, middle, middle],
+        })  # fmt: skip
+        before = name
+        for side, arm in (("upper", ARM), ("lower", -ARM)):
+            points = [
+                [x + along, middle, middle + arm] for along in (-0.008, 0.2 * LINK, 0.8 * LINK)
+            ]
+            cables.append(
+                {**CABLE, "name": f"{side}{number}", "points": points, "max_rate": 0.05, **tendon}
+            )
+    tip = [{"name": "tip", "point": [BASE + links * LINK, middle, middle]}]
+    return joined(bodies, boxes, attachments=hinges, cables=cables, effectors=tip, **changes)
