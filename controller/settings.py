@@ -203,8 +203,8 @@ def lightly_damped(robot: Robot, horizon: float) -> bool:
     """Whether decisions keep some vibration of a robot swinging because its damping is light.
 
     Plans see vibrations that take longer than 2π horizons, and slow them down; those of less than two ticks
-    are damped by the steps of the model. Frequencies are looked for only where some between would be damped
-    lightly.
+    are damped by the steps of the model. Where one of two springs goes slack, half of the stiffness is left.
+    Frequencies are looked for only where some between would be damped lightly.
 
     Args:
         robot: of one part.
@@ -218,9 +218,12 @@ def lightly_damped(robot: Robot, horizon: float) -> bool:
     least = np.clip(np.sqrt(a / b) / (2.0 * np.pi) if b > 0.0 else np.inf, *band)
     if damping_ratios(scheme, np.array([*band, least])).min() >= LIGHT_DAMPING:
         return False
+    rest = robot.rest()
+    springs = robot.spring_rows(rest)
     try:
-        found = natural_frequencies(robot.body, robot.rest(), VIBRATIONS)
-    except FactorisationError:  # nothing but contact or cables hold it
+        found = natural_frequencies(robot.body, rest, VIBRATIONS, springs)
+    except FactorisationError:  # nothing but contact or cables without springs hold it
         return False
-    between = found[(found > band[0]) & (found < band[1])]
+    fastest = band[1] * (np.sqrt(2.0) if len(springs) > 0 else 1.0)
+    between = found[(found > band[0]) & (found < fastest)]
     return bool((damping_ratios(scheme, between) < LIGHT_DAMPING).any())

@@ -15,16 +15,19 @@ from tauten.model.system import Integration
 LIGHT_DAMPING = 0.05  # share of critical damping; decisions keep vibrations swinging that have less
 
 
-def natural_frequencies(body: Body, state: State, count: int) -> Array:
-    """The lowest natural frequencies without damping, cables slack, no contact: (count,) [Hz].
+def natural_frequencies(
+    body: Body, state: State, count: int, springs: Array | None = None
+) -> Array:
+    """The lowest natural frequencies without damping, other cables slack, no contact: (count,) [Hz].
 
-    Solves K x = ω² M x with the exact tangent K at the state and the mass M of what is not fixed, drives
-    held.
+    Solves (K + Bᵀ B) x = ω² M x with the exact tangent K at the state and the mass M of what is not fixed,
+    drives held.
 
     Args:
         body: the body; its workspace is left alone.
         state: about which it vibrates.
         count: how many; fewer where the body has few degrees of freedom.
+        springs: (s, n) B, of springs that hold it too, see `Robot.spring_rows` [√(N/m)]; None: no others.
 
     Raises:
         FactorisationError: K is not positive definite, the body is not held or the state not stable.
@@ -32,6 +35,9 @@ def natural_frequencies(body: Body, state: State, count: int) -> Array:
     K, M = body.matrix(body.forces(state, exact=True)[1]), body.matrix(body.masses(state))
     free = np.setdiff1d(np.arange(body.n), body.motor_coordinates)
     K, M = K[:, free][free], M[:, free][free]
+    if springs is not None and len(springs) > 0:
+        B = springs[:, free]
+        K = K + (B.T @ B if isinstance(K, np.ndarray) else sp.csc_array(B).T @ sp.csc_array(B))
     if isinstance(K, np.ndarray):
         found = eigh(K, M, eigvals_only=True)[:count]
         if not found[0] > 0.0:

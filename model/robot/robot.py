@@ -276,6 +276,20 @@ class Robot(Generic[B_co]):
         reaching = self.effectors.rows(motion) if effectors else NO_EFFECTOR_ROWS
         return RobotRows(reaching, self.actuator_set.rows(motion), found)
 
+    def spring_rows(self, state: State) -> Array:
+        """B (s, n) of the springs between motors at rest and what they move, which add Bᵀ B to K [√(N/m)].
+
+        Cables without tension at rest are slack.
+        """
+        laws, none = self.actuators.laws, np.zeros(self.n_a)
+        if laws.springs is None:
+            return np.zeros((0, self.n))
+        flexibility, tension = laws.springs.flexibility, laws.springs.effort(none, none)
+        (acting,) = ((flexibility > 0.0) & (laws.bilateral | (tension > 0.0))).nonzero()
+        rows = self.actuator_set.rows(self.motion(state)).chosen(acting)
+        found: Array = rows / np.sqrt(flexibility[acting])[:, None]
+        return found
+
     def forces(
         self, state: State, effort: Array | None = None, exact: bool = False
     ) -> tuple[Array, Array]:

@@ -92,7 +92,8 @@ def vibration(robot: Robot) -> Finding:
     """The lowest natural frequencies against the control rate."""
     subject = VIBRATION
     try:
-        frequencies = natural_frequencies(robot.body, robot.rest(), FREQUENCIES)
+        rest = robot.rest()
+        frequencies = natural_frequencies(robot.body, rest, FREQUENCIES, robot.spring_rows(rest))
     except FactorisationError:
         return Finding(subject, "wrong", "the body is not held", "check fixed")
     scheme = robot.integration

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from support.robots.bodies import beam_config, box_mesh
+from support.robots.joined import ARM, LINK, SIDE, linked
 
 from tauten.model.beams import Material, Profile, bar, make_beams, tube
 from tauten.model.body import natural_frequencies
 from tauten.model.load import build_robot
 from tauten.model.load.beam_bodies import with_masses
 from tauten.model.mesh import quadratic_mesh
+from tauten.model.numerics import FactorisationError
 from tauten.model.schema import Disc, RobotConfig, SolidMaterialSettings
 
 LENGTH, WIDTH, HEIGHT = 0.2, 0.01, 0.014
@@ -100,3 +102,19 @@ def test_frequencies_are_those_of_the_dense_problem() -> None:
     np.testing.assert_allclose(
         natural_frequencies(robot.body, robot.rest(), 5), expected, rtol=1e-8
     )
+
+
+def test_a_link_between_two_springs_vibrates_about_its_hinge() -> None:
+    """f = √(2 k r² / I) / 2 π, with the inertia of the box about the middle of its end; without them none."""
+    stiffness = 2000.0
+    robot = linked(1, {"spring": {"stiffness": stiffness, "pretension": 1.0}}, integration={})
+    inertia = DENSITY * LINK * SIDE**2 * (LINK**2 / 3.0 + SIDE**2 / 12.0)
+    rest = robot.rest()
+    found = natural_frequencies(robot.body, rest, 1, robot.spring_rows(rest))
+    assert found[0] == pytest.approx(
+        np.sqrt(2.0 * stiffness * ARM**2 / inertia) / (2.0 * np.pi), rel=1e-6
+    )
+    with pytest.raises(FactorisationError):
+        natural_frequencies(robot.body, rest, 1)
+    slack = linked(1, {"min_pull": -0.01, "spring": {"stiffness": stiffness}}, integration={})
+    assert slack.spring_rows(rest).shape == (0, robot.n)
