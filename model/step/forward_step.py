@@ -124,7 +124,8 @@ def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[A
     solved = np.concatenate([kept, zero])
     moved = W[zero[:, None], solved] * lam[solved]  # (e, k + e)
     left = np.abs(delta[zero] + moved.sum(axis=1))
-    equal = bool((left <= EQUAL * (np.abs(delta[zero]) + np.abs(moved).sum(axis=1))).all())
+    terms = np.abs(free[zero]) + np.abs(delta[zero]) + np.abs(moved).sum(axis=1)  # (e,)
+    equal = bool((left <= EQUAL * terms).all())
     return lam, residual, converged and equal
 
 

@@ -101,3 +101,18 @@ def test_the_weight_of_the_energy_does_not_depend_on_the_unit_of_a_pressure() ->
         scale, rel=1e-12
     )
     assert energy_scale(unit @ W @ unit, row_layout(3, 3), open_) != pytest.approx(scale, rel=0.1)
+
+
+def test_a_chamber_that_stands_still_on_a_slider_breaks_no_law() -> None:
+    """Where nothing changes the terms of a row are rounding, which was compared with itself: RELAXED."""
+    root = {"lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}
+    slider = {
+        "name": "slider", "motion": "translation", "region": root, "axis": [1.0, 0.4, -0.7],
+        "max_travel": 0.1, "max_force": 100.0, "max_rate": 1.0,
+    }  # fmt: skip
+    robot = pneumatic_robot(fixed=[], drives=[slider], integration={"scheme": "quasi-static"})
+    controller = Controller(robot, "none")
+    assert controller.settle_start().converged
+    goal = controller.tip + np.array([0.0, 0.0, 0.004])
+    for _ in range(20):
+        assert controller.step(goal).status is Status.OK
