@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from support.processes import run_main
 from support.robots.bodies import box_mesh
+from support.robots.joined import linked
 from support.robots.thumb import coarse_finger_mesh
 
 from tauten.model import Simulator, load_robot
@@ -26,6 +27,7 @@ from tauten.service.check import (
     mesh_error_text,
     robot_check,
 )
+from tauten.service.check.body_findings import body_findings
 from tauten.service.check.certificate import certificate_file
 from tauten.service.process import StopFlag
 from tauten.service.tables import check_page
@@ -361,3 +363,14 @@ def test_a_mesh_that_fails_does_not_cost_the_others(
     assert failed.level == "doubtful"
     assert failed.found == "smoothed elements: NotImplementedError: no smoothed elements today"
     assert "no smoothed elements today" in check_page(result).tables[0].markdown()
+
+
+@pytest.mark.parametrize("links", [1, 3])
+def test_links_that_only_tendons_hold_do_not_sag(links: int) -> None:
+    """They hung from their hinges, tendons slack: `wrong`, with Young's modulus to be checked, and fixed."""
+    robot = linked(links, {"min_pull": -0.004}, gravity=[0.0, 0.0, -9.81], integration={})
+    found = {item.subject: item for item in body_findings(robot)}
+    sag, vibration = found["sag under gravity"], found["natural frequencies"]
+    assert sag.level == vibration.level == "fine"
+    assert float(sag.found.split()[0]) < 0.01  # mm
+    assert vibration.found == "not looked at: nothing but cables holds the body"
