@@ -115,13 +115,12 @@ def export_simulation(
         RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
         OSError: the file cannot be written.
     """
+    if simulation.path is None:
+        raise PathError("an export of a simulation needs a path: give --path, for instance reach")
     with one_blas_thread():
         with stop.interruptible():
             source, path, _ = simulated(simulation)
-        if path is None:
-            raise PathError(
-                "an export of a simulation needs a path: give --path, for instance reach"
-            )
+        assert path is not None
         duration = path.duration if seconds is None else seconds
         return write_html(source.look, following(source, path, duration, stop), file)
 

@@ -73,8 +73,13 @@ def test_no_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_an_export_needs_a_path(
-    beam_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    beam_file: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """It said so after seconds in which the robot was made."""
+    monkeypatch.setattr("tauten.service.view.show.simulated", None)
     html = tmp_path / "beam.html"
     sentence = refused(capsys, beam_file, "--simulate", "--export", html)
     assert sentence == (
