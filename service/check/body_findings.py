@@ -40,8 +40,12 @@ def body_findings(
     if free:
         yield free_bodies(robot, free, lone)
     else:
-        yield sag(robot)
-        yield vibration(robot)
+        alone = frequencies_of(robot)
+        springs = robot.spring_rows(robot.rest())
+        hung = sag(robot, alone is not None)
+        yield hung
+        frequencies = frequencies_of(robot, springs) if len(springs) > 0 else alone
+        yield vibration(robot, frequencies, bool(robot.gravity.any()) and hung.level == "fine")
 
 
 def mass(robot: Robot, density: float | None) -> Finding:
@@ -69,10 +73,13 @@ def free_bodies(robot: Robot, free: tuple[str, ...], lone: tuple[str, ...]) -> F
     return Finding(subject, "doubtful", found, advice)
 
 
-def sag(robot: Robot) -> Finding:
+def sag(robot: Robot, alone: bool) -> Finding:
     """Displacement under gravity with drives at rest and no other effort, relative to the body's size.
 
-    Cables stay where they are too where nothing else holds the body.
+    Args:
+        robot: the robot.
+        alone: whether the body is held where cables are slack. Links on hinges are not, and would fall:
+            cables stay where they are, too, then.
     """
     subject = "sag under gravity"
     if not robot.gravity.any():
@@ -81,7 +88,7 @@ def sag(robot: Robot) -> Finding:
         "check young_modulus [Pa], density [kg/m³], gravity, and mesh.length_unit or profiles [m]"
     )
     simulator = Simulator(robot, contact="none")
-    held = motors(robot) if stands_alone(robot) else ~robot.actuators.laws.held_by_force
+    held = motors(robot) if alone else ~robot.actuators.laws.held_by_force
     position, effort = np.where(held, 0.0, np.nan), np.where(held, np.nan, 0.0)
     if not simulator.settle(position, effort, tolerance=1e-6).converged:
         return Finding(subject, "wrong", "the body does not come to rest", advice)
@@ -92,12 +99,7 @@ def sag(robot: Robot) -> Finding:
     return Finding(subject, level, found, "" if level == "fine" else advice)
 
 
-def stands_alone(robot: Robot) -> bool:
-    """Whether the body is held where cables are slack; links on hinges fall then."""
-    return frequencies_of(robot, None) is not None
-
-
-def frequencies_of(robot: Robot, springs: Array | None) -> Array | None:
+def frequencies_of(robot: Robot, springs: Array | None = None) -> Array | None:
     """The lowest natural frequencies, `springs` as of `natural_frequencies`; None: the body is not held."""
     try:
         found = natural_frequencies(robot.body, robot.rest(), FREQUENCIES, springs)
@@ -106,12 +108,17 @@ def frequencies_of(robot: Robot, springs: Array | None) -> Array | None:
     return found if found[0] > LOWEST else None
 
 
-def vibration(robot: Robot) -> Finding:
-    """The lowest natural frequencies against the control rate."""
+def vibration(robot: Robot, frequencies: Array | None, carried: bool) -> Finding:
+    """The lowest natural frequencies against the control rate.
+
+    Args:
+        robot: the robot.
+        frequencies: (k,) [Hz], None where the body is not held, as of `frequencies_of`.
+        carried: whether it stands still under gravity.
+    """
     subject = VIBRATION
-    frequencies = frequencies_of(robot, robot.spring_rows(robot.rest()))
     if frequencies is None:
-        if robot.gravity.any() and sag(robot).level == "fine":
+        if carried:
             return Finding(subject, "fine", "not looked at: nothing but cables holds the body")
         return Finding(subject, "wrong", "the body is not held", "check fixed")
     scheme = robot.integration
