@@ -62,7 +62,11 @@ def test_a_cube_that_is_heavier_and_more_slippery_than_believed_is_lifted(
 
 @pytest.mark.slow
 def test_decisions_that_count_on_less_friction_lose_less_of_a_slippery_cube() -> None:
+    """1.2 of the weight at 0.8 of the friction needs 1.2 of what the fingers can hold, and 0.9 of it.
+
+    With the default share of 0.66 it needs 0.99: whether the cube slips depends on how it is accelerated.
+    """
     bench = LiftBench(steps=1)
-    most, least = (bench.with_reserve(*reserve).run for reserve in ((0.8, 0.0), (0.66, 0.0)))
+    most, least = (bench.with_reserve(*reserve).run for reserve in ((0.8, 0.0), (0.6, 0.0)))
     assert least.held and least.end_mm < 1.0
     assert least.end_mm < 0.7 * most.end_mm
