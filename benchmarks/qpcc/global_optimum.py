@@ -51,8 +51,8 @@ class GlobalOptimum:
     @property
     def proved(self) -> bool:
         """Whether the objective is the optimum, or no feasible point exists, within 1e-6."""
-        if self.bound == np.inf:
-            return True
+        if not np.isfinite([self.objective, self.bound]).all():
+            return self.bound == np.inf
         return self.objective - self.bound <= 1e-6 * max(abs(self.objective), abs(self.bound))
 
 

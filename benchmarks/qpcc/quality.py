@@ -80,7 +80,7 @@ class Quality:
     Attributes:
         name: of the set.
         problems: how many.
-        empty: of them without any feasible point, left out of the gaps.
+        empty: of them in which no feasible point was found, left out of the gaps.
         unproved: problems whose optimum was not proved in the time of branch and bound; the best known
             value counts.
         gaps: by start.
@@ -221,7 +221,7 @@ def solve_all_ways(case: QpccCase, kinds: tuple[str, ...], tally: _Tally) -> Non
 
 
 def optimum(case: QpccCase, solutions: list[Solution]) -> tuple[float, bool]:
-    """The lowest objective, +inf where there is no feasible point, and whether it is proved."""
+    """The lowest objective, +inf where no feasible point was found, and whether it is proved."""
     problem = case.problem
     found = [one.objective for one in solutions if one.status.usable]
     if case.optimum is not None:

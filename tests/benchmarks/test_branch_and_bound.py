@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.qpcc import branch_and_bound, enumerate_pieces
-from benchmarks.qpcc.global_optimum import dual_value
+from benchmarks.qpcc import branch_and_bound, enumerate_pieces, robot_like
+from benchmarks.qpcc.global_optimum import GlobalOptimum, dual_value
 from tauten.controller.qpcc import UNBOUNDED, Qp, QpAnswer, Qpcc, solve_daqp
 from tauten.model.numerics import Array
 
@@ -74,7 +74,7 @@ def bilevel(rng: np.random.Generator) -> Qpcc:
 def test_proofs_for_bilevel_programs_are_those_of_all_pieces() -> None:
     """Relaxations with a kept workspace called feasible ones infeasible on such problems."""
     rng, proved = np.random.default_rng(1), 0
-    for _ in range(40):
+    for _ in range(60):
         problem = bilevel(rng)
         lowest, _ = enumerate_pieces(problem)
         found = branch_and_bound(problem, None, 5.0)
@@ -84,3 +84,14 @@ def test_proofs_for_bilevel_programs_are_those_of_all_pieces() -> None:
         assert found.bound <= lowest + 1e-6 * max(abs(lowest), 1.0)
         assert found.objective == pytest.approx(lowest, abs=1e-6)
     assert proved >= 20
+
+
+def test_a_search_that_had_no_time_proves_nothing() -> None:
+    """Neither that its point is the best nor that there is none: without a bound it did."""
+    problem = robot_like(np.random.default_rng(0), 3, 10).problem()
+    found = branch_and_bound(problem, None, 0.0)
+    assert np.isfinite(found.objective) and found.bound == -np.inf
+    assert not found.proved
+    assert not GlobalOptimum(np.inf, -np.inf).proved
+    assert not GlobalOptimum(np.inf, 1.0).proved
+    assert GlobalOptimum(np.inf, np.inf).proved
