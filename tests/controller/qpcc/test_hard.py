@@ -113,7 +113,7 @@ def test_cold_starts_of_robots_end_near_the_best_known(
 def test_gaps_of_exactly_zero() -> None:
     """Half of the contacts touch at the start without a force, where many multipliers are not unique."""
     rng = np.random.default_rng(3)
-    missed = 0
+    missed = proved = 0
     for i in range(24):
         n_a, k = [(3, 10), (3, 23), (9, 23)][i % 3]
         problem = robot_like(rng, n_a, k).problem()
@@ -123,7 +123,9 @@ def test_gaps_of_exactly_zero() -> None:
         solution, search = solve_qpcc(problem), branch_and_bound(problem, None, 0.1)
         if np.isfinite(search.objective):
             missed += not solution.objective <= 1.01 * search.objective
+            proved += search.proved
     assert missed == 0
+    assert proved >= 6  # the search begins at the solution
 
 
 @pytest.mark.parametrize("solver", available_backends())

@@ -229,12 +229,29 @@ def test_the_box_stack_of_others_is_solved_with_other_friction_and_pushes(
         assert error < 1e-9 * np.abs(q).max()
 
 
+def missed(problem: FrictionProblem) -> float:
+    """By how much a solution misses Coulomb's law, contact by contact, as a share of the largest |q|.
+
+    0 <= u_n ⟂ r_n >= 0, |r_t| <= μ r_n, |u_t| r_t = -μ r_n u_t; forces in units of u by the diagonal of W.
+    """
+    solution = solve_friction(problem)
+    assert solution.converged
+    shape = (len(problem.mu), problem.dim)
+    size, w = np.abs(problem.q).max(), np.diag(problem.W).reshape(shape)[:, :1]
+    u = (problem.W @ solution.r + problem.q).reshape(shape) / size
+    r = w * solution.r.reshape(shape) / size
+    held, speed = problem.mu * r[:, 0], np.linalg.norm(u[:, 1:], axis=1)
+    apart = np.abs(np.minimum(u[:, 0], r[:, 0])).max()
+    outside = (np.linalg.norm(r[:, 1:], axis=1) - held).max()
+    against = np.abs(speed[:, None] * r[:, 1:] + held[:, None] * u[:, 1:]).max()
+    return float(max(apart, outside, against))
+
+
 def test_problems_that_others_wrote_are_solved(reference: Path) -> None:
     files = sorted((reference / "friction_problems").glob("*.npz"))
     assert len(files) == 35
     small = [file for file in files if not file.stem.startswith(LARGE)]
-    missed = {file.stem for file in small if not solve_friction(read_problem(file)).converged}
-    assert not missed
+    assert {file.stem for file in small if missed(read_problem(file)) > 1e-9} == set()
 
 
 @pytest.mark.slow
@@ -242,4 +259,4 @@ def test_large_problems_that_others_wrote_are_solved(reference: Path) -> None:
     folder = reference / "friction_problems"
     files = [file for name in LARGE for file in folder.glob(f"{name}*.npz")]
     assert len(files) == 4
-    assert all(solve_friction(read_problem(file)).converged for file in files)
+    assert max(missed(read_problem(file)) for file in files) < 1e-9

@@ -64,6 +64,7 @@ def test_training_on_loads_removes_most_of_their_error(
     )
     before = errors(thumb, of_ramp, thumb_basis, 2.0)
     after = errors(thumb, states, thumb_basis, 2.0)
+    assert all(error.lost == 0 for error in after.values())
     for kind in ("tilt", "payload"):
         assert after[kind].largest < 0.3 * before[kind].largest
         assert after[kind].largest < 0.01 * thumb.size
@@ -98,5 +99,5 @@ def test_the_error_against_spheres_falls(tmp_path: Path) -> None:
         states = reduce_states(robot, found[name], space, settings)
         assert (states.origin.pressed_max is None) == (name == "free")
         errors = tip_errors(reduced_robot(robot, states), found["others"], space).error
-        mean[name] = float(np.nanmean(errors))
+        mean[name] = float(np.mean(errors))  # NaN where one has no equilibrium
     assert mean["pressed"] < 0.7 * mean["free"]
