@@ -84,9 +84,11 @@ def test_ctrl_c_at_any_moment(
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGINT)  # as a terminal does
             code = process.wait(START)
-            said = f"{' '.join(words)} after {delay:.2f} s: {output.read_text()[-2000:]}"
+            text = output.read_text()[-2000:]
+            said = f"{' '.join(words)} after {delay:.2f} s: {text}"
             assert code in CODES, said
             assert "Traceback" not in said, said
+            assert sum(line.startswith("tauten: ") for line in text.splitlines()) <= 1, said
             end = time.monotonic() + MOST_TIME
             while alive(process.pid):
                 assert time.monotonic() < end, f"a process is left; {said}"
