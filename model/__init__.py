@@ -3,7 +3,7 @@
 from tauten.model.arguments import of_kind
 from tauten.model.contact import ObstaclePoses
 from tauten.model.contacts import ContactForces, Contacts
-from tauten.model.extension_error import ExtensionError, extension_error
+from tauten.model.extension_error import ExtensionError, extension_error, shape_fault
 from tauten.model.layout import Layout, row_layout
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.mesh_files import MeshError
@@ -154,6 +154,7 @@ __all__ = [
     "default_enrichment",
     "eliminate_rows",
     "extension_error",
+    "shape_fault",
     "force_limits",
     "forward_step",
     "load_robot",

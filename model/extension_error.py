@@ -1,8 +1,10 @@
-"""The error of a function that another package adds and that fails while a robot moves."""
+"""Errors of what another package adds: a function that fails, or that gives what cannot be used."""
 
 from __future__ import annotations
 
 from traceback import walk_tb
+
+import numpy as np
 
 
 class ExtensionError(RuntimeError):
@@ -26,3 +28,18 @@ def extension_error(what: str, error: Exception) -> ExtensionError:
     where = f" ({own[-1][0]}, line {own[-1][1]})" if own else ""
     text = " ".join(str(error).split())
     return ExtensionError(f"{what} has failed with {type(error).__name__}: {text}{where}")
+
+
+def shape_fault(*parts: tuple[str, object, tuple[int, ...]]) -> str:
+    """What is wrong with what a function of another package gives; "" where nothing is.
+
+    Args:
+        parts: name, what was given, and the shape that it should have, of each part in turn.
+    """
+    for name, found, shape in parts:
+        array = np.asarray(found) if isinstance(found, float | int | np.number) else found
+        if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":
+            return f"gives {name} as a {type(found).__name__}, expected is an array of numbers"
+        if array.shape != shape:
+            return f"gives {name} of the shape {array.shape}, expected is {shape}"
+    return ""

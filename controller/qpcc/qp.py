@@ -21,7 +21,7 @@ import daqp
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from tauten.model import ExtensionError, extension_error
+from tauten.model import ExtensionError, extension_error, shape_fault
 from tauten.model.load import extension, extension_names
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
@@ -98,7 +98,7 @@ class AddedBackend:
         """Solve a problem.
 
         Raises:
-            ExtensionError: the function has failed, or has given no answer.
+            ExtensionError: the function has failed, or has given no answer of the right shapes.
         """
         try:
             answer = self.solve(qp)
@@ -107,6 +107,13 @@ class AddedBackend:
         if not isinstance(answer, QpAnswer):
             kind = type(answer).__name__
             raise ExtensionError(f"QP solver {self.name!r} gives a {kind}, expected is a QpAnswer")
+        y, multipliers = (
+            ("y", answer.y, qp.f.shape),
+            ("multipliers", answer.multipliers, qp.lower.shape),
+        )
+        fault = shape_fault(y, multipliers)
+        if fault:
+            raise ExtensionError(f"QP solver {self.name!r} {fault}")
         return answer
 
 

@@ -24,6 +24,7 @@ from tauten.model.actuators.transmission import (
     Transmitted,
     make_transmissions,
     second_derivative,
+    transmitted_fault,
 )
 
 __all__ = [
@@ -56,6 +57,7 @@ __all__ = [
     "nodal_curvature",
     "open_edges",
     "second_derivative",
+    "transmitted_fault",
     "volumes",
     "winding",
 ]

@@ -14,7 +14,7 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from tauten.model.extension_error import ExtensionError, extension_error
+from tauten.model.extension_error import ExtensionError, extension_error, shape_fault
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.points import Entries, Motion
 from tauten.model.rows import Jacobian, Rows, dense
@@ -41,6 +41,16 @@ class Transmitted:
     value: float
     gradient: Array
     curvature: Array | None = None
+
+
+def transmitted_fault(found: object, k: int) -> str:
+    """What is wrong with what a function of k points gives; "" where nothing is."""
+    if not isinstance(found, Transmitted):
+        return f"gives a {type(found).__name__}, expected is a Transmitted"
+    parts = ("the value", found.value, ()), ("the gradient", found.gradient, (k, 3))
+    if found.curvature is None:
+        return shape_fault(*parts)
+    return shape_fault(*parts, ("the curvature", found.curvature, (3 * k, 3 * k)))
 
 
 class Transmission(Protocol):
@@ -83,21 +93,18 @@ class TransmissionSet(Generic[P_co]):
         """All functions at positions y (p, 3) of their points [m].
 
         Raises:
-            ExtensionError: one fails, or gives a derivative of another shape than at rest.
+            ExtensionError: one fails, or gives something else than numbers of the right shapes.
         """
         parts = zip(self.names, self.functions, self.starts[:-1], self.starts[1:], strict=True)
         found = []
         for name, function, first, end in parts:
             try:
                 one = function.at(y[first:end])
-                shape = one.gradient.shape
             except Exception as error:
                 raise extension_error(f"actuator {name!r}", error) from error
-            if shape != (end - first, 3):
-                raise ExtensionError(
-                    f"actuator {name!r} gives a derivative of the shape {shape}, expected is "
-                    f"{(int(end - first), 3)}"
-                )
+            fault = transmitted_fault(one, int(end - first))
+            if fault:
+                raise ExtensionError(f"actuator {name!r} {fault}")
             found.append(one)
         return found
 

@@ -29,7 +29,7 @@ from tauten.model.contact.self_contact import (
     mean_edge,
     neighbours_at_rest,
 )
-from tauten.model.contact.shapes import SHAPES, PlaneShape, Shape
+from tauten.model.contact.shapes import SHAPES, PlaneShape, Shape, distances_fault
 from tauten.model.contact.sides import apart
 from tauten.model.contact.triangle_tree import box_tree
 
@@ -57,6 +57,7 @@ __all__ = [
     "blocks_of",
     "box_tree",
     "contact_rows",
+    "distances_fault",
     "heights_of_file",
     "holes_before_obstacles",
     "holes_between",

@@ -16,8 +16,8 @@ from typing import cast
 
 import numpy as np
 
-from tauten.model.contact.shapes import DrawnShape, NearShape, Shape
-from tauten.model.extension_error import extension_error
+from tauten.model.contact.shapes import DrawnShape, NearShape, Shape, distances_fault, outline_fault
+from tauten.model.extension_error import ExtensionError, extension_error
 from tauten.model.numerics import Array, Ints, product, rotations_between, turned
 
 
@@ -253,14 +253,18 @@ class Obstacle:
             reach: distance up to which all are wanted [m].
 
         Raises:
-            ExtensionError: the shape of another package has failed.
+            ExtensionError: the shape of another package has failed, or gives no distances.
         """
         if hasattr(self.shape, "closest_within"):  # faster than to ask for the protocol
             return cast(NearShape, self.shape).closest_within(points, reach)
         try:
-            gap, normal = self.shape.closest(points)
+            found = self.shape.closest(points)
         except Exception as error:
             raise extension_error(f"shape of obstacle {self.name!r}", error) from error
+        fault = distances_fault(found, len(points))
+        if fault:
+            raise ExtensionError(f"shape of obstacle {self.name!r} {fault}")
+        gap, normal = found
         unknown = np.isnan(gap)
         if np.logical_or.reduce(unknown):
             unknown &= np.isfinite(points).all(axis=1)
@@ -276,10 +280,22 @@ class Obstacle:
             pose: of the obstacle.
             centre: (3,) in the robot's frame that shapes without end are drawn around [m].
             extent: how much of them is drawn [m].
+
+        Raises:
+            ExtensionError: the shape of another package has failed, or gives no triangles.
         """
         if not isinstance(self.shape, DrawnShape):
             return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
-        return self.shape.outline((centre - pose.position) @ pose.Q, extent)
+        what = f"outline of the shape of obstacle {self.name!r}"
+        try:
+            found = self.shape.outline((centre - pose.position) @ pose.Q, extent)
+        except Exception as error:
+            raise extension_error(what, error) from error
+        fault = outline_fault(found)
+        if fault:
+            raise ExtensionError(f"{what} {fault}")
+        vertices, triangles = found
+        return vertices, triangles
 
 
 @dataclass(frozen=True, eq=False)

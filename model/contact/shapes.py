@@ -11,6 +11,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from tauten.model.contact.outlines import RodOutline, across, box, square
+from tauten.model.extension_error import shape_fault
 from tauten.model.numerics import Array, Ints, kernel
 
 _SHORTEST = 1e-9  # m, below which a length is none
@@ -50,6 +51,28 @@ class DrawnShape(Shape, Protocol):
             centre: (3,) of the robot: shapes without end are drawn around it [m].
             extent: how much of a shape without end is drawn [m].
         """
+
+
+def distances_fault(found: object, m: int) -> str:
+    """What is wrong with what a shape gives for m points; "" where nothing is."""
+    if not isinstance(found, tuple | list) or len(found) != 2:
+        return f"gives a {type(found).__name__}, expected is a tuple of distances and normals"
+    gap, normal = found
+    return shape_fault(("distances", gap, (m,)), ("normals", normal, (m, 3)))
+
+
+def outline_fault(found: object) -> str:
+    """What is wrong with the outline that a shape gives; "" where nothing is."""
+    if not isinstance(found, tuple | list) or len(found) != 2:
+        return f"gives a {type(found).__name__}, expected is a tuple of vertices and triangles"
+    vertices, triangles = found
+    v, t = (len(one) if np.ndim(one) else 0 for one in found)
+    fault = shape_fault(("vertices", vertices, (v, 3)), ("triangles", triangles, (t, 3)))
+    if fault or t == 0:
+        return fault
+    if triangles.dtype.kind not in "iu" or triangles.min() < 0 or triangles.max() >= v:
+        return f"gives triangles that are not three numbers of its {v} vertices, counted from 0"
+    return "" if np.isfinite(vertices).all() else "gives vertices that are not finite"
 
 
 class PlaneShape:

@@ -9,6 +9,7 @@ from tauten.model.effectors.measure import (
     Measurement,
     PositionMeasure,
     VolumeMeasure,
+    measurement_fault,
 )
 
 __all__ = [
@@ -21,4 +22,5 @@ __all__ = [
     "PositionMeasure",
     "VolumeMeasure",
     "frame_coefficients",
+    "measurement_fault",
 ]

@@ -8,8 +8,8 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from tauten.model.effectors.measure import Measure, Measurement
-from tauten.model.extension_error import extension_error
+from tauten.model.effectors.measure import Measure, Measurement, measurement_fault
+from tauten.model.extension_error import ExtensionError, extension_error
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Entries, Motion, OuterForces
 from tauten.model.rows import EffectorRows, Rows
@@ -56,18 +56,26 @@ class Effectors(Generic[P_co]):
         """Every effector for positions y (P, 3) of the points [m].
 
         Raises:
-            ExtensionError: the function of another package has failed.
+            ExtensionError: the function of another package has failed, or gives no measurement.
         """
         starts, found = self.starts.tolist(), list[Measurement]()
         for i, (measure, first, end) in enumerate(
             zip(self.measures, starts[:-1], starts[1:], strict=True)
         ):
-            try:
-                found.append(measure.at(y[first:end]))
-            except Exception as error:
-                if self.layout.kinds[i] != "function":
-                    raise
-                raise extension_error(f"effector {self.layout.names[i]!r}", error) from error
+            added = self.layout.kinds[i] == "function"
+            found.append(self._added(i, y[first:end]) if added else measure.at(y[first:end]))
+        return found
+
+    def _added(self, i: int, y: Array) -> Measurement:
+        """Effector i, which is a function of another package, for positions y (P, 3) of its points [m]."""
+        what = f"effector {self.layout.names[i]!r}"
+        try:
+            found = self.measures[i].at(y)
+        except Exception as error:
+            raise extension_error(what, error) from error
+        fault = measurement_fault(found, len(y))
+        if fault:
+            raise ExtensionError(f"{what} {fault}")
         return found
 
     def over(self, points: Other) -> Effectors[Other]:

@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from tauten.model.actuators import volumes
+from tauten.model.extension_error import shape_fault
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Paths, path_lengths
 
@@ -32,6 +33,18 @@ class Measurement:
     delta: Array
     position: Array
     gradient: Array
+
+
+def measurement_fault(found: object, P: int) -> str:
+    """What is wrong with what a function of P points gives; "" where nothing is."""
+    if not isinstance(found, Measurement):
+        return f"gives a {type(found).__name__}, expected is a Measurement"
+    return shape_fault(
+        ("the values", found.values, (1,)),
+        ("delta", found.delta, (1,)),
+        ("the position", found.position, (3,)),
+        ("the gradient", found.gradient, (1, P, 3)),
+    )
 
 
 class Measure(Protocol):

@@ -3,7 +3,7 @@
 from tauten.model.load.beam_bodies import beam_network
 from tauten.model.load.beams import groups
 from tauten.model.load.bodies import Bodies, build_bodies, mesh_files, read_bodies
-from tauten.model.load.extensions import extension, extension_names, made
+from tauten.model.load.extensions import check_interface, extension, extension_names, made
 from tauten.model.load.robot import (
     build_robot,
     command_name,
@@ -21,6 +21,7 @@ __all__ = [
     "build_bodies",
     "build_robot",
     "command_name",
+    "check_interface",
     "extension",
     "extension_names",
     "made",

@@ -25,6 +25,7 @@ from tauten.model.contact import (
     PlaneShape,
     PoseStream,
     Shape,
+    distances_fault,
     heights_of_file,
     holes_before_obstacles,
     holes_between,
@@ -160,7 +161,7 @@ def build_shape(item: ObstacleSettings, source: str) -> Shape:
         known = ", ".join([*SHAPES, *FROM_FILES, *extension_names(CONTACT_SHAPES)])
         raise RobotFileError(f"{field}.shape: {item.shape!r} is unknown, found are {known}")
     folder = (Path(source).parent,) if item.shape in FROM_FILES else ()
-    shape: Shape = made(make, field, item.parameters, *folder)
+    shape: Shape = made(make, Shape, field, item.parameters, *folder)
     return shape
 
 
@@ -183,17 +184,12 @@ def check_obstacle(obstacle: Obstacle, points: Array, depth: float, where: str) 
     """
     start, m = obstacle.start, len(points)
 
-    def closest(own: Array) -> tuple[Array, Array]:
-        gap, normal = obstacle.shape.closest(own)
-        return gap, normal
-
     own = (points - start.position) @ start.Q
-    gap, normal = at_rest(closest, f"{where}.against: the shape", tuple, own)
-    if np.shape(gap) != (m,) or np.shape(normal) != (m, 3):
-        raise RobotFileError(
-            f"{where}.against: the shape gives distances and normals of the shapes {np.shape(gap)} and "
-            f"{np.shape(normal)} for {m} points, expected are {(m,)} and {(m, 3)}"
-        )
+    found = at_rest(obstacle.shape.closest, f"{where}.against: the shape", own)
+    fault = distances_fault(found, m)
+    if fault:
+        raise RobotFileError(f"{where}.against: the shape {fault}")
+    gap, normal = found
     if not np.isfinite(gap).all():
         raise RobotFileError(f"{where}.against: the shape gives distances that are not finite")
     off = np.abs(np.linalg.norm(normal, axis=1) - 1.0)

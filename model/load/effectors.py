@@ -14,11 +14,12 @@ from tauten.model.effectors import (
     FrameMeasure,
     LengthMeasure,
     Measure,
-    Measurement,
     PositionMeasure,
     VolumeMeasure,
     frame_coefficients,
+    measurement_fault,
 )
+from tauten.model.extension_error import shape_fault
 from tauten.model.load.actuators import faces_of, wall_of_cavity
 from tauten.model.load.extensions import at_rest, made, required_extension
 from tauten.model.load.places import BeamPlaces, MeshPlaces, Places, Positions
@@ -151,17 +152,14 @@ def function_measure(item: EffectorSettings, what: str) -> Measure:
     assert item.measure is not None and item.points is not None
     make = required_extension(EFFECTORS, item.measure, f"{what}.measure")
     rest = np.array(item.points)
-    measure: Measure = made(make, what, item.parameters or {}, rest)
-    found = at_rest(measure.at, f"{what}.measure", Measurement, rest)
-    parts = found.values, found.delta, found.position, found.gradient
-    shapes, expected = [np.shape(part) for part in parts], [(1,), (1,), (3,), (1, len(rest), 3)]
-    carrier = np.shape(np.asarray(getattr(measure, "carrier", None)))
-    if shapes != expected or carrier != (len(rest),):
-        raise RobotFileError(
-            f"{what}.measure: {item.measure!r} gives values, delta, position and gradient of the shapes "
-            f"{shapes}, and a carrier {carrier}; expected are {expected}, and {(len(rest),)}"
-        )
-    if not (np.isfinite(found.values).all() and np.isfinite(found.gradient).all()):
+    measure: Measure = made(make, Measure, what, item.parameters or {}, rest)
+    found = at_rest(measure.at, f"{what}.measure", rest.copy())
+    carrier = shape_fault(("the carrier", measure.carrier, (len(rest),)))
+    fault = measurement_fault(found, len(rest)) or carrier
+    if fault:
+        raise RobotFileError(f"{what}.measure: {item.measure!r} {fault}")
+    parts = found.values, found.delta, found.position, found.gradient, measure.carrier
+    if not all(np.isfinite(part).all() for part in parts):
         raise RobotFileError(f"{what}.measure: {item.measure!r} is not finite at rest")
     return measure
 

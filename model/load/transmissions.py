@@ -7,7 +7,12 @@ from typing import TypeVar
 
 import numpy as np
 
-from tauten.model.actuators import Transmission, TransmissionSet, Transmitted, make_transmissions
+from tauten.model.actuators import (
+    Transmission,
+    TransmissionSet,
+    make_transmissions,
+    transmitted_fault,
+)
 from tauten.model.load.extensions import at_rest, made, required_extension
 from tauten.model.load.places import Places
 from tauten.model.numerics import Array
@@ -68,17 +73,12 @@ def transmission(item: TransmissionSettings, what: str, rest: Array) -> Transmis
         RobotFileError: no package has the function, or it does not give a number with its derivative.
     """
     make = required_extension(ACTUATORS, item.function, f"{what}.function")
-    function: Transmission = made(make, what, item.parameters, rest)
-    found, k = at_rest(function.at, f"{what}.function", Transmitted, rest.copy()), len(rest)
-    shapes, expected = [np.shape(found.value), np.shape(found.gradient)], [(), (k, 3)]
-    if found.curvature is not None:
-        shapes.append(np.shape(found.curvature))
-        expected.append((3 * k, 3 * k))
-    if shapes != expected:
-        raise RobotFileError(
-            f"{what}.function: {item.function!r} gives value, gradient and curvature of the shapes {shapes}, "
-            f"expected are {expected}"
-        )
-    if not (np.isfinite(found.value) and np.isfinite(found.gradient).all()):
+    function: Transmission = made(make, Transmission, what, item.parameters, rest)
+    found = at_rest(function.at, f"{what}.function", rest.copy())
+    fault = transmitted_fault(found, len(rest))
+    if fault:
+        raise RobotFileError(f"{what}.function: {item.function!r} {fault}")
+    parts = found.value, found.gradient, 0.0 if found.curvature is None else found.curvature
+    if not all(np.isfinite(part).all() for part in parts):
         raise RobotFileError(f"{what}.function: {item.function!r} is not finite at rest")
     return function

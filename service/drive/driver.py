@@ -71,16 +71,11 @@ def make_driver(name: str) -> Driver:
 
     Raises:
         DriverError: there is none.
-        RobotFileError: its package cannot be imported, or needs arguments to make it.
+        RobotFileError: its package cannot be imported, or what it has makes no driver without arguments.
     """
     make = extension(GROUP, name)
     if make is None:
         known = ", ".join(extension_names(GROUP)) or "none"
         raise DriverError(f"no driver {name!r}; installed packages have: {known}")
-    driver: Driver = made(make, f"driver {name}", {})
-    methods = [one for one in vars(Driver) if not one.startswith("_")]
-    lacking = [one for one in methods if not callable(getattr(driver, one, None))]
-    if lacking:
-        kind = type(driver).__name__
-        raise DriverError(f"driver {name} is of {kind}, which lacks {', '.join(lacking)}")
+    driver: Driver = made(make, Driver, f"driver {name}", {})
     return driver

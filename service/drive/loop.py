@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 import zenoh
 
+from tauten.model import extension_error
 from tauten.model.numerics import Array
 from tauten.service.drive.driver import Driver, DriverError, Measured
 from tauten.service.link import announced
@@ -60,6 +61,31 @@ _LEAST_SILENCE = 0.2  # s
 _HEALTH_PERIOD = 1.0  # s
 # s for which a call of a driver may last after a request to stop, and `deactivate`, which may move the robot
 _PATIENCE, _LONGEST_DEACTIVATION = 1.0, 10.0
+
+
+def driver_failure(robot: str, what: str) -> DriverError:
+    """The error of a robot's driver that fails."""
+    return DriverError(f"the driver of {robot} fails: {what}")
+
+
+@contextmanager
+def hardware_of(robot: str, driver: Driver) -> Iterator[None]:
+    """Name the driver of a robot where its hardware fails, or its code, which is that of another package.
+
+    Raises:
+        DriverError: its hardware does.
+        ExtensionError: its code does.
+    """
+    try:
+        yield
+    except DriverError:
+        raise
+    except OSError as error:
+        raise driver_failure(robot, str(error)) from error
+    except Exception as error:
+        if type(driver).__module__.startswith("tauten."):
+            raise
+        raise extension_error(f"the driver of {robot}", error) from error
 
 
 class DriveLoop:
@@ -151,7 +177,7 @@ class DriveLoop:
                 check_node(self._session, self._robot)
             position = np.clip(np.array(actuation.position), *self._position_limits)
             effort = np.clip(np.array(actuation.effort), *self._effort_limits)
-            with self._hardware():
+            with hardware_of(self._robot.name, self._driver):
                 if not self.active:
                     self.active = True  # from when on the driver has to be deactivated
                     self._driver.activate()
@@ -170,7 +196,7 @@ class DriveLoop:
         Raises:
             DriverError: that is no measurement of this robot.
         """
-        with self._hardware():
+        with hardware_of(self._robot.name, self._driver):
             found: object = self._driver.read()
         if not isinstance(found, Measured):
             raise self._failure(f"its read() returns {type(found).__name__}, expected Measured")
@@ -200,25 +226,13 @@ class DriveLoop:
         return array
 
     def _failure(self, what: str) -> DriverError:
-        return DriverError(f"the driver of {self._robot.name} fails: {what}")
-
-    @contextmanager
-    def _hardware(self) -> Iterator[None]:
-        """Name the driver where its hardware fails.
-
-        Raises:
-            DriverError: it does.
-        """
-        try:
-            yield
-        except OSError as error:
-            raise self._failure(str(error)) from error
+        return driver_failure(self._robot.name, what)
 
     def _pause(self, why: str, level: int = logging.WARNING) -> None:
         if self.active:
             self.active = False
             log.log(level, "%s: the driver of %s is deactivated", why, self._robot.name)
-            with self._hardware():
+            with hardware_of(self._robot.name, self._driver):
                 self._driver.deactivate()
 
     def _read_actuation(self) -> Joints | None:
@@ -307,7 +321,7 @@ def drive(
         if not wait_for(session, keys.token, stop):
             return
         description = ask_description(session, keys)
-        with stop.interruptible():
+        with stop.interruptible(), hardware_of(robot, driver):
             driver.configure(description, options)
         typestore()
         run_driver(session, description, driver, True, stop)

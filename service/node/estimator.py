@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from tauten.model import Robot, RobotFileError
-from tauten.model.load import extension, extension_names
+from tauten.model import Robot, RobotFileError, extension_error
+from tauten.model.load import check_interface, extension, extension_names
 from tauten.model.numerics import Array
 from tauten.service.node.feedback import LARGEST, Feedback
 from tauten.service.settings import ServiceSettings
@@ -63,9 +63,7 @@ def make_estimator(robot: Robot, settings: ServiceSettings) -> Estimator:
         estimator: Estimator = make(robot, settings)
     except ValueError as error:
         raise RobotFileError(f"{what}: {error}") from error
-    methods = [one for one in vars(Estimator) if not one.startswith("_")]
-    lacking = [one for one in methods if not callable(getattr(estimator, one, None))]
-    if lacking:
-        kind = type(estimator).__name__
-        raise RobotFileError(f"{what} makes a {kind}, which lacks {', '.join(lacking)}")
+    except Exception as error:
+        raise RobotFileError(str(extension_error(what, error))) from error
+    check_interface(estimator, Estimator, what)
     return estimator

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -325,8 +327,18 @@ class MeasuredLoop:
         Raises:
             ExtensionError: it has failed.
         """
-        try:
+        with self._named():
             return self._estimator.update(predicted, measured, seconds)
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """Name the estimator where it fails.
+
+        Raises:
+            ExtensionError: it does.
+        """
+        try:
+            yield
         except Exception as error:
             raise extension_error(f"estimator {self._settings.estimator!r}", error) from error
 
@@ -334,7 +346,8 @@ class MeasuredLoop:
         """Start again after a reset, and after an enable where measurements were not plausible."""
         fault = bool(self._check.fault) and command is OperatorCommand.ENABLE
         if fault or command is OperatorCommand.RESET:
-            self._estimator.reset()
+            with self._named():
+                self._estimator.reset()
             self.correction = np.zeros_like(self.correction)
             self._check.reset()
             self._reason = ""

@@ -278,7 +278,9 @@ def test_answers_of_a_wrong_shape_are_refused(
     package: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(package.McKibben, "at", lambda self, y: Transmitted(0.0, y[0]))
-    with pytest.raises(RobotFileError, match=r"of the shapes \[\(\), \(3,\)\], expected are"):
+    with pytest.raises(
+        RobotFileError, match=r"gives the gradient of the shape \(3,\), expected is"
+    ):
         small_body("linear", transmissions=[muscle()])
 
 
@@ -290,7 +292,9 @@ def test_a_derivative_that_changes_its_shape_is_named(
     monkeypatch.setattr(
         package.McKibben, "at", lambda self, y: Transmitted(0.0, usual(self, y).gradient[:1])
     )
-    with pytest.raises(ExtensionError, match=r"of the shape \(1, 3\), expected is \(2, 3\)"):
+    with pytest.raises(
+        ExtensionError, match=r"gradient of the shape \(1, 3\), expected is \(2, 3\)"
+    ):
         robot.rows(robot.rest(), contacts=False)
 
 

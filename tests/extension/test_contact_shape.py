@@ -167,5 +167,7 @@ def test_what_is_no_shape_is_refused(package: ModuleType, monkeypatch: pytest.Mo
     with pytest.raises(RobotFileError, match=r"contacts\.0\.against: the shape gives the normal"):
         ringed()
     monkeypatch.setattr(package.Ring, "closest", lambda self, points: (points, points))
-    with pytest.raises(RobotFileError, match="distances and normals of the shapes"):
+    with pytest.raises(
+        RobotFileError, match=r"gives distances of the shape \(\d+, 3\), expected is"
+    ):
         ringed()

@@ -22,6 +22,7 @@ from support.nodes import answering as node
 from support.processes import run_main
 from support.robots.my_package import write_package
 
+from tauten.model import ExtensionError
 from tauten.model.numerics import Array
 from tauten.service.describing import describe
 from tauten.service.drive import Driver, DriverError, Measured, drive, make_driver
@@ -180,7 +181,7 @@ def test_a_board_that_falls_silent_ends_the_driver(
 class Stuck(Driver):
     """Hardware whose measurement never comes, or fails."""
 
-    def __init__(self, error: OSError | None = None) -> None:
+    def __init__(self, error: Exception | None = None) -> None:
         self.calls: list[str] = []
         self.error = error
 
@@ -261,6 +262,17 @@ def test_hardware_that_fails_is_named_and_deactivated(beam_file: Path) -> None:
     """Also where only a part of it has been activated."""
     driver = Stuck(OSError(5, "Input/output error"))
     with pytest.raises(DriverError, match=r"the driver of beam fails: .*Input/output error"):
+        driven(driver, beam_file)
+    assert driver.calls == ["configure", "activate", "deactivate"]
+
+
+@pytest.mark.long
+def test_code_of_a_driver_that_fails_is_named_with_its_line(beam_file: Path) -> None:
+    """It was a traceback with exit code 1."""
+    driver = Stuck(KeyError("motor"))
+    with pytest.raises(
+        ExtensionError, match=r"driver of beam has failed with KeyError: 'motor' \("
+    ):
         driven(driver, beam_file)
     assert driver.calls == ["configure", "activate", "deactivate"]
 

@@ -254,7 +254,7 @@ def test_a_function_that_nobody_has_or_of_a_wrong_shape_is_refused(
         small_body("linear", effectors=[POINT])
     monkeypatch.setattr(package.Spread, "at", lambda self, y: Measurement(y, y, y, y))
     with pytest.raises(
-        RobotFileError, match="gives values, delta, position and gradient of the shapes"
+        RobotFileError, match=r"gives the values of the shape \(3, 3\), expected is \(1,\)"
     ):
         small_body("linear", effectors=[SPREAD])
     monkeypatch.setattr(package.Spread, "at", lambda self, y: nowhere(usual(self, y)))
