@@ -43,7 +43,8 @@ def test_every_solution_is_exact_or_says_that_it_is_not(name: str) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", RECORDED)
-def test_nearly_all_are_within_a_percent_of_the_best_known(name: str) -> None:
+def test_nearly_all_are_within_a_percent_of_the_best_of_three_starts(name: str) -> None:
+    """Whether there is a better one that none finds: `python -m benchmarks qpcc`."""
     cold_close = warm_close = 0
     steps = recorded(name)[::3]
     for step in steps:
