@@ -24,6 +24,7 @@ from tauten.service.check.actuator_findings import actuator_findings
 from tauten.service.check.body_findings import VIBRATION, body_findings, not_held
 from tauten.service.check.contact_findings import contact_finding, untouched
 from tauten.service.check.control_findings import control_findings
+from tauten.service.check.extension_findings import extension_findings
 from tauten.service.check.findings import Finding, Level, worst
 from tauten.service.check.mesh_error import MESH_ERROR, MeshErrorEstimate, estimate_error
 from tauten.service.check.mesh_findings import chamber_findings, mesh_findings
@@ -141,6 +142,7 @@ def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         free = tuple(body.name for body in config.bodies if body.free)
         lone = untouched(robot, bodies, config)
         findings += tuple(body_findings(robot, free, lone, least_density(config)))
+        findings += tuple(extension_findings(robot))
         if config.meshes:
             findings += (contact_finding(robot, bodies, config.contact.tolerance),)
         progress(0.08, own.name)
