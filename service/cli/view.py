@@ -84,7 +84,7 @@ def view(
     with stop_on_signals() as stop:
         if export is not None:
             if is_log:
-                count = viewer.export_log(Path(robot), export, against, recorded_paths)
+                count = viewer.export_log(Path(robot), export, stop, against, recorded_paths)
             else:
                 count = viewer.export_simulation(simulation, seconds, export, stop)
             typer.echo(f"{export}: {count} frames")

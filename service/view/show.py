@@ -7,6 +7,7 @@ import webbrowser
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 
 from tauten.controller import Order
@@ -192,9 +193,20 @@ def view_log(
 
 
 def export_log(
-    log_file: Path, file: Path, against: str | None = None, recorded_paths: bool = False
+    log_file: Path,
+    file: Path,
+    stop: StopFlag,
+    against: str | None = None,
+    recorded_paths: bool = False,
 ) -> int:
     """Write a log's run to an HTML file; returns the number of frames.
+
+    Args:
+        log_file: of the run.
+        file: to write.
+        stop: ends it early, with what there is.
+        against: robot to use instead of the log's own.
+        recorded_paths: whether the files that the log names may be opened.
 
     Raises:
         LogError: no log, a damaged one, or one that does not fit the robot.
@@ -202,8 +214,10 @@ def export_log(
         OSError: the file cannot be written.
     """
     with one_blas_thread():
-        recorded = _recorded(log_file, against, recorded_paths)
-        frames = (frame for frame in recorded.frames() if frame is not None)
+        with stop.interruptible():
+            recorded = _recorded(log_file, against, recorded_paths)
+        shown = takewhile(lambda _: not stop.requested, recorded.frames())
+        frames = (frame for frame in shown if frame is not None)
         return write_html(recorded.look, frames, file)
 
 

@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,6 +16,7 @@ import pytest
 from support.processes import START, forked, run_main, start
 from support.robots.hanging import hanging_beam
 
+from tauten.service.frames import RecordedRobot, ViewFrame
 from tauten.service.plant import DemoError, DemoSettings, child, run_demo
 from tauten.service.plant.demo import FIGURE, LOG, REPORT, TARGETS, slow_plant
 from tauten.service.process import StopFlag, alone_in
@@ -81,7 +83,27 @@ def test_its_folder_opens_at_a_colleague_s(folder: Path, tmp_path: Path) -> None
     assert (there / "beam.vtu").is_file()
     log = there / LOG
     assert replay(log, tolerance=1e-9).same
-    assert export_log(log, tmp_path / "run.html", None, recorded_paths=False) > 10
+    assert export_log(log, tmp_path / "run.html", StopFlag()) > 10
+
+
+@pytest.mark.long
+def test_an_export_of_its_log_ends_with_ctrl_c(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The whole log was replayed first, as long as it took; the page has what there is."""
+    stop, usual = StopFlag(), RecordedRobot.frames
+
+    def frames(recorded: RecordedRobot) -> Iterator[ViewFrame | None]:
+        for number, frame in enumerate(usual(recorded)):
+            if number == 5:
+                stop.request()
+            assert number < 6, "after the request"
+            yield frame
+
+    monkeypatch.setattr(RecordedRobot, "frames", frames)
+    html = tmp_path / "run.html"
+    assert 0 < export_log(folder / LOG, html, stop, recorded_paths=True) <= 5
+    assert html.stat().st_size > 1000
 
 
 @pytest.mark.long
