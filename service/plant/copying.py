@@ -14,6 +14,7 @@ from typing import Any
 
 from tauten.model.load import shipped_folder
 from tauten.model.schema import RobotFileError, read_toml
+from tauten.reduction import atomic_write
 
 SUFFIXES = ("", ".basis", ".states", ".toml")  # that the name of a file may be without
 
@@ -59,11 +60,15 @@ def robot_copies(file: Path, basis: str | None, folder: Path) -> Copies:
 
 
 def write_copies(copies: Copies) -> None:
-    """Write copies of files that are not there yet."""
+    """Write copies of files that are not there yet.
+
+    Raises:
+        OSError: one cannot be written; nothing is left of it.
+    """
     for target, contents in copies.items():
         if not target.exists():
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(contents)
+            with atomic_write(target) as file:
+                file.write(contents)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import signal
 import subprocess
 import sys
@@ -131,3 +132,18 @@ def test_a_process_that_ctrl_c_ended_has_not_failed(tmp_path: Path) -> None:
         process.wait(10)
         with pytest.raises(DemoError, match="ended with 3: Traceback"):
             Child("serve", process, output).check()
+
+
+def test_a_full_disk_is_named_and_leaves_no_part_of_a_copy(tmp_path: Path) -> None:
+    """No file was named, and half of a robot file was left, for which the next demo refused the folder."""
+    target, usual = tmp_path / "demo" / "beam.toml", resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(
+        resource.RLIMIT_FSIZE, (100, usual[1])
+    )  # of each file, as a disk that is full
+    try:
+        with pytest.raises(OSError, match="large") as caught:
+            write_copies({target: bytes(1000)})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, usual)
+    assert caught.value.filename == str(target)
+    assert not list(target.parent.iterdir())
