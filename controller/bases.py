@@ -43,7 +43,10 @@ def load_contact(robot: Robot, path: Path, name: str) -> Literal["none", "full"]
         basis = ContactBasis.load(found)
     except BasisError as error:
         raise BasisError(f"{error}{_or_beside(found, path, BASIS)}") from error
-    return basis.fitted(robot)
+    try:
+        return basis.fitted(robot)
+    except BasisError as error:
+        raise BasisError(f"{found}: {error}") from error
 
 
 def load_states(
@@ -59,9 +62,12 @@ def load_states(
         states = StateBasis.load(found)
     except StateBasisError as error:
         raise StateBasisError(f"{error}{_or_beside(found, path, STATES)}") from error
-    states.check_robot(robot)
-    if not accept_error:
-        states.check_tip(settings.max_tip_error)
+    try:
+        states.check_robot(robot)
+        if not accept_error:
+            states.check_tip(settings.max_tip_error)
+    except StateBasisError as error:
+        raise StateBasisError(f"{found}: {error}") from error
     return states
 
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.processes import ROBOT, write_robot
 from support.robots.thumb import write_thumb
 from support.state_bases import basis_of, turned_space
 
 from tauten.controller import ControllerSettings, ModelSettings, load_controller_settings
 from tauten.model import RobotFileError, load_robot
+from tauten.model.load import shipped_folder
 from tauten.model.tetra import NodalBody
 from tauten.reduction import BasisError, ContactBasis, Provenance
+from tauten.reduction.state import StateBasisError
 from tauten.service.settings import ServiceSettings
 from tauten.service.setup import load_setup
 
@@ -151,3 +155,19 @@ def test_a_basis_of_a_shipped_robot_made_here_is_used_and_not_the_shipped_one(
     monkeypatch.chdir(tmp_path)
     assert load_setup("finger", basis="finger.basis").basis_modes == 3
     assert load_setup("finger", basis="finger").basis_modes == shipped.k
+
+
+@pytest.mark.parametrize("suffix", ["basis", "states"])
+def test_the_file_of_a_basis_of_another_robot_is_named(tmp_path: Path, suffix: str) -> None:
+    """It was "this basis", of a file that may be in another folder than the robot file."""
+    contact, model = 'rate = 50.0, basis = "other.basis"', 'model = { states = "other.states" }'
+    if suffix == "basis":
+        file = write_robot(tmp_path, ROBOT.replace("rate = 50.0", contact))
+    else:
+        file = write_robot(tmp_path, ROBOT.replace("[[cables]]", f"{model}\n\n[[cables]]", 1))
+    shutil.copy(shipped_folder() / f"finger.{suffix}", tmp_path / f"other.{suffix}")
+    said = (
+        rf"^{tmp_path}/other\.{suffix}: this (state )?basis was made for robot 'finger', which is"
+    )
+    with pytest.raises((BasisError, StateBasisError), match=said):
+        load_setup(file, model=None if suffix == "basis" else "reduced")
