@@ -16,7 +16,7 @@ import numpy as np
 import zenoh
 
 from tauten.controller import Controller
-from tauten.model import Robot, extension_error
+from tauten.model import Robot, extension_error, shape_fault
 from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
 from tauten.service.log import Entry, LogRecorder, arrived, message_kinds
@@ -294,6 +294,7 @@ class MeasuredLoop:
         self._check = MeasurementCheck(robot.effector_layout, robot.size, self._largest)
         self._history = ModelHistory(self._layout)
         self._reason = ""  # why the last measurement was not plausible
+        self._ignored = ""  # why the last correction was
         self._plausible = -np.inf  # monotonic time of the last plausible measurement [s]
 
     def correct(self, now: float, effectors: Array) -> Cause:
@@ -315,7 +316,8 @@ class MeasuredLoop:
                 self.subscriber.counts.refuse(rejection)
             else:
                 found = self._estimated(model, measured, min(seconds, self._timeout))
-                if np.shape(found) == self.correction.shape and np.isfinite(found).all():
+                self._ignored = self._fault(found)
+                if not self._ignored:
                     self.correction = capped(self._layout, found, self._largest)
                 self._plausible = now
         lasting = bool(self._reason) and now - self._plausible > self._timeout
@@ -329,6 +331,13 @@ class MeasuredLoop:
         """
         with self._named():
             return self._estimator.update(predicted, measured, seconds)
+
+    def _fault(self, found: Array) -> str:
+        """Why a correction is ignored; "" where it is not."""
+        fault = shape_fault(("a correction", found, self.correction.shape))
+        if not fault and np.isfinite(found).all():
+            return ""
+        return f"the estimator {fault or 'gives a correction that is not finite'}: it is ignored"
 
     @contextmanager
     def _named(self) -> Iterator[None]:
@@ -350,14 +359,14 @@ class MeasuredLoop:
                 self._estimator.reset()
             self.correction = np.zeros_like(self.correction)
             self._check.reset()
-            self._reason = ""
+            self._reason = self._ignored = ""
 
     def diagnostic(self) -> Diagnostic:
         """Correction, its limit, and the age of the measurements."""
         age, largest = self.subscriber.oldest(time.monotonic()), self._largest
         length = float(self._layout.lengths(self.correction).max())
         at_cap = length >= _AT_CAP * largest
-        message = self._reason or ("the correction is at its limit" if at_cap else "plausible")
+        warning = self._reason or self._ignored or "the correction is at its limit" * at_cap
         values = {
             "correction_mm": f"{1e3 * length:.4g}",
             "largest_correction_mm": f"{1e3 * largest:.4g}",
@@ -366,5 +375,5 @@ class MeasuredLoop:
             "estimator": self._settings.estimator,
             "gain": f"{stable_gain(self._settings.feedback_gain, self._delay):.4g}",
         }
-        level = Level.WARN if self._reason or at_cap else Level.OK
-        return Diagnostic("feedback", level, message, values)
+        level = Level.WARN if warning else Level.OK
+        return Diagnostic("feedback", level, warning or "plausible", values)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import shutil
 import sys
 from collections.abc import Callable
@@ -40,7 +41,7 @@ from tauten.service.node.inputs import MeasuredLoop
 from tauten.service.plant import free_ports
 from tauten.service.settings import ServiceSettings
 from tauten.service.setup import load_setup
-from tauten.service.wire import CDR, Cause, EffectorSubscriber, OperatorCommand
+from tauten.service.wire import CDR, Cause, EffectorSubscriber, Level, OperatorCommand
 
 LINES = 40
 
@@ -150,7 +151,10 @@ def test_an_estimator_corrects_a_closed_loop(package: ModuleType, beam: Robot) -
 
 
 def test_what_an_estimator_gives_is_bounded(beam: Robot) -> None:
-    """By argument: one that is not finite or of another shape is not used, a long one is shortened."""
+    """By argument: one that is not finite or of another shape is not used, a long one is shortened.
+
+    Nothing was said of one that is not used.
+    """
 
     class Wild(Estimator):
         found = np.full(beam.effector_layout.n_rows, np.nan)
@@ -172,6 +176,11 @@ def test_what_an_estimator_gives_is_bounded(beam: Robot) -> None:
         loop.correct(10.0 + 0.02 * tick, rest)
         if tick < 2:
             assert not loop.correction.any()
+            said = ("not finite", r"of the shape \(7,\), expected is \(6,\)")[tick]
+            assert re.search(
+                f"estimator gives a correction .*{said}: it is", loop.diagnostic().message
+            )
+            assert loop.diagnostic().level is Level.WARN
             wild.found = np.full(layout.n_rows + 1 - tick, 1e3)
     assert layout.lengths(loop.correction).max() == pytest.approx(LARGEST * beam.size)
 
