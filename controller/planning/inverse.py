@@ -113,6 +113,30 @@ def inverse_problem(
     )
 
 
+def without_rounding(problem: Qpcc, least: float) -> Qpcc:
+    """The inverse problem in which contacts touch whose gaps without forces are rounding.
+
+    A robot that lies on something, without weight and forces, has no other gaps, and a solver nothing to
+    compare them with: it took them for gaps that no forces closed. The columns of a basis of which only
+    entries next to zero are in range have gaps next to zero, too, wherever their contacts are: those count
+    relative to the root of their compliance.
+
+    Args:
+        problem: from `inverse_problem`.
+        least: gap, below which that of a single contact is rounding [m].
+    """
+    gaps = np.abs(problem.m)
+    if not any((gaps < least).tolist()):
+        return problem
+    compliance = problem.M[:, len(problem.lb) :].diagonal()  # (k,)
+    largest = np.maximum.reduce(compliance)
+    with np.errstate(all="ignore"):  # of a model that has diverged, or nothing that moves
+        rounding = gaps < least * np.sqrt(compliance / largest)
+    if not any(rounding.tolist()):
+        return problem
+    return replace(problem, m=np.where(rounding, 0.0, problem.m))
+
+
 def held_back(problem: Qpcc, W: Array, layout: Layout, weight: Array, held: Array) -> Qpcc:
     """The inverse problem with the part of its damping that acts on the efforts.
 

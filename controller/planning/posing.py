@@ -18,6 +18,7 @@ from tauten.controller.planning.inverse import (
     weighted_rows,
     with_efforts_limited,
     with_force_limits,
+    without_rounding,
 )
 from tauten.controller.planning.locks import LockedStep
 from tauten.controller.planning.prepared import Prepared, Situation
@@ -26,6 +27,7 @@ from tauten.model import Compliance, CondensedStep, Layout, PredictedStep
 from tauten.model.numerics import Array, Bools, Ints
 
 EXACTLY = 1e-7  # of the size of the largest part, within which an exact effector meets its target
+ROUNDING = 1e-12  # of that size, of positions
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +143,7 @@ def pose(situation: Situation, aim: Aim, weights: Weights, step: CondensedStep, 
     problem = inverse_problem(
         W, delta_free, weights.target, position, limits, h, weights.energy, actuators
     )
+    problem = without_rounding(problem, ROUNDING * robot.part_size)
     if any(weights.back.tolist()):
         problem = held_back(problem, W, layout, weights.back[free], start.lam_a)
     problem = including_hold(problem, hold - at)

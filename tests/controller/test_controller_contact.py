@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from support.robots.bodies import beam_robot, box_mesh
 
 from tauten.controller import Controller
 from tauten.controller.qpcc import Status
 from tauten.model import Enrichment, Robot, Simulator
+from tauten.model.mesh import TetMesh
 from tauten.model.numerics import Array
 
 CHECKED = Enrichment(tolerance=5e-5, rounds=5, per_pair=2)
@@ -120,3 +123,33 @@ def test_limits_are_kept_in_contact(finger: Robot) -> None:
         assert np.all(actuation.position <= limits.position_max + 1e-9)
         assert np.all(np.abs(actuation.position - position) <= limits.rate * finger.h * (1 + 1e-6))
         position = actuation.position
+
+
+@pytest.mark.parametrize("scheme", ["quasi-static", "implicit-euler"])
+def test_a_finger_that_lies_on_a_table_without_weight_is_decided_for(scheme: str) -> None:
+    """All gaps are rounding, which the solver took for gaps that no force closes: its answer was to hold."""
+    size, turn = (0.1, 0.01, 0.01), Rotation.from_rotvec([0.3, 0.2, -0.5]).as_matrix()
+    straight, corner = box_mesh(size, (10, 1, 1)), np.array([0.013, 0.02, 0.007])
+
+    def at(x: float, z: float) -> list[float]:
+        return [float(one) for one in corner + turn @ [x, 0.005, z]]
+
+    table = {"point": at(0.05, 0.0), "normal": turn[:, 2].tolist()}
+    limits = {"max_tension": 20.0, "max_pull": 0.02, "max_rate": 0.1}
+    robot = beam_robot(
+        TetMesh(corner + straight.nodes @ turn.T, straight.tets), size, integration={"scheme": scheme},
+        fixed=[{"kind": "half_space", "point": at(1e-4, 0.0), "normal": (-turn[:, 0]).tolist()}],
+        cables=[
+            {"name": name, "points": [at(0.01, z), at(0.1, z)], **limits}
+            for name, z in (("lower", 0.001), ("upper", 0.009))
+        ],
+        effectors=[{"name": "tip", "point": at(0.1, 0.005)}],
+        regions=[{"name": "below", "kind": "normal", "direction": (-turn[:, 2]).tolist()}],
+        obstacles=[{"name": "table", "shape": "plane", "parameters": table}],
+        contacts=[{"candidates": "below", "against": "table", "points": 3}],
+    )  # fmt: skip
+    controller = Controller(robot)
+    assert controller.step(controller.tip + turn @ [0.0, 0.0, -5e-3]).status is Status.OK
+    decision = controller.last_decision
+    assert decision is not None and decision.problem is not None
+    assert decision.predicted.deepest_gap > -robot.tolerance
