@@ -13,6 +13,7 @@ from tauten.controller.qpcc import Backend, QpccSettings, qp_backend
 from tauten.model import (
     ContactSpace,
     Enrichment,
+    ForceLimits,
     Robot,
     force_limits,
     of_kind,
@@ -72,12 +73,14 @@ class ControllerSettings(Section):
         "without damping, or with less than 5 % of critical damping in vibrations that are faster than the "
         "horizon: decisions would keep these swinging.",
     )
-    friction_share: Annotated[float, Field(gt=0.0, le=1.0)] = Field(
-        default=FRICTION_SHARE,
-        description="Share of the coefficients of friction that decisions count on, by default 0.66. A "
-        "decision that counts on all of it squeezes to the border of the cone, and a little less friction or "
-        "more weight than the file says lets the object slip. A grasp holds an object that has 20 % less "
-        "friction and 20 % more mass than the file says where the share is less than 0.8 / 1.2.",
+    friction_share: Annotated[float, Field(gt=0.0, le=1.0)] | None = Field(
+        default=None,
+        description="Share of the coefficients of friction that decisions count on. By default 0.66, and 1 "
+        "of a robot whose file holds all of it, which touches nothing but itself and obstacles and has no "
+        "limits of contact forces. A decision that counts on all of it squeezes to the border of the cone, "
+        "and a little less friction or more weight than the file says lets the object slip. A grasp holds an "
+        "object that has 20 % less friction and 20 % more mass than the file says where the share is less "
+        "than 0.8 / 1.2.",
     )
     max_pivots: Annotated[int, Field(ge=1, le=1_000_000)] = Field(
         default=100,
@@ -168,14 +171,36 @@ def decide_settings(
     """The settings of a robot's decisions; where there is no QP library of the name, a RobotFileError."""
     solver = given.qp_solver if qp is None else qp
     qp_backend(solver)
+    forces = force_limits(robot.contacts, space)
     return DecideSettings(
         epsilon=given.regularisation,
         enrichment=enrichment,
         qpcc=QpccSettings(solver, given.max_pivots),
         substeps=substeps_of(robot, given),
-        friction_share=given.friction_share,
-        forces=force_limits(robot.contacts, space),
+        friction_share=share_of_friction(robot, given, forces),
+        forces=forces,
     )
+
+
+def share_of_friction(
+    robot: Robot, settings: ControllerSettings, forces: ForceLimits | None
+) -> float:
+    """The share of the coefficients of friction that decisions count on.
+
+    All of it where friction holds nothing: plans that count on less expect a robot that sticks to slide, and
+    it rests where they lead, beside the best place.
+
+    Args:
+        robot: the robot.
+        settings: of its file.
+        forces: limits of its contact forces; None: there are none.
+    """
+    if settings.friction_share is not None:
+        return settings.friction_share
+    parts = robot.body.part_robots or (robot,)
+    floats = any(part.body.floating_mass(part.rest()) is not None for part in parts)
+    holds = floats or robot.contacts.loose or forces is not None
+    return FRICTION_SHARE if holds else 1.0
 
 
 def substeps_of(robot: Robot, settings: ControllerSettings) -> int:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.robots.bodies import beam_config, box_mesh
+from support.robots.blocks import block
+from support.robots.bodies import beam_config, box_mesh, pressing_finger
 
-from tauten.controller import Controller, Status
+from tauten.controller import Controller, ControllerSettings, Status
 from tauten.controller.planning import FRICTION_SHARE
 from tauten.controller.qpcc import TimeLimit
 from tauten.controller.step import hold, prepare
@@ -88,7 +89,8 @@ def test_contacts_of_a_hold_are_certified(pressing: Controller) -> None:
 
 def test_plans_count_on_a_share_of_the_friction(pressing: Controller) -> None:
     """What is decided stays within narrower cones: with 20 % less friction and 20 % more load too."""
-    controller = Controller(pressing.robot)
+    share = ControllerSettings(friction_share=FRICTION_SHARE)
+    controller = Controller(pressing.robot, settings=share)
     goal = controller.tip - [0.01, 0.0, 0.003]
     slopes = []
     for _ in range(12):
@@ -101,6 +103,15 @@ def test_plans_count_on_a_share_of_the_friction(pressing: Controller) -> None:
         assert (1.2 * across <= 0.8 * 0.5 * r[:, 0] + 1e-7).all()
         slopes += (across[r[:, 0] > 1e-3] / r[r[:, 0] > 1e-3, 0]).tolist()
     assert max(slopes) > FRICTION_SHARE * 0.5 * 0.99  # and some slip at that border
+
+
+def test_all_of_the_friction_counts_where_it_holds_nothing(pressing: Controller) -> None:
+    """A finger that only presses; not one that keeps a force, nor a cube that lies on what it touches."""
+    assert pressing.settings.friction_share == 1.0
+    assert Controller(pressing_finger(0.5, max_force=0.1)).settings.friction_share == FRICTION_SHARE
+    assert Controller(block()).settings.friction_share == FRICTION_SHARE
+    own = ControllerSettings(friction_share=0.9)
+    assert Controller(pressing.robot, settings=own).settings.friction_share == 0.9
 
 
 def test_candidates_on_what_is_fixed_are_in_nobodys_way() -> None:
