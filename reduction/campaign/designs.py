@@ -120,15 +120,23 @@ def ramp(robot: Robot, step: float = 5e-5) -> Design:
 
     Args:
         robot: its limits and gravity are used.
-        step: of the pulled length [m]; the finger's 25 mm make 500 snapshots.
+        step: of the positions [m, rad, m³]; the finger's 25 mm make 500 snapshots.
 
     Raises:
         DesignError: the step is not positive or beyond the largest pull.
     """
     limit = robot.limits.farthest_position  # (n_a,)
-    least = np.abs(limit).min()
+    nearest = int(np.abs(limit).argmin())
+    least, units = abs(float(limit[nearest])), [one.position.unit for one in robot.actuators.kinds]
     if not 0.0 < step <= least:
-        raise DesignError(f"ramp step is {step} m: allowed are 0 to {least} m, above 0")
+        unit, name = units[nearest], robot.actuators.names[nearest]
+        mixed = "; it is the step of all, whose units differ: take another design" * (
+            len(set(units)) > 1
+        )
+        raise DesignError(
+            f"ramp step is {step} {unit}: allowed are 0 to {least} {unit}, above 0, as far as {name} goes"
+            + mixed
+        )
     runs = []
     for cable in range(robot.n_a):
         steps = round(abs(float(limit[cable])) / step)

@@ -50,7 +50,7 @@ def reduce(
             "payload), ramp, plackett-burman, latin-hypercube, or a CSV of loads."
         ),
     ] = "exploring",
-    step: Annotated[float, typer.Option(help="Step of the ramp in m.")] = 5e-5,
+    step: Annotated[float, typer.Option(help="Step of the ramp in m, rad or m³.")] = 5e-5,
     steps: Annotated[int, typer.Option(min=1, help="Steps of a run, in the other designs.")] = 100,
     runs: Annotated[int, typer.Option(help="Runs of the Latin hypercube.")] = 20,
     pull: Annotated[

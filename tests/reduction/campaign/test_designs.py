@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.robots.small_bodies import MIDDLE, TURN, constrained
+from support.robots.small_bodies import MIDDLE, TURN, constrained, small_body
 
 from tauten.model import Robot
 from tauten.model.tetra import NodalBody
@@ -30,8 +30,22 @@ def test_ramp_is_the_papers(finger: Robot) -> None:
     np.testing.assert_allclose(run.position[0], 5e-5 * np.arange(1, 501))
     np.testing.assert_array_equal(run.gravity[:, 0], finger.gravity)
     assert not run.effector_force.any()
-    with pytest.raises(DesignError, match=r"ramp step is 0.05 m: allowed are 0 to 0.025 m"):
+    with pytest.raises(
+        DesignError, match=r"step is 0.05 m: allowed are 0 to 0.025 m, .*tendon goes$"
+    ):
         ramp(finger, step=0.05)
+
+
+def test_the_step_of_a_ramp_is_in_the_unit_of_the_actuator_that_it_is_too_long_for() -> None:
+    """Of a drive it was "0 to 0.5 m", and nothing was said of a step that is that of a cable, too."""
+    drive = {
+        "name": "servo", "region": {"lower": [0.1, 0.0, 0.0], "upper": [0.1, 0.02, 0.02]},
+        "axis": [0.0, 1.0, 0.0], "through": [0.1, 0.01, 0.01],
+        "max_angle": 1e-3, "max_torque": 1.0, "max_rate": 1.0,
+    }  # fmt: skip
+    said = r"allowed are 0 to 0.001 rad, above 0, as far as servo goes; it is the step of all, whose units"
+    with pytest.raises(DesignError, match=said):
+        ramp(small_body("linear", drives=[drive]), step=2e-3)
 
 
 def test_exploring_tilts_and_loads_the_robot_on_all_sides(thumb: Robot[NodalBody]) -> None:
