@@ -135,7 +135,9 @@ def send_command(robot: str, network: Network, command: OperatorOrder) -> NodeAn
             put_command(session, robot, command)  # before any question
             answer = _answer_that(session, robot, lambda one: _shows(one, command))
             if command is OperatorCommand.HOLD and answer.mode is Mode.STOP:
-                raise OrderError(f"{robot}: hold is not possible now: it has stopped")
+                raise OrderError(
+                    f"{robot}: hold is not possible now: it has stopped, reset it first"
+                )
             return answer
         before = _answer_that(session, robot, lambda one: True)
         put_command(session, robot, command)

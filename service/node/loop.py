@@ -118,7 +118,15 @@ class ControlLoop:
             return self._obey_lock(order)
         if self.command(order):
             return None
-        return Rejection(RejectionReason.NOT_NOW, f"{order} is not possible now")
+        why = "there was no stop"
+        if self._state.mode is Mode.STOP:
+            reset = order is OperatorCommand.RESET
+            why = (
+                "the actuators are still being released"
+                if reset
+                else "it has stopped, reset it first"
+            )
+        return Rejection(RejectionReason.NOT_NOW, f"{order} is not possible now: {why}")
 
     def _obey_lock(self, order: LockOrder) -> Rejection | None:
         """Lock or unlock an actuator; a stop releases all of them, and none is locked in it.

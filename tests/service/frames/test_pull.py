@@ -52,6 +52,6 @@ def test_a_refusal_is_forgotten_when_an_order_is_obeyed(beam_file: Path) -> None
     """That a robot cannot be enabled in a stop was shown for ten seconds after it had been reset."""
     shown = SimulatedRobot(load_setup(beam_file), load_setup(beam_file))
     shown.command(OperatorCommand.RESET)
-    assert shown.notes == ("reset is not possible now",)
+    assert shown.notes == ("reset is not possible now: there was no stop",)
     shown.command(OperatorCommand.HOLD)
     assert shown.notes == ()

@@ -183,7 +183,11 @@ def test_an_actuator_on_its_way_to_a_lock_stops_with_the_others(robot: Robot[Nod
         ),
         (LockOrder("pump", force=0.0), RejectionReason.LOCK_REFUSED, "has no actuator 'pump'"),
         (LockOrder("bellows"), RejectionReason.LOCK_REFUSED, "is not locked"),
-        (OperatorCommand.RESET, RejectionReason.NOT_NOW, "reset is not possible now"),
+        (
+            OperatorCommand.RESET,
+            RejectionReason.NOT_NOW,
+            "reset is not possible now: there was no stop",
+        ),
     ],
 )
 def test_an_order_that_is_not_possible_is_refused(
@@ -193,6 +197,22 @@ def test_an_order_that_is_not_possible_is_refused(
     assert refused is not None
     assert refused.reason is reason
     assert text in refused.detail
+
+
+def test_the_reason_for_a_refusal_in_a_stop_is_said(robot: Robot[NodalBody]) -> None:
+    """It was only that a reset is not possible now, a moment after a stop."""
+    loop = ControlLoop(Controller(robot))
+    goal = loop.controller.effector + np.array([0.0, 0.0, 5e-3])
+    for _ in range(5):
+        tick(loop, goal)
+    loop.obey(OperatorCommand.STOP)
+    for order, why in (
+        (OperatorCommand.RESET, "the actuators are still being released"),
+        (OperatorCommand.ENABLE, "it has stopped, reset it first"),
+    ):
+        refused = loop.obey(order)
+        assert refused is not None
+        assert refused.detail == f"{order} is not possible now: {why}"
 
 
 def test_a_stop_releases_what_is_locked_and_a_reset_forgets_it(robot: Robot[NodalBody]) -> None:
