@@ -291,6 +291,8 @@ class System:
         straight: whether nodes of beams move along straight lines where they could move along arcs.
         semidefinite: share of the positive semidefinite tangent in A, where it is known.
         stiffened: see `Tangent`, where the state has made nothing of the way; None: nothing is.
+        inertia: (n,) centrifugal and gyroscopic forces in it, of the velocity at the start [N]; None: there
+            are none.
     """
 
     h: float
@@ -303,6 +305,7 @@ class System:
     straight: bool = False
     semidefinite: float = 0.0
     stiffened: tuple[Ints, Array] | None = None
+    inertia: Array | None = None
 
     def solve(self, B: Array) -> Array:
         """A⁻¹ B for B (n, m), best column-major: (n, m)."""

@@ -214,27 +214,6 @@ class Body(ABC, Generic[P]):
         """Centrifugal and gyroscopic forces (n,) at a state [N]; None where the mass is constant."""
         return None
 
-    def turning_as_at_end(
-        self, system: System, state: State, inertia: Array | None, integration: Integration
-    ) -> System:
-        """The system of a stage of second order, with the centrifugal and gyroscopic forces at its end.
-
-        They depend on the velocity, and A has no derivative of them, which is not symmetric: with those of
-        the velocity at the start a stage is of first order, and a body that tumbles gains energy.
-
-        Args:
-            system: with the forces of the velocity at the start.
-            state: that was linearised, where the velocity leads.
-            inertia: `inertia_at` there, which `system` has; None: there is none.
-            integration: of the step.
-        """
-        if inertia is None or integration.static or integration.ahead < 1.0:
-            return system
-        there = self.inertia_at(dataclasses.replace(state, v=state.v + system.v_free))
-        assert there is not None
-        more = system.solve(system.h * (there - inertia))
-        return dataclasses.replace(system, v_free=system.v_free + more)
-
     @property
     def motor_coordinates(self) -> Ints:
         """Degrees of freedom that a motor holds: those of drives and drums."""

@@ -212,10 +212,14 @@ class SparseBody(Body[P]):
             less = self.pattern.matrix(K - at.K) @ v
             v_free = v_free + (1.0 - scheme.ahead) * scheme.h**2 * system.solve(less)
         share, more = tangent.semidefinite, tangent.stiffened if scheme.ahead == 0.0 else None
-        made = dataclasses.replace(
-            system, v_free=v_free, exact=exact, semidefinite=share, stiffened=more
+        return dataclasses.replace(
+            system,
+            v_free=v_free,
+            exact=exact,
+            semidefinite=share,
+            stiffened=more,
+            inertia=at.inertia,
         )
-        return self.turning_as_at_end(made, at.state, at.inertia, scheme)
 
     def tangents(self, at: SparseAssembled, scheme: Integration) -> Iterator[Tangent]:
         """What a step tries until one has a Cholesky factor.

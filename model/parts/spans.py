@@ -142,6 +142,8 @@ def joined_system(
         (start + one.stiffened[0], one.stiffened[1]) for start, one in pairs if one.stiffened
     ]
     unknowns, more = zip(*stiffer, strict=True) if stiffer else ((), ())
+    still = all(one.inertia is None for one in systems)
+    turning = [np.zeros_like(one.v) if one.inertia is None else one.inertia for one in systems]
     return System(
         h=systems[0].h,
         v=np.concatenate([one.v for one in systems]),
@@ -152,4 +154,5 @@ def joined_system(
         tangent=np.concatenate(tangents) if len(tangents) == len(systems) else None,
         semidefinite=max(one.semidefinite for one in systems),
         stiffened=(np.concatenate(unknowns), np.concatenate(more)) if stiffer else None,
+        inertia=None if still else np.concatenate(turning),
     )

@@ -42,6 +42,7 @@ from tauten.model.numerics import Array, Bools, FactorisationError, Ints, kernel
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.simulation.balance import balanced, moves_far
+from tauten.model.simulation.turning import turning_as_at_end
 from tauten.model.state import State
 from tauten.model.step import (
     CondensedStep,
@@ -343,6 +344,9 @@ class _Stages:
         robot = robot.stepping(before, h, at, later=(share - 1.0) * robot.h)
         step = condense_step(robot, space, at, forces, contacts, False, scheme, slid)
         solved = forward_step(step, self.enrichment, forces, command)
+        if step.system.inertia is not None and not scheme.static:
+            after = solved.step.split(solved.lam, space.k)
+            solved = forward_step(turning_as_at_end(robot, solved), self.enrichment, after, command)
         h = step.system.h
         v = (step.system.v if scheme.static else start.v) + solved.dv
         correction = robot.body.displacement(at, h * solved.dv)

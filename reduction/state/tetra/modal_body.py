@@ -393,7 +393,4 @@ class ModalBody(ReducedBody[ModePoints]):
         at, tangent = assembled, partial(self.tangent, assembled, integration.shares)
         material = partial(self.unstrained, assembled, integration.shares)
         L = self.work.L if at.motion.J is None else np.zeros((self.n, self.n))
-        system = implicit_system(integration, at, tangent, material, L, self.driven, added)
-        if at.inertia is None:
-            return system
-        return self.turning_as_at_end(system, at.state, at.inertia, integration)
+        return implicit_system(integration, at, tangent, material, L, self.driven, added)
