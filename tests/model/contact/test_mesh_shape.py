@@ -12,7 +12,7 @@ import pytest
 
 from tauten.model import RobotFileError
 from tauten.model.actuators import winding
-from tauten.model.contact import heights_of_file, mesh_of_file
+from tauten.model.contact import Shape, heights_of_file, mesh_of_file
 from tauten.model.contact.mesh_shape import MeshShape
 from tauten.model.contact.outlines import box, cylinder, rod
 from tauten.model.contact.shapes import BoxShape
@@ -203,4 +203,4 @@ def test_heights_that_make_no_body_are_refused(
 def test_rows_of_different_lengths_in_a_robot_file_are_refused() -> None:
     field = {"heights": [[0.0, 0.0], [0.0]], "corner": [0.0, 0.0, 0.0], "spacing": [1.0, 1.0]}
     with pytest.raises(RobotFileError, match="heights: rows of different lengths make no table"):
-        made(heights_of_file, "obstacles.0", {**field, "thickness": 1.0}, Path())
+        made(heights_of_file, Shape, "obstacles.0", {**field, "thickness": 1.0}, Path())
