@@ -12,8 +12,7 @@ which is the exact tangent only where A has a Cholesky factor. D of corotational
 held: a viscosity that is proportional to their linear elasticity and turns with them.
 
 Where the step is linearised at q + h v, to where the velocity alone leads, b = h (f − C v), and dv moves the
-robot from there. Where a share a of that way counts as made, b = h (f − C v − (1 − a) h K v)
-with the exact tangent K.
+robot from there. Where a share a of that way counts as made, b = h (f − C v − (1 − a) h K v), K exact.
 """
 
 from __future__ import annotations
@@ -291,8 +290,7 @@ class System:
         straight: whether nodes of beams move along straight lines where they could move along arcs.
         semidefinite: share of the positive semidefinite tangent in A, where it is known.
         stiffened: see `Tangent`, where the state has made nothing of the way; None: nothing is.
-        inertia: (n,) centrifugal and gyroscopic forces in it, of the velocity at the start [N]; None: there
-            are none.
+        inertia: (n,) centrifugal and gyroscopic forces in it, at the start [N]; None: there are none.
     """
 
     h: float
