@@ -146,7 +146,8 @@ def prepare(
     step = condensed(robot, space, state, forces, system, contacts, effectors=True)
     if not np.logical_and.reduce(np.isfinite(step.rows.contacts.rows.delta)):
         raise FactorisationError("the distance of a contact is not known")
-    here = np.where(robot.actuators.laws.held_by_force, step.rows.actuators.delta, position)
+    here, yielding = position.copy(), robot.actuators.laws.held_by_force
+    here[yielding] = step.rows.actuators.delta[yielding]
     keep = Command.of(here, None)
     taut, least = held_taut(horizon, step, forces.effort)
     if forced is not None:
@@ -305,8 +306,10 @@ def advance(
     given, predicted = decision.command, decision.predicted
     step, forces = predicted.step, predicted.step.split(predicted.lam, space.k)
     if settings.substeps > 0 or moves_far(robot, predicted):
-        kept = now.position if given is None else np.where(given.by_position, now.position, np.nan)
-        command = Command.of(kept, None) if given is None else Command(kept, given.effort)
+        if given is None:
+            command = Command.of(now.position, None)
+        else:
+            command = Command.either(np.isnan(given.position), now.position, given.effort)
         start = Command(before.position, before.effort)
         h, substeps = step.system.h, settings.substeps or 1
         try:

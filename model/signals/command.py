@@ -54,6 +54,18 @@ class Command:
         given: Bools = ~np.isnan(self.position)
         return given
 
+    def starting(self, before: Command) -> tuple[Array, Array]:
+        """Positions and efforts (n_a,) at the start of the way from another command to this one.
+
+        Args:
+            before: the other command; where it gives none, those of this one hold all the way.
+        """
+        position, effort = before.position.copy(), before.effort.copy()
+        for start, end in ((position, self.position), (effort, self.effort)):
+            missing = np.isnan(start)
+            start[missing] = end[missing]
+        return position, effort
+
     def between(self, position: Array, effort: Array, share: float) -> Command:
         """The same kind of command on the way from another state to this one.
 

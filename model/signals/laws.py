@@ -108,7 +108,8 @@ class Laws:
             effort: (n_a,) [N, Pa].
             limits: of the actuators.
         """
-        below = np.where(self.bilateral, limits.effort_min - effort, -np.inf)
+        below = limits.effort_min - effort
+        below[~self.bilateral] = -np.inf
         excess: Array = np.maximum(effort - limits.effort_max, below) / limits.largest_effort
         return excess
 

@@ -161,8 +161,7 @@ def _in_steps(
         resolves: whether it is None where a contact begins or ceases to push, and no obstacle is in range.
     """
     before, command = commands
-    position = np.where(np.isnan(before.position), command.position, before.position)
-    effort = np.where(np.isnan(before.effort), command.effort, before.effort)
+    position, effort = command.starting(before)
     correction, converged, mean = 0.0, True, None
     for number in range(steps):
         share = (number + 1) / steps
@@ -343,10 +342,9 @@ class _Stages:
         before, h = (start, scheme.h) if origin is None else (origin, scheme.h / STAGE)
         robot = robot.stepping(before, h, at, later=(share - 1.0) * robot.h)
         step = condense_step(robot, space, at, forces, contacts, False, scheme, slid)
-        solved = forward_step(step, self.enrichment, forces, command)
         if step.system.inertia is not None and not scheme.static:
-            after = solved.step.split(solved.lam, space.k)
-            solved = forward_step(turning_as_at_end(robot, solved), self.enrichment, after, command)
+            step = turning_as_at_end(robot, step, forces)
+        solved = forward_step(step, self.enrichment, forces, command)
         h = step.system.h
         v = (step.system.v if scheme.static else start.v) + solved.dv
         correction = robot.body.displacement(at, h * solved.dv)

@@ -5,24 +5,26 @@ from __future__ import annotations
 from dataclasses import replace
 
 from tauten.model.robot import Robot
-from tauten.model.step import CondensedStep, PredictedStep
+from tauten.model.step import CondensedStep, Forces, known_forces
 
 
-def turning_as_at_end(robot: Robot, solved: PredictedStep) -> CondensedStep:
-    """A stage with the centrifugal and gyroscopic forces of the velocity at its end, to be solved again.
+def turning_as_at_end(robot: Robot, step: CondensedStep, forces: Forces) -> CondensedStep:
+    """A stage with the centrifugal and gyroscopic forces of the velocity at its end.
 
-    They depend on the velocity, and A has no derivative of them, which is not symmetric: with those of the
-    velocity at the start a stage is of first order, and a body that tumbles gains energy. The velocity at the
-    end is that under the cables and contacts of the stage: what they change of it counts to the same order.
+    They depend on the velocity, and A has no derivative of them, which is not symmetric. With those of the
+    velocity at the start, or at an end to which no cable and no contact pushes, a stage is of first order,
+    and a body that tumbles gains energy. Forces of the stage before predict the end well enough.
 
     Args:
         robot: whose workspace contains the factors.
-        solved: the stage with the forces of the velocity at its start.
+        step: the stage with the forces of the velocity at its start, of something that turns.
+        forces: constraint forces of the stage before.
     """
-    step, system, known = solved.step, solved.step.system, solved.step.compliance
-    there = robot.body.inertia_at(replace(step.state, v=step.state.v + solved.dv))
-    assert there is not None
+    system, known = step.system, step.compliance
     assert system.inertia is not None
+    dv = system.v_free - system.v + system.h * known.pushed(known_forces(step, forces))  # (n,)
+    there = robot.body.inertia_at(replace(step.state, v=step.state.v + dv))
+    assert there is not None
     more = system.solve(system.h * (there - system.inertia))  # (n,) change of the velocity
     return replace(
         step,

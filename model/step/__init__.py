@@ -19,7 +19,7 @@ from tauten.model.step.enrichment import (
 )
 from tauten.model.step.force_limits import ForceLimits, Grasp, force_limits
 from tauten.model.step.forces import Forces, TangentialForces, no_forces
-from tauten.model.step.forward_step import eliminate_rows, forward_step
+from tauten.model.step.forward_step import eliminate_rows, forward_step, known_forces
 from tauten.model.step.friction_law import unit_start
 from tauten.model.step.given_friction import (
     step_certificate,
@@ -47,6 +47,7 @@ __all__ = [
     "eliminate_rows",
     "force_limits",
     "forward_step",
+    "known_forces",
     "no_forces",
     "predict",
     "recondensed",

@@ -75,16 +75,11 @@ def forward_step(
         previous: forces of the last step, where the LCP starts.
         command: position or effort of each actuator.
     """
-    layout, left = step.layout, enrichment.rounds
+    left = enrichment.rounds
     # A given effort is that of its row, whatever was added along it.
     if step.rho is not None and step.system.stiffened is not None:
         step = replace(step, rho=np.where(command.by_force, 0.0, step.rho))
-    lam = np.zeros(len(step.compliance.delta_free))
-    lam[layout.actuators] = previous.effort
-    first = layout.n_e + layout.n_a + len(step.reduced.modes)
-    lam[layout.n_e + layout.n_a : first] = previous.beta[step.reduced.modes]
-    if len(step.extra) > 0:
-        lam[first:] = unit_start(step, previous)
+    lam = known_forces(step, previous)
     while True:
         start = np.zeros(len(step.compliance.delta_free))
         start[: len(lam)] = lam
@@ -93,6 +88,17 @@ def forward_step(
         if isinstance(found, PredictedStep):
             return found
         step, left = found, left - 1
+
+
+def known_forces(step: CondensedStep, previous: Forces) -> Array:
+    """Forces of the last step on the rows of this one: (m,) [N]."""
+    layout, lam = step.layout, np.zeros(len(step.compliance.delta_free))
+    lam[layout.actuators] = previous.effort
+    first = layout.n_e + layout.n_a + len(step.reduced.modes)
+    lam[layout.n_e + layout.n_a : first] = previous.beta[step.reduced.modes]
+    if len(step.extra) > 0:
+        lam[first:] = unit_start(step, previous)
+    return lam
 
 
 def solve_forces(step: CondensedStep, start: Array, command: Command) -> tuple[Array, float, bool]:
