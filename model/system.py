@@ -290,7 +290,7 @@ class System:
         straight: whether nodes of beams move along straight lines where they could move along arcs.
         semidefinite: share of the positive semidefinite tangent in A, where it is known.
         stiffened: see `Tangent`, where the state has made nothing of the way; None: nothing is.
-        inertia: (n,) centrifugal and gyroscopic forces in it, at the start [N]; None: there are none.
+        inertia: (n,) centrifugal and gyroscopic forces at the start [N], 0 of static parts; None: all are.
     """
 
     h: float

@@ -167,7 +167,8 @@ def implicit_system(
     before = v if scheme.ahead == 0.0 else (1.0 - scheme.ahead) * v
     return System(
         scheme.h, before, v_free, residual, DenseFactors(L), exact, tangent, semidefinite=share,
-        stiffened=stiffened if scheme.ahead == 0.0 else None, inertia=at.inertia,
+        stiffened=stiffened if scheme.ahead == 0.0 else None,
+        inertia=None if integration.static else at.inertia,
     )  # fmt: skip
 
 

@@ -156,6 +156,7 @@ class SparseBody(Body[P]):
         elif self.floating.any():
             # mass and velocity of all else are zero: its step stays quasi-static
             scheme, damping = dataclasses.replace(scheme, static=False), np.zeros_like(at.K)
+            at = dataclasses.replace(at, inertia=None)  # `force` has it
         made = partial(self._system_with, at, scheme, force, damping)
         failed: FactorisationError | None = None
         put_off: Tangent | None = None

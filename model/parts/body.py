@@ -323,8 +323,10 @@ class PartsBody(Body[PartsPoints]):
         return joined_forces(self.spans, [force for force, _ in found]), stored
 
     def inertia_at(self, state: State) -> Array | None:
-        """Centrifugal and gyroscopic forces (n,) at a state [N]; None where every mass is constant."""
-        return joined_forces(self.spans, [body.inertia_at(own) for body, own in self.each(state)])
+        """Centrifugal and gyroscopic forces (n,) of dynamic parts [N]; None where masses are constant."""
+        pairs = self.each(state)
+        found = [None if one.integration.static else one.inertia_at(own) for one, own in pairs]
+        return joined_forces(self.spans, found)
 
     def turning_steps(self) -> Turning | None:
         """What replaces long straight steps by such that turn elements; None: nothing does. Expensive."""

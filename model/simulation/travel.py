@@ -342,7 +342,7 @@ class _Stages:
         before, h = (start, scheme.h) if origin is None else (origin, scheme.h / STAGE)
         robot = robot.stepping(before, h, at, later=(share - 1.0) * robot.h)
         step = condense_step(robot, space, at, forces, contacts, False, scheme, slid)
-        if step.system.inertia is not None and not scheme.static:
+        if step.system.inertia is not None:
             step = turning_as_at_end(robot, step, forces)
         solved = forward_step(step, self.enrichment, forces, command)
         h = step.system.h

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.robots.combinations import AXES, BODIES, robot_with, write_networks
+from support.robots.combinations import AXES, BODIES, Option, Settings, robot_with, write_networks
 
 from tauten.controller import Controller
 from tauten.model import Robot, Simulator, State
@@ -140,6 +140,39 @@ def test_converged_steps_are_those_of_each_part(kind: Options, tmp_path: Path) -
         for one, robot in zip(each, robots, strict=True):
             one.move(0.1 * drive(robot, k), steps=16)
     assert same_states(joined, both.state, [one.state for one in each]) < 1e-7 * robots[0].size
+
+
+@pytest.mark.parametrize("more", [[], [("reduction", "state basis")]], ids=named)
+def test_a_static_part_has_no_inertia_beside_a_dynamic_one(more: Options, tmp_path: Path) -> None:
+    """What it weighs changes nothing without gravity: centrifugal forces moved it by 0.7 mm."""
+    ends = []
+    for density in (1e3, 3e4):
+        options = [("map", "rigid region"), *more]
+        static, dynamic = (
+            robot_with(options, tmp_path, with_scheme(scheme, density))
+            for scheme in ("quasi-static", "implicit-euler")
+        )
+        parts = [
+            Part(name, robot, place)
+            for name, robot, place in zip("ab", (static, dynamic), PLACES, strict=True)
+        ]
+        joined = join_parts(assembly(static, np.zeros(3)), parts)
+        simulator = Simulator(joined)
+        for k in range(2):
+            moved = drive(static, 3 * k)
+            simulator.move(np.concatenate([moved, np.zeros(dynamic.n_a)]), steps=4)
+        ends.append(joined.body.states(simulator.state)[0].q)
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
+
+
+def with_scheme(scheme: str, density: float) -> Option:
+    """The option that a robot takes steps of a scheme and has a density [kg/m³]."""
+
+    def change(settings: Settings) -> None:
+        settings["integration"] = {"scheme": scheme}
+        settings["material"]["density"] = density
+
+    return change
 
 
 def test_a_frame_turns_with_its_part_from_no_rotation_at_rest(tmp_path: Path) -> None:
