@@ -197,9 +197,7 @@ def share_of_friction(
     """
     if settings.friction_share is not None:
         return settings.friction_share
-    parts = robot.body.part_robots or (robot,)
-    floats = any(part.body.floating_mass(part.rest()) is not None for part in parts)
-    holds = floats or robot.contacts.loose or forces is not None
+    holds = robot.floats or robot.contacts.loose or forces is not None
     return FRICTION_SHARE if holds else 1.0
 
 

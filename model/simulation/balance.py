@@ -27,13 +27,9 @@ def moves_far(robot: Robot, taken: PredictedStep) -> bool:
     """
     if not robot.integration.static:
         return False
-    system, parts = taken.step.system, robot.body.part_robots or (robot,)
-    if (
-        robot.displacement(taken.step.state, system.h * (system.v + taken.dv))
-        <= FAR * robot.part_size
-    ):
-        return False
-    return all(part.body.floating_mass(part.rest()) is None for part in parts)
+    system = taken.step.system
+    moved = robot.displacement(taken.step.state, system.h * (system.v + taken.dv))
+    return not (moved <= FAR * robot.part_size or robot.floats)
 
 
 def balanced(
