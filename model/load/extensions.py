@@ -114,9 +114,12 @@ def check_interface(found: object, kind: type, field: str) -> None:
         field: where the robot file names it, for errors.
 
     Raises:
-        RobotFileError: it lacks one.
+        RobotFileError: it lacks one, or a property fails.
     """
-    lacking = [one for one in vars(kind) if not one.startswith("_") and not hasattr(found, one)]
+    try:
+        lacking = [one for one in vars(kind) if not one.startswith("_") and not hasattr(found, one)]
+    except Exception as error:
+        raise RobotFileError(str(extension_error(field, error))) from error
     if lacking:
         kind_found = type(found).__name__
         raise RobotFileError(f"{field} makes a {kind_found}, which lacks {', '.join(lacking)}")

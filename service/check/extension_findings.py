@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 
 import numpy as np
 
@@ -17,16 +17,24 @@ STEP = 1e-4  # of the robot's size, of the differences
 DOUBTFUL, WRONG = 0.01, 0.1  # relative error of a derivative
 
 
-def extension_findings(robot: Robot) -> Iterator[Finding]:
+def extension_findings(robot: Robot, of_parts: Container[str] | None = None) -> Iterator[Finding]:
     """Derivatives of transmissions, of effectors of kind function, and of shapes of obstacles.
 
     Args:
-        robot: of one or several bodies.
+        robot: the robot.
+        of_parts: names of the obstacles of the file of a robot of parts, which alone are compared; None: it
+            is a robot without parts.
 
     Raises:
         ExtensionError: a function fails.
     """
-    errors = [*actuator_errors(robot), *effector_errors(robot), *shape_errors(robot)]
+    errors = [
+        (f"normals of {name}", error)
+        for name, error in shape_errors(robot)
+        if of_parts is None or name in of_parts
+    ]
+    if of_parts is None:
+        errors = [*actuator_errors(robot), *effector_errors(robot), *errors]
     subject = "derivatives of extensions"
     lines = [Finding(subject, graded(error, DOUBTFUL, WRONG), name) for name, error in errors]
     if lines and worst(tuple(lines)) == "fine":
@@ -80,7 +88,7 @@ def effector_errors(robot: Robot) -> Iterator[tuple[str, float]]:
 
 
 def shape_errors(robot: Robot) -> Iterator[tuple[str, float]]:
-    """Errors of the normals of obstacles whose shape is of another package, of the median candidate."""
+    """Names of obstacles whose shape is of another package, and errors of normals of the median candidate."""
     places = robot.motion(robot.rest()).placed(robot.vertices).y
     for pair in robot.contacts.pairs:
         obstacle = pair.obstacle
@@ -94,7 +102,7 @@ def shape_errors(robot: Robot) -> Iterator[tuple[str, float]]:
             slope = (gaps[0] - gaps[1]) / (2.0 * step)  # (m,)
             errors.append(np.abs((normal * d).sum(axis=1) - slope))
         # a few are where two sides of a shape are as near
-        yield f"normals of {obstacle.name}", float(np.median(errors))
+        yield obstacle.name, float(np.median(errors))
 
 
 def near(robot: Robot, y: Array) -> Array:

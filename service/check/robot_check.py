@@ -187,6 +187,7 @@ def check_parts(
     findings = list(
         parts_findings(robot, config, {one.name: configs[one.robot] for one in config.parts})
     )
+    findings += extension_findings(robot, {one.name for one in config.obstacles})
     complete = True
     for written, file in files.items():
         name, given = written.removesuffix(".toml"), contents[written]

@@ -72,6 +72,20 @@ def test_a_class_that_lacks_its_method_is_named(
         extended(kind)
 
 
+def test_a_property_that_fails_is_named(
+    package: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was a traceback."""
+
+    def carrier(self: object) -> None:
+        raise KeyError("x")
+
+    monkeypatch.setattr(package.Spread, "carrier", property(carrier), raising=False)
+    monkeypatch.setattr(package.Spread, "__init__", lambda self, *given, **named: None)
+    with pytest.raises(RobotFileError, match=r"has failed with KeyError: 'x' .*line \d"):
+        extended("effectors")
+
+
 def test_functions_that_do_not_say_what_they_take_are_called() -> None:
     """As compiled ones: the search for their arguments raised."""
     assert made(dict, dict, "effectors.0", {"size": 2.0}) == {"size": 2.0}

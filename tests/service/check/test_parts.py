@@ -8,7 +8,9 @@ import meshio
 import pytest
 from support.processes import run_main
 from support.robots.bodies import box_mesh
+from support.robots.my_package import installed
 
+from tauten.model.numerics import Array
 from tauten.service.check import CheckSettings, Finding, mesh_error_text
 from tauten.service.check.robot_check import check_model
 from tauten.service.process import StopFlag
@@ -65,13 +67,26 @@ against = "floor"
 """
 
 
-def findings(folder: Path, height: float, touched: str) -> dict[str, Finding]:
+HOOP = """
+[[obstacles]]
+name = "hoop"
+shape = "ring"
+parameters = { centre = [0.0, 0.0, -0.1], axis = [1.0, 0.0, 0.0], radius = 0.02, thickness = 0.01 }
+[[contacts]]
+candidates = { part = "arm" }
+against = "hoop"
+points = "vertices"
+"""
+
+
+def findings(folder: Path, height: float, touched: str, more: str = "") -> dict[str, Finding]:
     """What is found of a beam up to z = 20 mm and a cube above it, by subject.
 
     Args:
         folder: of the robot files.
         height: of the lowest face of the cube [m].
         touched: the part whose contact with the floor is in the file.
+        more: other tables of the file of both.
     """
     for name, size, cells in (
         ("beam", (0.2, 0.02, 0.02), (8, 1, 1)),
@@ -82,7 +97,7 @@ def findings(folder: Path, height: float, touched: str) -> dict[str, Finding]:
     for name, text in (
         ("beam", BEAM),
         ("cube", CUBE),
-        ("both", BOTH.replace("HEIGHT", f"{height:g}").replace("TOUCHED", touched)),
+        ("both", BOTH.replace("HEIGHT", f"{height:g}").replace("TOUCHED", touched) + more),
     ):
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     settings = CheckSettings(str(folder / "both.toml"), ())
@@ -127,3 +142,22 @@ def test_reports_do_not_ask_for_errors_that_the_check_does_not_have(
     assert "without a comparison of meshes; meshes of parts" in " ".join(
         line.strip("│ ") for line in capsys.readouterr().err.splitlines()
     )
+
+
+@pytest.mark.parametrize(("sign", "level"), [(1.0, "fine"), (-1.0, "wrong")])
+def test_shapes_of_other_packages_are_compared(
+    sign: float, level: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of obstacles of the file of all parts nothing was said, whatever normals they gave."""
+    (tmp_path / "package").mkdir()
+    with installed(tmp_path / "package") as package:
+        usual = package.Ring.closest
+
+        def closest(ring: object, points: Array) -> tuple[Array, Array]:
+            gap, normal = usual(ring, points)
+            return gap, sign * normal
+
+        monkeypatch.setattr(package.Ring, "closest", closest)
+        found = findings(tmp_path, 0.021, "cube", HOOP)["derivatives of extensions"]
+    assert found.level == level
+    assert "normals of hoop" in found.found
