@@ -14,7 +14,9 @@ from tauten.model.system import Integration
 
 LIGHT_DAMPING = 0.05  # share of critical damping; decisions keep vibrations swinging that have less
 
-ROUNDING = 1e-14  # of the largest ω² of an unknown alone: below is what nothing holds, by rounding
+# Of the largest ω² of an unknown alone: below is what nothing holds, by rounding. Of dense matrices all
+# eigenvalues have the rounding of the largest one.
+ROUNDING, DENSE_ROUNDING = 1e-15, 1e-14
 
 
 def natural_frequencies(
@@ -41,10 +43,11 @@ def natural_frequencies(
         B = springs[:, free]
         K = K + (B.T @ B if isinstance(K, np.ndarray) else sp.csc_array(B).T @ sp.csc_array(B))
     if isinstance(K, np.ndarray):
-        found = eigh(K, M, eigvals_only=True)[:count]
+        found, rounding = eigh(K, M, eigvals_only=True)[:count], DENSE_ROUNDING
     else:
         found = lowest(sp.csc_array(K), sp.csc_array(M), body.linear_solver, count)
-    if not found.min() > ROUNDING * (K.diagonal() / M.diagonal()).max():
+        rounding = ROUNDING
+    if not found.min() > rounding * (K.diagonal() / M.diagonal()).max():
         raise FactorisationError("the stiffness is not positive definite")
     frequencies: Array = np.sqrt(np.sort(found)) / (2.0 * np.pi)
     return frequencies

@@ -118,3 +118,15 @@ def test_a_link_between_two_springs_vibrates_about_its_hinge() -> None:
         natural_frequencies(robot.body, rest, 1)
     slack = linked(1, {"min_pull": -0.01, "spring": {"stiffness": stiffness}}, integration={})
     assert slack.spring_rows(rest).shape == (0, robot.n)
+
+
+def test_a_long_strip_of_fine_cells_is_held() -> None:
+    """f is as 1 / L² of a strip of spring steel; it was not held where that was 1e7 below a cell's own f."""
+    found = []
+    for length in (0.5, 1.0):
+        size = (length, 1e-3, 1e-4)
+        steel = {"young_modulus": 2e11, "poisson_ratio": 0.3, "density": 7800.0}
+        config = RobotConfig.model_validate(beam_config(size, material=steel))
+        robot = build_robot(config, box_mesh(size, (round(1000 * length), 2, 1)), "strip")
+        found.append(natural_frequencies(robot.body, robot.rest(), 1)[0])
+    assert found[0] == pytest.approx(4.0 * found[1], rel=0.02)
