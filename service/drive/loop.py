@@ -134,6 +134,7 @@ class DriveLoop:
 
         Raises:
             DriverError: the hardware fails.
+            ExtensionError: the code of the driver does.
             NetworkError: the node serves another robot.
         """
         clock = Clock(1.0 / self._robot.rate)
@@ -168,6 +169,7 @@ class DriveLoop:
 
         Raises:
             DriverError: the hardware fails.
+            ExtensionError: the code of the driver does.
             NetworkError: the node that speaks serves another robot.
         """
         actuation = self._read_actuation()
@@ -298,6 +300,7 @@ def run_driver(
 
     Raises:
         DriverError: the hardware fails.
+        ExtensionError: the code of the driver does.
         NetworkError: the node serves another robot.
     """
     loop = DriveLoop(session, robot, driver, measure)
@@ -315,6 +318,7 @@ def drive(
     Raises:
         NetworkError: no session, no description, or later a node that serves another robot.
         DriverError: the hardware cannot be used, or fails.
+        ExtensionError: the code of the driver fails.
     """
     keys = Keys(robot)
     with session_of(network, Role.PLANT, robot) as session:

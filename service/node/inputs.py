@@ -352,7 +352,11 @@ class MeasuredLoop:
             raise extension_error(f"estimator {self._settings.estimator!r}", error) from error
 
     def after_command(self, command: OperatorCommand) -> None:
-        """Start again after a reset, and after an enable where measurements were not plausible."""
+        """Start again after a reset, and after an enable where measurements were not plausible.
+
+        Raises:
+            ExtensionError: the estimator has failed.
+        """
         fault = bool(self._check.fault) and command is OperatorCommand.ENABLE
         if fault or command is OperatorCommand.RESET:
             with self._named():
