@@ -3,7 +3,13 @@
 from tauten.model.arguments import of_kind
 from tauten.model.contact import ObstaclePoses
 from tauten.model.contacts import ContactForces, Contacts
-from tauten.model.extension_error import ExtensionError, extension_error, shape_fault
+from tauten.model.extension_error import (
+    ExtensionError,
+    answer_of,
+    extension_error,
+    is_own,
+    shape_fault,
+)
 from tauten.model.layout import Layout, row_layout
 from tauten.model.load.robot import load_robot
 from tauten.model.mesh.mesh_files import MeshError
@@ -147,6 +153,8 @@ __all__ = [
     "Travel",
     "UNIT_LENGTH",
     "VALUES",
+    "Tangent",
+    "answer_of",
     "cable_actuators",
     "condense_step",
     "condensed",
@@ -154,9 +162,9 @@ __all__ = [
     "default_enrichment",
     "eliminate_rows",
     "extension_error",
-    "shape_fault",
     "force_limits",
     "forward_step",
+    "is_own",
     "load_robot",
     "make_pattern",
     "moves_far",
@@ -168,10 +176,10 @@ __all__ = [
     "row_layout",
     "held_vertices",
     "contact_wrenches",
+    "shape_fault",
     "touched_names",
     "obstacles_of",
     "of_kind",
-    "Tangent",
     "tried_tangents",
     "clusters_of",
     "skin_of",

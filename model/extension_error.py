@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from traceback import walk_tb
+from typing import TypeVar
 
 import numpy as np
+
+T = TypeVar("T")
 
 
 class ExtensionError(RuntimeError):
@@ -28,6 +32,35 @@ def extension_error(what: str, error: Exception) -> ExtensionError:
     where = f" ({own[-1][0]}, line {own[-1][1]})" if own else ""
     text = " ".join(str(error).split())
     return ExtensionError(f"{what} has failed with {type(error).__name__}: {text}{where}")
+
+
+def is_own(found: object) -> bool:
+    """Whether a function, a class, or the class of an object is tauten's."""
+    return str(getattr(found, "__module__", "")).startswith("tauten.")
+
+
+def answer_of(
+    what: str, fault: Callable[[object], str], call: Callable[..., T], *given: object
+) -> T:
+    """What a function of another package gives while a robot moves.
+
+    Args:
+        what: names the function.
+        fault: what is wrong with an answer, see `shape_fault`; "" where nothing is.
+        call: the function.
+        given: its arguments.
+
+    Raises:
+        ExtensionError: it fails, or its answer cannot be used.
+    """
+    try:
+        found = call(*given)
+    except Exception as error:
+        raise extension_error(what, error) from error
+    wrong = fault(found)
+    if wrong:
+        raise ExtensionError(f"{what} {wrong}")
+    return found
 
 
 def shape_fault(*parts: tuple[str, object, tuple[int, ...]]) -> str:

@@ -14,14 +14,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import daqp
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from tauten.model import ExtensionError, extension_error, shape_fault
+from tauten.model import answer_of, shape_fault
 from tauten.model.load import extension, extension_names
 from tauten.model.numerics import Array
 from tauten.model.schema import RobotFileError
@@ -82,6 +82,14 @@ class QpAnswer:
 Backend = Callable[[Qp], QpAnswer]
 
 
+def answer_fault(qp: Qp, found: object) -> str:
+    """What is wrong with an answer to a QP; "" where nothing is."""
+    if not isinstance(found, QpAnswer):
+        return f"gives a {type(found).__name__}, expected is a QpAnswer"
+    multipliers = "multipliers", found.multipliers, qp.lower.shape
+    return shape_fault(("y", found.y, qp.f.shape), multipliers)
+
+
 @dataclass(frozen=True, slots=True)
 class AddedBackend:
     """A backend of another package.
@@ -100,20 +108,8 @@ class AddedBackend:
         Raises:
             ExtensionError: the function has failed, or has given no answer of the right shapes.
         """
-        try:
-            answer = self.solve(qp)
-        except Exception as error:
-            raise extension_error(f"QP solver {self.name!r}", error) from error
-        if not isinstance(answer, QpAnswer):
-            kind = type(answer).__name__
-            raise ExtensionError(f"QP solver {self.name!r} gives a {kind}, expected is a QpAnswer")
-        y, multipliers = (
-            ("y", answer.y, qp.f.shape),
-            ("multipliers", answer.multipliers, qp.lower.shape),
-        )
-        fault = shape_fault(y, multipliers)
-        if fault:
-            raise ExtensionError(f"QP solver {self.name!r} {fault}")
+        answer = answer_of(f"QP solver {self.name!r}", partial(answer_fault, qp), self.solve, qp)
+        assert isinstance(answer, QpAnswer)
         return answer
 
 

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from tauten.model.extension_error import ExtensionError, extension_error, shape_fault
+from tauten.model.extension_error import answer_of, shape_fault
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.points import Entries, Motion
 from tauten.model.rows import Jacobian, Rows, dense
@@ -98,14 +99,8 @@ class TransmissionSet(Generic[P_co]):
         parts = zip(self.names, self.functions, self.starts[:-1], self.starts[1:], strict=True)
         found = []
         for name, function, first, end in parts:
-            try:
-                one = function.at(y[first:end])
-            except Exception as error:
-                raise extension_error(f"actuator {name!r}", error) from error
-            fault = transmitted_fault(one, int(end - first))
-            if fault:
-                raise ExtensionError(f"actuator {name!r} {fault}")
-            found.append(one)
+            fault = partial(transmitted_fault, k=int(end - first))
+            found.append(answer_of(f"actuator {name!r}", fault, function.at, y[first:end]))
         return found
 
     def rows(self, motion: Motion[P_co]) -> Rows:

@@ -11,13 +11,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import cast
 
 import numpy as np
 
 from tauten.model.contact.shapes import DrawnShape, NearShape, Shape, distances_fault, outline_fault
-from tauten.model.extension_error import ExtensionError, extension_error
+from tauten.model.extension_error import answer_of
 from tauten.model.numerics import Array, Ints, product, rotations_between, turned
 
 
@@ -257,14 +257,10 @@ class Obstacle:
         """
         if hasattr(self.shape, "closest_within"):  # faster than to ask for the protocol
             return cast(NearShape, self.shape).closest_within(points, reach)
-        try:
-            found = self.shape.closest(points)
-        except Exception as error:
-            raise extension_error(f"shape of obstacle {self.name!r}", error) from error
-        fault = distances_fault(found, len(points))
-        if fault:
-            raise ExtensionError(f"shape of obstacle {self.name!r} {fault}")
-        gap, normal = found
+        fault = partial(distances_fault, m=len(points))
+        gap, normal = answer_of(
+            f"shape of obstacle {self.name!r}", fault, self.shape.closest, points
+        )
         unknown = np.isnan(gap)
         if np.logical_or.reduce(unknown):
             unknown &= np.isfinite(points).all(axis=1)
@@ -286,15 +282,10 @@ class Obstacle:
         """
         if not isinstance(self.shape, DrawnShape):
             return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
-        what = f"outline of the shape of obstacle {self.name!r}"
-        try:
-            found = self.shape.outline((centre - pose.position) @ pose.Q, extent)
-        except Exception as error:
-            raise extension_error(what, error) from error
-        fault = outline_fault(found)
-        if fault:
-            raise ExtensionError(f"{what} {fault}")
-        vertices, triangles = found
+        what, own = f"outline of the shape of obstacle {self.name!r}", centre - pose.position
+        vertices, triangles = answer_of(
+            what, outline_fault, self.shape.outline, own @ pose.Q, extent
+        )
         return vertices, triangles
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from tauten.model.effectors.measure import Measure, Measurement, measurement_fault
-from tauten.model.extension_error import ExtensionError, extension_error
+from tauten.model.extension_error import answer_of
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import Entries, Motion, OuterForces
 from tauten.model.rows import EffectorRows, Rows
@@ -68,15 +68,8 @@ class Effectors(Generic[P_co]):
 
     def _added(self, i: int, y: Array) -> Measurement:
         """Effector i, which is a function of another package, for positions y (P, 3) of its points [m]."""
-        what = f"effector {self.layout.names[i]!r}"
-        try:
-            found = self.measures[i].at(y)
-        except Exception as error:
-            raise extension_error(what, error) from error
-        fault = measurement_fault(found, len(y))
-        if fault:
-            raise ExtensionError(f"{what} {fault}")
-        return found
+        fault = partial(measurement_fault, P=len(y))
+        return answer_of(f"effector {self.layout.names[i]!r}", fault, self.measures[i].at, y)
 
     def over(self, points: Other) -> Effectors[Other]:
         """The same effectors over points of another body."""

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from tauten.model.extension_error import extension_error
+from tauten.model.extension_error import extension_error, is_own
 from tauten.model.schema import Parameters, RobotFileError
 
 T = TypeVar("T")
@@ -98,7 +98,7 @@ def made(
     except ValueError as error:
         raise RobotFileError(f"{field}.parameters: {error}") from error
     except Exception as error:
-        if str(getattr(make, "__module__", "")).startswith("tauten."):  # files that cannot be read
+        if is_own(make):  # files that cannot be read
             raise
         raise RobotFileError(str(extension_error(field, error))) from error
     check_interface(found, kind, field)

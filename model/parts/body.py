@@ -273,7 +273,7 @@ class PartsBody(Body[PartsPoints]):
         efforts, schemes = self.actuator_set.split(effort), self.schemes(integration)
         every = zip(self.bodies, self.states(state), efforts, schemes, strict=True)
         found = [body.linearise(own, lam, one) for body, own, lam, one in every]
-        return joined_system(found, self.blocks)
+        return joined_system(self.spans, found, self.blocks)
 
     def system(
         self, assembled: Assembled, integration: Integration, added: Augmentation = None
@@ -283,7 +283,7 @@ class PartsBody(Body[PartsPoints]):
         more = added if isinstance(added, tuple) else (None,) * len(self.bodies)
         every = zip(self.bodies, assembled.parts, self.schemes(integration), more, strict=True)
         found = [body.system(own, scheme, one) for body, own, scheme, one in every]
-        return joined_system(found, self.blocks)
+        return joined_system(self.spans, found, self.blocks)
 
     def blocks(self, factors: list[Factorisation]) -> BlockFactors:
         """Factors of each part as those of all parts."""

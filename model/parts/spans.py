@@ -125,25 +125,25 @@ def joined_forces(spans: Spans, forces: Sequence[Array | None]) -> Array | None:
 
 
 def joined_system(
-    systems: Sequence[System], joined: Callable[[list[Factorisation]], Factorisation]
+    spans: Spans,
+    systems: Sequence[System],
+    joined: Callable[[list[Factorisation]], Factorisation],
 ) -> System:
     """The system of one step of all parts.
 
     Args:
+        spans: of the parts.
         systems: of each part, with one time step.
         joined: gives factors of all parts from those of each.
     """
     if len(systems) == 1:
         return systems[0]
     tangents = [one.tangent.ravel() for one in systems if one.tangent is not None]
-    starts = np.cumsum([0, *(len(one.v) for one in systems)])
-    pairs = zip(starts, systems, strict=False)
+    pairs = zip(spans.columns, systems, strict=True)
     stiffer = [
-        (start + one.stiffened[0], one.stiffened[1]) for start, one in pairs if one.stiffened
+        (own.start + one.stiffened[0], one.stiffened[1]) for own, one in pairs if one.stiffened
     ]
     unknowns, more = zip(*stiffer, strict=True) if stiffer else ((), ())
-    still = all(one.inertia is None for one in systems)
-    turning = [np.zeros_like(one.v) if one.inertia is None else one.inertia for one in systems]
     return System(
         h=systems[0].h,
         v=np.concatenate([one.v for one in systems]),
@@ -154,5 +154,5 @@ def joined_system(
         tangent=np.concatenate(tangents) if len(tangents) == len(systems) else None,
         semidefinite=max(one.semidefinite for one in systems),
         stiffened=(np.concatenate(unknowns), np.concatenate(more)) if stiffer else None,
-        inertia=None if still else np.concatenate(turning),
+        inertia=joined_forces(spans, [one.inertia for one in systems]),
     )

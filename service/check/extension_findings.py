@@ -6,7 +6,7 @@ from collections.abc import Container, Iterator
 
 import numpy as np
 
-from tauten.model import Robot
+from tauten.model import Robot, is_own
 from tauten.model.actuators import ActuatorSet
 from tauten.model.numerics import Array
 from tauten.service.check.findings import Finding, graded, worst
@@ -92,7 +92,7 @@ def shape_errors(robot: Robot) -> Iterator[tuple[str, float]]:
     places = robot.motion(robot.rest()).placed(robot.vertices).y
     for pair in robot.contacts.pairs:
         obstacle = pair.obstacle
-        if obstacle is None or type(obstacle.shape).__module__.startswith("tauten."):
+        if obstacle is None or is_own(obstacle.shape):
             continue
         points = np.einsum("mk,mkd->md", pair.weights, places[pair.nodes])  # (m, 3)
         y = near(robot, (points - obstacle.start.position) @ obstacle.start.Q)

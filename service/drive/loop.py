@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 import zenoh
 
-from tauten.model import extension_error
+from tauten.model import extension_error, is_own
 from tauten.model.numerics import Array
 from tauten.service.drive.driver import Driver, DriverError, Measured
 from tauten.service.link import announced
@@ -83,7 +83,7 @@ def hardware_of(robot: str, driver: Driver) -> Iterator[None]:
     except OSError as error:
         raise driver_failure(robot, str(error)) from error
     except Exception as error:
-        if type(driver).__module__.startswith("tauten."):
+        if is_own(driver):
             raise
         raise extension_error(f"the driver of {robot}", error) from error
 

@@ -65,11 +65,13 @@ def error(name: str, steps: int, periods: int) -> float:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["plane_falls", "plane_tension", "plane_free"])
-def test_links_in_a_plane_move_to_second_order(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "nearest"), [("plane_falls", 1e-4), ("plane_tension", 1e-4), ("plane_free", 3e-4)]
+)
+def test_links_in_a_plane_move_to_second_order(name: str, nearest: float) -> None:
     """Half a second, in which they turn over."""
     coarse, fine = error(name, 8, 25), error(name, 16, 25)
-    assert fine < 3e-4
+    assert fine < nearest
     assert coarse > 3.5 * fine
 
 
