@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import binascii
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -27,14 +27,16 @@ FARTHEST = 1e6  # m, of a point of a description
 
 
 class JsonMessage(BaseModel):
-    """A message, or a part of one. Numbers are no text and no truth values."""
+    """A message, or a part of one, and its ROS type. Numbers are no text and no truth values."""
 
     model_config = ConfigDict(frozen=True, extra="ignore", strict=True)
+    ros_type: ClassVar[str]
 
 
 class JsonTime(JsonMessage):
     """builtin_interfaces/Time."""
 
+    ros_type = "builtin_interfaces/msg/Time"
     sec: Annotated[int, Field(ge=0, lt=SECONDS)] = 0
     nanosec: Annotated[int, Field(ge=0, lt=NANO)] = 0
 
@@ -42,6 +44,7 @@ class JsonTime(JsonMessage):
 class JsonHeader(JsonMessage):
     """std_msgs/Header."""
 
+    ros_type = "std_msgs/msg/Header"
     stamp: JsonTime = JsonTime()
     frame_id: str = ""
 
@@ -49,6 +52,7 @@ class JsonHeader(JsonMessage):
 class JsonVector(JsonMessage):
     """geometry_msgs/Point."""
 
+    ros_type = "geometry_msgs/msg/Point"
     x: float
     y: float
     z: float
@@ -57,12 +61,14 @@ class JsonVector(JsonMessage):
 class JsonQuaternion(JsonVector):
     """geometry_msgs/Quaternion."""
 
+    ros_type = "geometry_msgs/msg/Quaternion"
     w: float
 
 
 class JsonPose(JsonMessage):
     """geometry_msgs/Pose."""
 
+    ros_type = "geometry_msgs/msg/Pose"
     position: JsonVector
     orientation: JsonQuaternion
 
@@ -70,6 +76,7 @@ class JsonPose(JsonMessage):
 class JsonPointStamped(JsonMessage):
     """geometry_msgs/PointStamped."""
 
+    ros_type = "geometry_msgs/msg/PointStamped"
     header: JsonHeader = JsonHeader()
     point: JsonVector
 
@@ -77,6 +84,7 @@ class JsonPointStamped(JsonMessage):
 class JsonPoseStamped(JsonMessage):
     """geometry_msgs/PoseStamped."""
 
+    ros_type = "geometry_msgs/msg/PoseStamped"
     header: JsonHeader = JsonHeader()
     pose: JsonPose
 
@@ -84,6 +92,7 @@ class JsonPoseStamped(JsonMessage):
 class JsonJointState(JsonMessage):
     """sensor_msgs/JointState."""
 
+    ros_type = "sensor_msgs/msg/JointState"
     header: JsonHeader = JsonHeader()
     name: tuple[str, ...] = ()
     position: tuple[float, ...]
@@ -92,6 +101,7 @@ class JsonJointState(JsonMessage):
 class JsonText(JsonMessage):
     """std_msgs/String."""
 
+    ros_type = "std_msgs/msg/String"
     data: str
 
 

@@ -27,7 +27,16 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from tauten.service.codec.json_messages import NANO, SECONDS
+from tauten.service.codec.json_messages import (
+    NANO,
+    SECONDS,
+    JsonJointState,
+    JsonMessage,
+    JsonPointStamped,
+    JsonPoseStamped,
+    JsonText,
+    from_json,
+)
 from tauten.service.codec.rejection import Rejection, RejectionReason, quoted
 
 POINT = "geometry_msgs/msg/PointStamped"
@@ -69,6 +78,10 @@ CDR = "application/cdr"
 JSON = "application/json"
 # zenoh/bytes is the encoding of a publisher that names none
 _CDR_ENCODINGS = frozenset({CDR, "zenoh/bytes", "application/octet-stream"})
+# messages that may be JSON
+JSON_MODELS: dict[str, type[JsonMessage]] = {
+    model.ros_type: model for model in (JsonPointStamped, JsonPoseStamped, JsonJointState, JsonText)
+}
 MAX_PAYLOAD = 16_384  # bytes; the largest correct message has a few hundred
 
 
@@ -222,6 +235,38 @@ def payload_format(payload: bytes, encoding: str, kind: str) -> str | Rejection:
     return Rejection(
         RejectionReason.ENCODING, f"found {quoted(encoding)}, allowed are {CDR} and {JSON}"
     )
+
+
+def as_cdr(payload: bytes, encoding: str, kind: str) -> bytes | Rejection:
+    """A message in CDR, as it is in logs: the same bytes, or the fields of one that is JSON.
+
+    Args:
+        payload: the message.
+        encoding: of Zenoh, such as "application/json".
+        kind: message type that is expected.
+    """
+    form = payload_format(payload, encoding, kind)
+    if form == CDR:
+        return payload
+    if isinstance(form, Rejection):
+        return form
+    if kind not in JSON_MODELS:
+        return Rejection(RejectionReason.ENCODING, f"a {kind} is read from CDR only")
+    found = from_json(JSON_MODELS[kind], kind, payload)
+    return found if isinstance(found, Rejection) else to_cdr(kind, _ros_message(found))
+
+
+def _ros_message(found: JsonMessage) -> Any:
+    """The ROS message with the fields of one that was JSON."""
+    fields = {name: getattr(found, name) for name in type(found).model_fields}
+    if isinstance(found, JsonJointState):
+        fields |= {"velocity": (), "effort": ()}
+    for name, value in fields.items():
+        if isinstance(value, JsonMessage):
+            fields[name] = _ros_message(value)
+        elif isinstance(value, tuple):
+            fields[name] = list(value) if name == "name" else np.array(value, dtype=np.float64)
+    return new(found.ros_type, **fields)
 
 
 def time_of(time: Any) -> int | Rejection:

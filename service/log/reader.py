@@ -45,8 +45,8 @@ class Logged:
 
     Attributes:
         key: Zenoh key.
-        payload: as it went over the wire.
-        encoding: "cdr" or "json".
+        payload: the message.
+        encoding: "cdr"; in older logs also "json".
         logged: when it was seen [ns since the epoch].
         sequence: tick it belongs to.
     """

@@ -17,7 +17,6 @@ from tauten.service.log.described import description_metadata
 from tauten.service.log.recorder import Entry, LogRecorder
 from tauten.service.process import StopFlag
 from tauten.service.wire import (
-    CDR,
     FLOAT,
     HEALTH,
     JOINTS,
@@ -27,8 +26,8 @@ from tauten.service.wire import (
     Keys,
     Rejection,
     Ring,
+    as_cdr,
     ask_description,
-    payload_format,
     payload_of,
     waiting,
 )
@@ -79,9 +78,9 @@ def record_robot(session: zenoh.Session, robot: str, path: Path, stop: StopFlag)
     try:
         while not stop.requested and not recorder.fault:
             time.sleep(_PAUSE)
-            for key, kind, payload, json in arrived(source, kinds, _RING):
+            for key, kind, payload in arrived(source, kinds, _RING):
                 seen = time.time_ns()
-                recorder.write(Entry(key, kind, payload, json, seen, seen, 0))
+                recorder.write(Entry(key, kind, payload, seen, seen, 0))
                 count += 1
     finally:
         recorder.close()
@@ -90,10 +89,8 @@ def record_robot(session: zenoh.Session, robot: str, path: Path, stop: StopFlag)
     return count
 
 
-def arrived(
-    source: Ring, kinds: dict[str, str], most: int
-) -> Iterator[tuple[str, str, bytes, bool]]:
-    """Key, type and payload of messages that have arrived, and whether they are JSON rather than CDR.
+def arrived(source: Ring, kinds: dict[str, str], most: int) -> Iterator[tuple[str, str, bytes]]:
+    """Key, type and payload, in CDR, of messages that have arrived.
 
     Those that are not of the type of their key are left out.
 
@@ -107,6 +104,6 @@ def arrived(
         kind = kinds.get(key)
         if kind is None or isinstance(payload, Rejection):
             continue
-        form = payload_format(payload, str(sample.encoding), kind)
-        if not isinstance(form, Rejection):
-            yield key, kind, payload, form != CDR
+        message = as_cdr(payload, str(sample.encoding), kind)
+        if not isinstance(message, Rejection):
+            yield key, kind, message

@@ -34,8 +34,7 @@ class Entry:
     Attributes:
         key: Zenoh key.
         kind: message type.
-        payload: as it went over the wire.
-        json: whether the payload is JSON rather than CDR.
+        payload: the message in CDR.
         logged: when it was seen [ns since the epoch].
         published: when it was made [ns since the epoch].
         sequence: tick it belongs to.
@@ -44,7 +43,6 @@ class Entry:
     key: str
     kind: str
     payload: bytes
-    json: bool
     logged: int
     published: int
     sequence: int
@@ -88,7 +86,7 @@ class LogRecorder:
                 path.unlink()
             raise OSError(error.errno, error.strerror, str(path)) from error
         self._schemas: dict[str, int] = {}
-        self._channels: dict[tuple[str, bool], int] = {}
+        self._channels: dict[str, int] = {}
         self._waiting: deque[Entry] = deque()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="recorder")
@@ -137,15 +135,13 @@ class LogRecorder:
         )
 
     def _channel(self, entry: Entry) -> int:
-        name = (entry.key, entry.json)
-        if name not in self._channels:
-            self._channels[name] = self._writer.register_channel(
+        if entry.key not in self._channels:
+            self._channels[entry.key] = self._writer.register_channel(
                 topic=f"/{entry.key}",
-                message_encoding="json" if entry.json else "cdr",
-                # JSON carries its own field names and needs no schema
-                schema_id=0 if entry.json else self._schema(entry.kind),
+                message_encoding="cdr",  # alone, as the profile ros2 of MCAP has it
+                schema_id=self._schema(entry.kind),
             )
-        return self._channels[name]
+        return self._channels[entry.key]
 
     def _schema(self, kind: str) -> int:
         if kind not in self._schemas:

@@ -25,9 +25,9 @@ from tauten.service.node.feedback import LARGEST, ModelHistory, capped, stable_g
 from tauten.service.node.plausibility import MeasurementCheck
 from tauten.service.settings import ServiceSettings, lasting_timeout
 from tauten.service.wire import (
+    CDR,
     COMMAND_RING,
     EFFECTOR_RING,
-    JSON,
     MESSAGE_TYPES,
     OBSTACLE_RING,
     TEXT,
@@ -43,6 +43,7 @@ from tauten.service.wire import (
     Received,
     Rejection,
     RejectionReason,
+    as_cdr,
     quoted,
     reach_of,
 )
@@ -178,7 +179,7 @@ class NodeInputs:
         """Read the operator's commands, oldest first; `count` each when it has been carried out."""
         found = self._commands.read()
         for item in found:
-            self._write(self._command_key, TEXT, item.payload, item.json, 0, tick)
+            self._write(self._command_key, TEXT, item.payload, item.encoding, 0, tick)
         return [item.command for item in found]
 
     def count(self, command: OperatorOrder, refused: Rejection | None) -> None:
@@ -224,9 +225,8 @@ class NodeInputs:
         """Write a plant's messages into the log; other messages on its keys are left out."""
         if self._plant is None:
             return
-        for key, kind, payload, json in arrived(self._plant, self._message_kinds, _PLANT_RING):
-            if not json:
-                self._write(key, kind, payload, False, 0, tick)
+        for key, kind, payload in arrived(self._plant, self._message_kinds, _PLANT_RING):
+            self._write(key, kind, payload, CDR, 0, tick)
 
     def diagnostics(self) -> list[Diagnostic]:
         """Counts of messages, and the state of a closed loop."""
@@ -251,14 +251,17 @@ class NodeInputs:
 
     def _record(self, accepted: list[Received], keys: tuple[str, ...], tick: int) -> None:
         for item in accepted:
-            json = item.encoding.startswith(JSON)
             kind, stamp = self._kinds[item.effector], item.message.stamp
-            self._write(keys[item.effector], kind, item.payload, json, stamp, tick)
+            self._write(keys[item.effector], kind, item.payload, item.encoding, stamp, tick)
 
-    def _write(self, key: str, kind: str, payload: bytes, json: bool, made: int, tick: int) -> None:
-        if self._recorder is not None:
-            read = time.time_ns()
-            self._recorder.write(Entry(key, kind, payload, json, read, made or read, tick))
+    def _write(
+        self, key: str, kind: str, payload: bytes, encoding: str, made: int, tick: int
+    ) -> None:
+        if self._recorder is None:
+            return
+        read, message = time.time_ns(), as_cdr(payload, encoding, kind)
+        if not isinstance(message, Rejection):
+            self._recorder.write(Entry(key, kind, message, read, made or read, tick))
 
 
 class MeasuredLoop:

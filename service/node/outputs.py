@@ -175,7 +175,7 @@ class NodeOutputs:
     def _send(self, publisher: Publisher, payload: bytes, stamp: int, tick: int) -> None:
         publisher.put(payload)
         if self._recorder is not None:
-            entry = Entry(publisher.key, publisher.kind, payload, False, stamp, stamp, tick)
+            entry = Entry(publisher.key, publisher.kind, payload, stamp, stamp, tick)
             self._recorder.write(entry)
 
 

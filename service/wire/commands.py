@@ -36,12 +36,12 @@ class ReceivedCommand:
     Attributes:
         command: of the operator.
         payload: the message as it came.
-        json: whether the message is JSON rather than CDR.
+        encoding: names its format.
     """
 
     command: OperatorOrder
     payload: bytes
-    json: bool
+    encoding: str
 
 
 class CommandSubscriber:
@@ -68,7 +68,7 @@ class CommandSubscriber:
             if isinstance(command, Rejection):
                 self.counts.refuse(command)
             else:
-                found.append(ReceivedCommand(command, payload, encoding.startswith(JSON)))
+                found.append(ReceivedCommand(command, payload, encoding))
         return found
 
 

@@ -21,13 +21,11 @@ from tauten.model.schema import EffectorKind
 from tauten.service.codec import (
     JOINTS,
     JSON,
+    JSON_MODELS,
     NANO,
     POINT,
     POSE,
     Joints,
-    JsonJointState,
-    JsonPointStamped,
-    JsonPoseStamped,
     Rejection,
     RejectionReason,
     encode_joints,
@@ -44,9 +42,6 @@ from tauten.service.codec import (
 MESSAGE_TYPES: dict[EffectorKind, str] = {
     "point": POINT, "centre": POINT, "frame": POSE, "distance": JOINTS, "length": JOINTS,
     "volume": JOINTS, "function": JOINTS,
-}  # fmt: skip
-_MODELS: dict[str, type[JsonPointStamped | JsonPoseStamped | JsonJointState]] = {
-    POINT: JsonPointStamped, POSE: JsonPoseStamped, JOINTS: JsonJointState,
 }  # fmt: skip
 
 
@@ -123,7 +118,7 @@ def decode_effector(
             return Rejection(RejectionReason.WRONG_TYPE, detail)
         return form
     found: Any = (
-        from_json(_MODELS[expected], expected, payload)
+        from_json(JSON_MODELS[expected], expected, payload)
         if form == JSON
         else from_cdr(expected, payload)
     )
@@ -148,7 +143,7 @@ def decode_effector(
 
 def _other_type(payload: bytes, expected: str) -> str:
     """The type as which a message that is not of the expected one can be read; "" where there is none."""
-    for kind, model in _MODELS.items():
+    for kind, model in JSON_MODELS.items():
         if kind != expected and not isinstance(from_json(model, kind, payload), Rejection):
             return kind
     return ""

@@ -18,7 +18,8 @@ from pathlib import Path
 
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
-from support.nodes import send_until_followed
+from support.messages import decoded_by_mcap
+from support.nodes import send, send_until_followed
 from support.processes import Served, run_main, start
 
 from tauten.model import Robot
@@ -101,6 +102,9 @@ def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, be
     assert "refused the command 'unlock" in served.process.output.read_text()
     assert served.process.end() == 0
     assert ask_metrics(served.session, "beam") is None
+    # commands come as JSON, and the profile of the log has CDR alone
+    commands = [it.data for topic, _, it in decoded_by_mcap(served.log) if "command" in topic]
+    assert commands[:2] == ["hold", "stop"]
 
 
 def test_a_recorder_beside_the_node_records_the_run(
@@ -117,6 +121,7 @@ def test_a_recorder_beside_the_node_records_the_run(
     while not log.exists():
         time.sleep(0.05)
     send_until_followed(served, beam, 0.005)
+    send(served, beam, 0.005, 0.2, json=True)
     stop.request()
     recorder.join()
     run = read_run(log)
@@ -127,6 +132,7 @@ def test_a_recorder_beside_the_node_records_the_run(
     keys = {message.key for message in LogReader(log).messages()}
     assert {served.keys.tick, served.keys.actuation, "tauten/beam/target"} <= keys
     assert counts[0] > 30
+    assert counts[0] == len(decoded_by_mcap(log))
 
 
 def test_a_recorder_whose_disk_is_full_ends_with_the_reason(served: Served, tmp_path: Path) -> None:

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
 
 from tauten.model import EffectorLayout
 from tauten.model.schema import COMPONENTS, EffectorKind, EffectorSettings
@@ -64,6 +69,18 @@ def encode_command(command: OperatorOrder) -> bytes:
     """A command of an operator in CDR, as a bridge to ROS 2 sends it."""
     store = typestore()
     return bytes(store.serialize_cdr(store.types[TEXT](data=str(command)), TEXT))
+
+
+def decoded_by_mcap(log: Path) -> list[tuple[str, str, Any]]:
+    """Topic, type and content of all messages of a log, as the ROS 2 reader of MCAP decodes it."""
+    found = []
+    with log.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        assert reader.get_header().profile == "ros2"
+        for item in reader.iter_decoded_messages():
+            assert item.schema is not None
+            found.append((item.channel.topic, item.schema.name, item.decoded_message))
+    return found
 
 
 def effector(

@@ -75,7 +75,7 @@ def write_run(setup: Setup, path: Path) -> None:
             (keys.plant_gap, FLOAT, encode_float(0.002 - 1e-4 * index)),
             (keys.tick, TICK, encode_tick(tick)),
         ):
-            recorder.write(Entry(key, kind, payload, False, stamp, stamp, index))
+            recorder.write(Entry(key, kind, payload, stamp, stamp, index))
     recorder.close()
 
 
@@ -101,6 +101,6 @@ def doctored(log: Path, path: Path, metadata: dict[str, str]) -> Path:
     for m in messages:
         kind = kinds.get(m.key.rsplit("/", 1)[1])
         if kind is not None:
-            recorder.write(Entry(m.key, kind, m.payload, False, m.logged, m.logged, m.sequence))
+            recorder.write(Entry(m.key, kind, m.payload, m.logged, m.logged, m.sequence))
     recorder.close()
     return path

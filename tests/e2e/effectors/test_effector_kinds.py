@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.messages import Point, encode_point
+from support.messages import Point, decoded_by_mcap, encode_point
 from support.nodes import check_limits, wait_for, wait_health
 from support.processes import (
     ROBOT,
@@ -31,6 +31,7 @@ from tauten.service.plant import TargetPath, free_ports, save_path
 from tauten.service.replay import make_report, read_run
 from tauten.service.wire import (
     CDR,
+    JOINTS,
     JSON,
     EffectorMessage,
     Joints,
@@ -203,8 +204,9 @@ def check_log(log: Path, robot: Robot, goal: Array, folder: Path) -> None:
     ]
     assert all(isinstance(joint, Joints) for joint in joints)
     check_limits(joints, robot)  # type: ignore[arg-type]
-    kinds = {m.key: m.encoding for m in messages(log) if "/target" in m.key}
-    assert kinds == {"tauten/beam/target": "json", "tauten/beam/target/span": "cdr"}
+    # one came as JSON, the other as CDR
+    kinds = {topic: kind for topic, kind, _ in decoded_by_mcap(log) if "/target" in topic}
+    assert kinds == {"/tauten/beam/target": POSE, "/tauten/beam/target/span": JOINTS}
 
 
 def messages(log: Path) -> list[Logged]:

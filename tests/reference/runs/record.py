@@ -72,7 +72,7 @@ def write(
         (keys.actuation, JOINTS, encode_joints(joints)),
         (keys.tick, TICK, encode_tick(tick)),
     ):
-        recorder.write(Entry(key, kind, payload, False, stamp, stamp, index))
+        recorder.write(Entry(key, kind, payload, stamp, stamp, index))
 
 
 def record(name: str, folder: Path) -> Path:

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mcap.reader import make_reader
-from mcap_ros2.decoder import DecoderFactory
-from support.messages import Point, encode_point, point_json
+from mcap.writer import Writer
+from support.messages import Point, decoded_by_mcap, encode_point
 
 from tauten.service.codec.messages import POINT
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder
@@ -22,13 +21,13 @@ def write_log(path: Path, count: int, close: bool = True) -> LogRecorder:
     for tick in range(count):
         joints = Joints(tick, "base", ("a", "b"), (0.001 * tick, 0.0), (1.0, 2.0))
         point = Point(tick, "base", (0.1, 0.2, tick))
-        for key, kind, payload, json in (
-            ("tauten/finger/target", POINT, point_json(point), True),
-            ("tauten/finger/target", POINT, encode_point(point), False),
-            ("tauten/finger/actuation", JOINTS, encode_joints(joints), False),
-            ("tauten/finger/plant/gap", FLOAT, encode_float(-0.5 * tick), False),
+        for key, kind, payload in (
+            ("tauten/finger/measurement", POINT, encode_point(point)),
+            ("tauten/finger/target", POINT, encode_point(point)),
+            ("tauten/finger/actuation", JOINTS, encode_joints(joints)),
+            ("tauten/finger/plant/gap", FLOAT, encode_float(-0.5 * tick)),
         ):
-            recorder.write(Entry(key, kind, payload, json, 10**9 + tick, 10**9 + tick, tick))
+            recorder.write(Entry(key, kind, payload, 10**9 + tick, 10**9 + tick, tick))
     if close:
         recorder.close()
     return recorder
@@ -41,7 +40,7 @@ def test_a_log_comes_back_in_order(tmp_path: Path) -> None:
     assert reader.metadata == METADATA
     assert reader.complete
     assert [message.sequence for message in messages] == np.repeat(np.arange(100), 4).tolist()
-    assert [message.encoding for message in messages[:4]] == ["json", "cdr", "cdr", "cdr"]
+    assert {message.encoding for message in messages} == {"cdr"}
     assert messages[1].payload == encode_point(Point(0, "base", (0.1, 0.2, 0.0)))
 
 
@@ -60,17 +59,25 @@ def test_a_file_that_another_recorder_writes_is_refused_and_stays_whole(tmp_path
 
 def test_the_mcap_libraries_own_ros_2_reader_decodes_it(tmp_path: Path) -> None:
     write_log(tmp_path / "log.mcap", 3)
-    found = []
-    with (tmp_path / "log.mcap").open("rb") as file:
-        reader = make_reader(file, decoder_factories=[DecoderFactory()])
-        for item in reader.iter_decoded_messages(topics=["/tauten/finger/actuation"]):
-            assert item.schema is not None
-            message = item.decoded_message
-            found.append((item.schema.name, message.name, message.position))
-        assert reader.get_header().profile == "ros2"
-    assert [name for name, _, _ in found] == [JOINTS] * 3
-    assert found[2][1] == ["a", "b"]
-    assert found[2][2] == pytest.approx([0.002, 0.0])
+    found = decoded_by_mcap(tmp_path / "log.mcap")
+    assert [kind for _, kind, _ in found] == [POINT, POINT, JOINTS, FLOAT] * 3
+    topic, _, message = found[-2]
+    assert (topic, message.name) == ("/tauten/finger/actuation", ["a", "b"])
+    assert message.position == pytest.approx([0.002, 0.0])
+
+
+def test_json_of_an_older_log_is_told_from_cdr(tmp_path: Path) -> None:
+    """Logs had commands and targets as they had come."""
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, enable_data_crcs=True)
+        writer.start(profile="ros2", library="tauten")
+        writer.add_metadata("tauten", METADATA)
+        channel = writer.register_channel("/tauten/finger/command", "json", schema_id=0)
+        writer.add_message(channel, 1, b'{"data": "hold"}', 1)
+        writer.finish()  # type: ignore[no-untyped-call]
+    (message,) = LogReader(path).messages()
+    assert (message.key, message.encoding) == ("tauten/finger/command", "json")
 
 
 @pytest.mark.long

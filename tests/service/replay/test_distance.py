@@ -82,7 +82,7 @@ def write_run(file: Path, log: Path, kind: str) -> None:
             (keys.plant_health, HEALTH, encode_health(stamp, robot.name, [health])),
             (keys.tick, TICK, encode_tick(tick)),
         ):
-            recorder.write(Entry(key, kind, payload, False, stamp, stamp, index))
+            recorder.write(Entry(key, kind, payload, stamp, stamp, index))
     recorder.close()
 
 

@@ -85,7 +85,7 @@ def entries(ticks: int, change: random.Random | None = None) -> list[Entry]:
         ):
             if change is not None and change.random() < 0.01:
                 payload = change.randbytes(change.randrange(60))
-            found.append(Entry(key, kind, payload, False, stamp, stamp, index))
+            found.append(Entry(key, kind, payload, stamp, stamp, index))
     return found
 
 

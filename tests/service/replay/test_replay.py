@@ -111,7 +111,7 @@ def test_missing_ticks_are_noticed(
     for message in messages:
         kind = kinds.get(message.key.rsplit("/", 1)[1])
         if kind is not None and message.sequence not in missing:
-            recorder.write(Entry(message.key, kind, message.payload, False, 1, 1, message.sequence))
+            recorder.write(Entry(message.key, kind, message.payload, 1, 1, message.sequence))
     recorder.close()
     with pytest.raises(LogError, match=sentence):
         replay(holed, 1e-4, recorded_paths=True)
@@ -215,7 +215,7 @@ def test_a_run_without_plant_is_reported_too(log: Path, beam: Robot, tmp_path: P
     for m in messages:
         if "plant" not in m.key:
             kind = kinds[m.key.rsplit("/", 1)[1]]
-            recorder.write(Entry(m.key, kind, m.payload, False, m.logged, m.logged, m.sequence))
+            recorder.write(Entry(m.key, kind, m.payload, m.logged, m.logged, m.sequence))
     recorder.close()
     run = read_run(tmp_path / "log.mcap")
     report = make_report(run)
@@ -330,7 +330,7 @@ def test_a_doctored_tick_is_refused_with_a_sentence(
                 correction_values=tuple(chain(*correction)),
             )
             payload = encode_tick(doctored)
-        recorder.write(Entry(m.key, kind, payload, False, m.logged, m.logged, m.sequence))
+        recorder.write(Entry(m.key, kind, payload, m.logged, m.logged, m.sequence))
     recorder.close()
     with pytest.raises(LogError, match=re.escape(message)):
         replay(path, 1e-4)

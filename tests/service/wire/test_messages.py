@@ -2,25 +2,31 @@
 
 import json
 import math
+from typing import Any
 
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from mcap_ros2._dynamic import generate_dynamic
 from support.messages import Point, decode_point, encode_point, point_json
 
 from tauten.service.codec.messages import (
     MAX_PAYLOAD,
     POINT,
+    POSE,
 )
 from tauten.service.wire import (
     CDR,
+    FLOAT,
     HEALTH,
     JOINTS,
     JSON,
+    TEXT,
     TICK,
     Joints,
     Rejection,
     RejectionReason,
+    as_cdr,
     decode_joints,
     definition,
     encode_joints,
@@ -102,6 +108,43 @@ def test_bad_points_are_refused_for_the_right_reason(
     found = decode_point(payload, encoding)
     assert isinstance(found, Rejection)
     assert found.reason is reason
+
+
+@pytest.mark.parametrize(
+    ("kind", "payload"),
+    [
+        (POINT, b'{"header": {"stamp": {"sec": 3}}, "point": {"x": 0.1, "y": 2, "z": -3}}'),
+        (
+            POSE,
+            b'{"pose": {"position": {"x": 1, "y": 2, "z": 3}, '
+            b'"orientation": {"x": 0, "y": 0.6, "z": 0, "w": 0.8}}}',
+        ),
+        (JOINTS, b'{"name": ["span"], "position": [0.1]}'),
+        (JOINTS, b'{"position": [0.1, 0.2]}'),
+        (TEXT, '{"data": "lock ü position 0.1"}'.encode()),
+    ],
+)
+def test_json_becomes_the_same_message_in_cdr(kind: str, payload: bytes) -> None:
+    """Logs have CDR alone; the MCAP library for ROS 2 reads it by the definition in the log."""
+    made = as_cdr(payload, f"{JSON};{kind}", kind)
+    assert isinstance(made, bytes)
+    decode = generate_dynamic(kind, definition(kind))[kind]
+    agrees(decode(made), json.loads(payload))
+    assert as_cdr(made, CDR, kind) == made
+
+
+def agrees(found: Any, fields: dict[str, Any]) -> None:
+    """Whether a ROS message has these fields."""
+    for name, value in fields.items():
+        if isinstance(value, dict):
+            agrees(getattr(found, name), value)
+        else:
+            assert getattr(found, name) == value
+
+
+def test_json_of_another_type_is_not_made_to_cdr() -> None:
+    for kind, payload in ((FLOAT, b'{"data": 1.0}'), (POINT, b'{"point": {"x": 1}}')):
+        assert isinstance(as_cdr(payload, JSON, kind), Rejection)
 
 
 def test_a_point_without_header_is_read_from_json() -> None:
