@@ -1,9 +1,7 @@
 """Messages in CDR and as JSON, and why they are refused. It loads nothing of the model."""
 
 from tauten.service.codec.cloud import (
-    CLOUD,
     CONTACT_FIELDS,
-    LARGEST_CLOUD,
     SKIN_FIELDS,
     Cloud,
     contact_cloud,
@@ -29,11 +27,13 @@ from tauten.service.codec.json_messages import (
 )
 from tauten.service.codec.messages import (
     CDR,
+    CLOUD,
     FLOAT,
     HEALTH,
     JOINTS,
     JSON,
     JSON_MODELS,
+    LARGEST_CLOUD,
     MAX_PAYLOAD,
     ODOMETRY,
     POINT,
@@ -49,6 +49,7 @@ from tauten.service.codec.messages import (
     encode_joints,
     from_cdr,
     header,
+    largest_of,
     nanoseconds,
     new,
     payload_format,
@@ -108,6 +109,7 @@ __all__ = [
     "from_cdr",
     "from_json",
     "header",
+    "largest_of",
     "nanoseconds",
     "new",
     "payload_format",

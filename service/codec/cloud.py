@@ -15,14 +15,20 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from tauten.service.codec.messages import from_cdr, header, nanoseconds, new, to_cdr
+from tauten.service.codec.messages import (
+    CLOUD,
+    LARGEST_CLOUD,
+    from_cdr,
+    header,
+    nanoseconds,
+    new,
+    to_cdr,
+)
 from tauten.service.codec.rejection import Rejection, RejectionReason
 
 if TYPE_CHECKING:
     from tauten.model import ContactForces
 
-CLOUD = "sensor_msgs/msg/PointCloud2"
-LARGEST_CLOUD = 2**20  # bytes; Zenoh assembles no larger message here
 SKIN_FIELDS = ("x", "y", "z")
 # Point, force on the robot, normal towards it, gap, number of the pair, whether it slides, margin to slip.
 CONTACT_FIELDS = (

@@ -46,6 +46,7 @@ HEALTH = "diagnostic_msgs/msg/DiagnosticArray"
 FLOAT = "std_msgs/msg/Float64"
 TEXT = "std_msgs/msg/String"
 TICK = "tauten_msgs/msg/Tick"
+CLOUD = "sensor_msgs/msg/PointCloud2"
 ODOMETRY = "nav_msgs/msg/Odometry"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 
@@ -82,7 +83,8 @@ _CDR_ENCODINGS = frozenset({CDR, "zenoh/bytes", "application/octet-stream"})
 JSON_MODELS: dict[str, type[JsonMessage]] = {
     model.ros_type: model for model in (JsonPointStamped, JsonPoseStamped, JsonJointState, JsonText)
 }
-MAX_PAYLOAD = 16_384  # bytes; the largest correct message has a few hundred
+MAX_PAYLOAD = 16_384  # bytes; the largest correct message but a cloud has a few hundred
+LARGEST_CLOUD = 2**20  # bytes; Zenoh assembles no larger message here
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,6 +212,11 @@ def encode_float(value: float) -> bytes:
     return to_cdr(FLOAT, new(FLOAT, data=value))
 
 
+def largest_of(kind: str) -> int:
+    """Bytes that a message of a type has at most."""
+    return LARGEST_CLOUD if kind == CLOUD else MAX_PAYLOAD
+
+
 def payload_format(payload: bytes, encoding: str, kind: str) -> str | Rejection:
     """The format of a message.
 
@@ -221,9 +228,9 @@ def payload_format(payload: bytes, encoding: str, kind: str) -> str | Rejection:
     Returns:
         `CDR` or `JSON`, or why the message was refused.
     """
-    if len(payload) > MAX_PAYLOAD:
+    if len(payload) > largest_of(kind):
         return Rejection(
-            RejectionReason.TOO_LARGE, f"{len(payload)} bytes, allowed are {MAX_PAYLOAD}"
+            RejectionReason.TOO_LARGE, f"{len(payload)} bytes, allowed are {largest_of(kind)}"
         )
     media, _, schema = encoding.partition(";")
     if schema and schema.replace("/msg/", "/") != kind.replace("/msg/", "/"):

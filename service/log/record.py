@@ -17,17 +17,21 @@ from tauten.service.log.described import description_metadata
 from tauten.service.log.recorder import Entry, LogRecorder
 from tauten.service.process import StopFlag
 from tauten.service.wire import (
+    CLOUD,
     FLOAT,
     HEALTH,
     JOINTS,
     MESSAGE_TYPES,
+    ODOMETRY,
     TEXT,
     TICK,
+    WRENCH,
     Keys,
     Rejection,
     Ring,
     as_cdr,
     ask_description,
+    largest_of,
     payload_of,
     waiting,
 )
@@ -36,10 +40,14 @@ log = logging.getLogger(__name__)
 
 _RING = 4096
 _PAUSE = 0.02  # s
+_ANY = "*"  # name of an obstacle or a part
 
 
 def message_kinds(keys: Keys, effectors: dict[str, str]) -> dict[str, str]:
-    """Message type of each key of a robot; `effectors` are those of its effectors by name."""
+    """Message type of each key of a robot; `effectors` are those of its effectors by name.
+
+    The surface is left out: it is for viewers, and most of what goes over the wire.
+    """
     groups = (keys.targets, keys.measurements, keys.effectors, keys.plant_effectors)
     names, types = tuple(effectors), tuple(effectors.values())
     pairs = [pair for group in groups for pair in zip(group(names), types, strict=True)]
@@ -49,6 +57,11 @@ def message_kinds(keys: Keys, effectors: dict[str, str]) -> dict[str, str]:
         keys.actuation: JOINTS,
         keys.tick: TICK,
         keys.health: HEALTH,
+        keys.contacts: CLOUD,
+        keys.open_contacts: CLOUD,
+        keys.wrench(_ANY): WRENCH,
+        keys.obstacle(_ANY): MESSAGE_TYPES["frame"],
+        keys.obstacle_state(_ANY): ODOMETRY,
         keys.plant_state: JOINTS,
         keys.plant_gap: FLOAT,
         keys.plant_health: HEALTH,
@@ -100,9 +113,12 @@ def arrived(source: Ring, kinds: dict[str, str], most: int) -> Iterator[tuple[st
         most: samples that are read.
     """
     for sample in waiting(source, most):
-        key, payload = str(sample.key_expr), payload_of(sample)
-        kind = kinds.get(key)
-        if kind is None or isinstance(payload, Rejection):
+        key = str(sample.key_expr)
+        kind = kinds.get(key) or kinds.get(f"{key.rpartition('/')[0]}/{_ANY}")
+        if kind is None:
+            continue
+        payload = payload_of(sample, largest_of(kind))
+        if isinstance(payload, Rejection):
             continue
         message = as_cdr(payload, str(sample.encoding), kind)
         if not isinstance(message, Rejection):

@@ -34,6 +34,7 @@ from tauten.service.codec import (
     encode_health,
     encode_joints,
     from_cdr,
+    largest_of,
     quoted,
     typestore,
 )
@@ -176,6 +177,7 @@ __all__ = [
     "first_fault",
     "from_cdr",
     "is_alive",
+    "largest_of",
     "open_session",
     "payload_of",
     "places_of",

@@ -302,12 +302,12 @@ def message_in(
     return Rejection(RejectionReason.WRONG_FRAME, detail)
 
 
-def payload_of(sample: zenoh.Sample) -> bytes | Rejection:
-    """The bytes of a sample; one that is too large is not copied."""
+def payload_of(sample: zenoh.Sample, allowed: int = MAX_PAYLOAD) -> bytes | Rejection:
+    """The bytes of a sample; one with more than are allowed is not copied."""
     payload = sample.payload
     size = len(payload)
-    if size > MAX_PAYLOAD:
-        return Rejection(RejectionReason.TOO_LARGE, f"{size} bytes, allowed are {MAX_PAYLOAD}")
+    if size > allowed:
+        return Rejection(RejectionReason.TOO_LARGE, f"{size} bytes, allowed are {allowed}")
     return bytes(payload)
 
 

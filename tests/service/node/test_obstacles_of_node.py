@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
+from support.messages import decoded_by_mcap
 from support.processes import ROBOT, write_robot
 
 from tauten.controller import warm_controller
 from tauten.service.describing import log_metadata
-from tauten.service.log import LogReader, LogRecorder
+from tauten.service.log import LogReader, LogRecorder, record_robot
 from tauten.service.node import Clock, ControlLoop, Node
 from tauten.service.node.clock import Beat
 from tauten.service.operate import read_contacts
@@ -221,3 +222,35 @@ def test_a_table_that_is_lifted_pushes_the_model_and_the_log_replays(rig: Rig) -
     again = replay(rig.log, 1e-9)
     assert again.same
     assert again.ticks > 50
+
+
+@pytest.mark.long
+def test_a_recorder_beside_the_node_has_contacts_and_obstacles_too(
+    rig: Rig, tmp_path: Path
+) -> None:
+    """It left them out, as it still does with the surface."""
+    log, stop = tmp_path / "beside.mcap", StopFlag()
+    recording = threading.Thread(target=record_robot, args=(rig.outside, "beam", log, stop))
+    recording.start()
+    table = rig.node._loop.controller
+    try:
+        rig.until(lambda: log.exists() and table.obstacles.given[0], -0.004)
+        rig.until(lambda: len(table.contacts) > 0, -0.001)
+        for _ in range(20):
+            rig.until(lambda: True, -0.001)
+            time.sleep(0.005)
+            rig.tick()
+        time.sleep(0.2)
+    finally:
+        stop.request()
+        recording.join()
+    found = {topic: (kind, message) for topic, kind, message in decoded_by_mcap(log)}
+    kinds = {topic.removeprefix("/tauten/beam/"): kind for topic, (kind, _) in found.items()}
+    assert kinds["contacts"] == kinds["open_contacts"] == "sensor_msgs/msg/PointCloud2"
+    assert kinds["wrench/table"] == "geometry_msgs/msg/WrenchStamped"
+    assert kinds["obstacle/table"] == "geometry_msgs/msg/PoseStamped"
+    assert kinds["obstacle_state/table"] == "nav_msgs/msg/Odometry"
+    assert "surface" not in kinds
+    asked, model = (found[f"/tauten/beam/{key}/table"][1] for key in ("obstacle", "obstacle_state"))
+    assert asked.pose.position.z == -0.001
+    assert model.pose.pose.position.z == pytest.approx(-0.001, abs=1e-3)
