@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.server
 import logging
+import sys
 
 import zenoh
 
@@ -13,16 +14,21 @@ from tauten.service.process import StopFlag
 log = logging.getLogger(__name__)
 
 _CONTENT = "text/plain; version=0.0.4; charset=utf-8"
+_SILENCE = 5.0  # s after which a connection that says nothing is closed
 
 
 def serve_metrics(session: zenoh.Session, robot: str, port: int, stop: StopFlag) -> None:
     """Serve the node's metrics over HTTP on loopback until `stop` is raised.
+
+    Each connection has a thread: browsers open some on which they say nothing.
 
     Raises:
         OSError: the port is taken.
     """
 
     class Handler(http.server.BaseHTTPRequestHandler):
+        timeout = _SILENCE
+
         def do_GET(self) -> None:
             text = ask_metrics(session, robot) if self.path == "/metrics" else None
             known = self.path == "/metrics"
@@ -34,7 +40,11 @@ def serve_metrics(session: zenoh.Session, robot: str, port: int, stop: StopFlag)
         def log_message(self, format: str, *args: object) -> None:
             log.debug(format, *args)
 
-    with http.server.HTTPServer(("127.0.0.1", port), Handler) as server:
+    class Server(http.server.ThreadingHTTPServer):
+        def handle_error(self, request: object, client_address: object) -> None:
+            log.warning("a request for metrics has failed: %r", sys.exception())
+
+    with Server(("127.0.0.1", port), Handler) as server:
         server.timeout = 0.2
         log.info("metrics of %s at http://127.0.0.1:%d/metrics", robot, server.server_port)
         while not stop.requested:

@@ -8,6 +8,7 @@ import os
 import re
 import resource
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -81,6 +82,15 @@ def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, be
         text = fetched(f"http://127.0.0.1:{port}/metrics")
         with pytest.raises(urllib.error.HTTPError, match="404"):
             urllib.request.urlopen(f"http://127.0.0.1:{port}/secret", timeout=5.0)
+        # browsers open connections on which they say nothing
+        with (
+            socket.create_connection(("127.0.0.1", port)),
+            urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics", timeout=5.0) as answer,
+        ):
+            assert answer.status == 200
+            stop.request()
+            server.join(timeout=5.0)
+            assert not server.is_alive()
     finally:
         stop.request()
         server.join()
