@@ -18,6 +18,7 @@ import pytest
 import reference_pages
 import robot_file_page
 import typer
+from rosbags.typesys import get_types_from_msg
 from support.robots.bodies import hollow_beam, pneumatic_config
 
 from benchmarks.commands import app as benchmarks_app
@@ -26,6 +27,7 @@ from tauten.model import Simulator
 from tauten.model.load import build_robot
 from tauten.model.schema import RobotConfig
 from tauten.service.cli.app import app
+from tauten.service.codec.messages import TICK, TICK_DEFINITION
 from tauten.service.file_schema import robot_file_schema
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -71,6 +73,12 @@ def test_links_lead_to_what_a_clone_has(page: Path) -> None:
             continue
         path = (page.parent / target).resolve()
         assert path in files or any(path in file.parents for file in files), target
+
+
+def test_the_page_has_the_definition_of_a_tick() -> None:
+    """Without it nobody can read a tick who has no log."""
+    (text,) = blocks(ROOT / "docs" / "reference" / "messages.md", "text")
+    assert get_types_from_msg(text, TICK) == get_types_from_msg(TICK_DEFINITION, TICK)
 
 
 def test_the_reference_of_the_robot_file_is_that_of_the_schema() -> None:
