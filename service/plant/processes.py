@@ -18,6 +18,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from tauten.model.kernels import kernel_folder
+from tauten.service.link import ZENOH_CONFIG_VARIABLE
 from tauten.service.parent import PARENT, end_with
 from tauten.service.process import give_lower_priority
 
@@ -229,13 +230,15 @@ def child(
 
 
 def _start(command: str, arguments: list[str], output: Path) -> subprocess.Popen[bytes]:
+    """A command as a process; it stays on loopback, whatever network the user has chosen for a robot."""
+    own = {name: value for name, value in os.environ.items() if name != ZENOH_CONFIG_VARIABLE}
     with output.open("wb") as sink:
         return subprocess.Popen(
             [sys.executable, "-m", "tauten.service", command, *arguments],
             stdin=subprocess.DEVNULL,
             stdout=sink,
             stderr=subprocess.STDOUT,
-            env={**os.environ, PARENT: str(os.getpid())},
+            env={**own, PARENT: str(os.getpid())},
         )
 
 

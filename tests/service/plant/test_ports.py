@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from support.processes import START, start_script
 
-from tauten.service.plant import free_ports
+from tauten.service.plant import child, free_ports
 
 RESERVE = """
 import time
@@ -46,3 +46,14 @@ def test_another_process_is_given_none_of_them(tmp_path: Path) -> None:
             again.bind(f"\0tauten-{taken}")
     finally:
         first.end(signal.SIGKILL)
+
+
+@pytest.mark.long
+def test_processes_of_a_demo_are_on_loopback_whatever_network_the_user_has_chosen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Their node and plant went to the router of a robot: that of the variable was used, not their port."""
+    monkeypatch.setenv("TAUTEN_ZENOH_CONFIG", str(tmp_path / "none.json5"))
+    with child("alive", ["beam", "--port", str(free_ports())], tmp_path) as asked:
+        assert asked.process.wait(START) == 1
+    assert asked.output.read_text() == "beam: not alive\n"
