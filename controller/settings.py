@@ -53,7 +53,8 @@ class ControllerSettings(Section):
         default=None,
         description="Contact basis of the controller: a .basis file beside the robot file, a shipped one, "
         '"full" for pointwise contact, or "none"; by default "full" where the file has obstacles, and else '
-        '"none".',
+        '"none", with which decisions know no contact. Of a robot of parts the default are the bases of the '
+        "parts, and full contact between them.",
     )
     horizon: Annotated[float, Field(ge=0.0, le=60.0)] = Field(
         default=0.2,

@@ -65,7 +65,7 @@ ACTUATOR_TABLES = ("cables", "chambers", "drives", "forces", "transmissions")
 
 
 class IntegrationSettings(Section):
-    """Time integration; the time step is `ControlPeriod`."""
+    """Time integration; the time step is 1 / `controller.rate`."""
 
     scheme: Literal["implicit-euler", "quasi-static"] = Field(
         default="implicit-euler",
@@ -198,7 +198,7 @@ class RobotConfig(NamedRobot):
     )
     effectors: Annotated[list[EffectorSettings], Field(min_length=1)] = Field(
         description="What is to reach targets, one table each; the first one's keys on the wire "
-        "are plain."
+        "are plain. The file of a part needs none, and no actuator."
     )
     obstacles: tuple[ObstacleSettings, ...] = Field(
         default=(),
