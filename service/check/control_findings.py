@@ -1,4 +1,4 @@
-"""Whether a robot's controller can decide, and within its period, from where the robot starts."""
+"""Whether a robot's controller knows its contacts, and can decide within its period from where it starts."""
 
 from __future__ import annotations
 
@@ -7,8 +7,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from time import thread_time
 
-from tauten.controller import Controller, Status, controller_setup, target_beside, warm_controller
+from tauten.controller import (
+    Controller,
+    ControllerSetup,
+    Status,
+    controller_setup,
+    target_beside,
+    warm_controller,
+)
 from tauten.model import MeshError, Robot, RobotFileError
+from tauten.model.load import command_name
 from tauten.model.schema import read_toml
 from tauten.reduction import BasisError
 from tauten.reduction.state import StateBasisError
@@ -17,12 +25,13 @@ from tauten.service.check.rate import faster, fits, reducing, step_seconds
 
 DECISION = "first decision"  # subject of a finding
 PERIOD = "control step against period"  # subject of another one
+CONTACTS = "contacts in decisions"  # and of a third
 STEPS = 10  # of which each must be usable
 TIMED = 15  # control steps
 
 
 def control_findings(path: Path, slower: bool = True) -> Iterator[Finding]:
-    """The first decisions from the settled start, and the time of a control step against the period.
+    """Contacts, the first decisions from the settled start, the time of a control step against the period.
 
     Args:
         path: of the robot file, from which a robot can be built.
@@ -36,11 +45,24 @@ def control_findings(path: Path, slower: bool = True) -> Iterator[Finding]:
     if not (setup.robot.n_a and setup.robot.effector_layout.kinds):
         yield Finding(DECISION, "fine", "not made: no actuators or no effectors")
         return
+    yield from unknown_contacts(setup)
     controller = warm_controller(setup)
     yield first_decision(controller)
     seconds = step_seconds(controller, TIMED, thread_time)
     known = reducing(path), bool(setup.states), slower, setup.robot
     yield step_time(seconds, controller.period, *known)
+
+
+def unknown_contacts(setup: ControllerSetup) -> Iterator[Finding]:
+    """Contacts of a file that decisions do not know, because it does not say whether they should."""
+    if setup.robot.n_c and setup.contact == "none" and setup.controller.basis is None:
+        yield Finding(
+            CONTACTS,
+            "doubtful",
+            "the file has contacts and no controller.basis: the simulated robot has them, decisions do not",
+            f'controller.basis = "full", or the basis that tauten reduce {command_name(setup.path)} --write '
+            'makes; "none" where decisions are to leave them out',
+        )
 
 
 def first_decision(controller: Controller) -> Finding:

@@ -67,7 +67,7 @@ max_rate = {rate:.4g}                  # GUESS: how fast it is filled [m³/s]
 """
 
 CONTACT = """\
-# Where two faces of the body may touch, name both and uncomment; docs/contact.md explains contact.
+# Where two faces of the body may touch, name both, uncomment, set controller.basis (docs/contact.md).
 # [[surfaces]]
 # name = "above"
 # box = {{ lower = {lower}, upper = {upper} }}

@@ -150,7 +150,7 @@ def small_arm(folder: Path) -> Path:
     shape = ArmShape(length=0.16, sections=1, joints=3)
     (folder / "manipulator.json").write_text(json.dumps(make_network(shape)), encoding="utf-8")
     path = folder / "arm.toml"
-    text = make_file(shape, "arm", 36).replace('basis = "arm"', "")
+    text = make_file(shape, "arm", 36).replace('basis = "arm"', 'basis = "none"')
     path.write_text(text, encoding="utf-8")
     return path
 

@@ -71,6 +71,16 @@ def test_a_basis_that_is_missing_is_said(tmp_path: Path) -> None:
     assert "missing.basis" in found.found
 
 
+def test_contacts_that_decisions_do_not_know_are_said(tmp_path: Path) -> None:
+    """A robot file got contacts and nothing else, and the node touched what it did not know."""
+    touching = '[[contacts]]\nagainst = "itself"\npoints = 20\n'
+    found = findings(tmp_path, more=touching)["contacts in decisions"]
+    assert found.level == "doubtful"
+    assert 'controller.basis = "full"' in found.advice
+    left_out = findings(tmp_path, more=f'basis = "none"\n{touching}')
+    assert "contacts in decisions" not in left_out
+
+
 @pytest.mark.parametrize(("seconds", "level"), [(0.015, "fine"), (0.0161, "doubtful")])
 def test_a_fifth_of_the_period_is_left_for_the_rest(seconds: float, level: str) -> None:
     assert step_time(seconds, 0.02, "finger", reduced=False).level == level

@@ -60,6 +60,7 @@ name = "tip"
 point = [0.2, 0.01, 0.01]
 [controller]
 rate = 200.0
+basis = "full"
 """
 
 
