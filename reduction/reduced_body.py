@@ -52,7 +52,7 @@ class ReducedBody(Body[P]):
 
     @property
     def size(self) -> float:
-        """Diagonal of the bounding box at rest [m]."""
+        """Largest distance between two nodes at rest [m]."""
         return self.full.size
 
     @property

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from tauten.model.beams.elements import BeamArrays
 from tauten.model.beams.profile import Material, Profile, natural_stiffness
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, diameter
 
 
 class BeamError(ValueError):
@@ -48,8 +48,8 @@ class Beams:
 
     @property
     def size(self) -> float:
-        """Diagonal of the bounding box [m]."""
-        return float(np.linalg.norm(np.ptp(self.nodes, axis=0)))
+        """Largest distance between two nodes [m]."""
+        return diameter(self.nodes)
 
 
 def make_beams(

@@ -19,6 +19,7 @@ from tauten.model.numerics import (
     Array,
     FactorisationError,
     Ints,
+    diameter,
     longest,
     moments_at_end,
     rotations_between,
@@ -83,12 +84,12 @@ class BeamBody(SparseBody[AttachedPoints]):
 
     @property
     def size(self) -> float:
-        """Diagonal of the bounding box at rest [m], of the elements that can move.
+        """Largest distance between two nodes at rest [m], of the elements that can move.
 
         Steps of searches are bounded by shares of it, which an anchor far away must not make longer.
         """
         moving = self.beams.ends[(self.dof[self.beams.ends] >= 0).any(axis=1)]
-        return float(np.linalg.norm(np.ptp(self.beams.nodes[moving.ravel()], axis=0)))
+        return diameter(self.beams.nodes[np.unique(moving)])
 
     @property
     def triangles(self) -> Ints:

@@ -73,7 +73,7 @@ class Body(ABC, Generic[P]):
     @property
     @abstractmethod
     def size(self) -> float:
-        """Diagonal of the bounding box at rest [m]."""
+        """Largest distance between two nodes at rest [m]."""
 
     @property
     def part_size(self) -> float:

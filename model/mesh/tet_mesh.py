@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from tauten.model.mesh.groups import CellGroup, divided, read_groups
 from tauten.model.mesh.mesh_files import MeshError, kinds_of, read_with_meshio
 from tauten.model.mesh.node_numbers import NodeNumbers
 from tauten.model.mesh.surface import FACES
-from tauten.model.numerics import Array, Ints, row_keys
+from tauten.model.numerics import Array, Ints, diameter, row_keys
 from tauten.model.schema import LARGEST_COORDINATE
 
 EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])  # of corners, in VTK's order
@@ -33,22 +33,22 @@ class TetMesh:
         tets: (e, 4) node ids, positively oriented.
         groups: cells that the mesh file names.
         numbers: of the nodes in the file; None: there is none, or there are several.
+        size: largest distance between two nodes [m].
     """
 
     nodes: Array
     tets: Ints
     groups: tuple[CellGroup, ...] = ()
     numbers: NodeNumbers | None = None
+    size: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "size", diameter(self.nodes))
 
     @property
     def volumes(self) -> Array:
         """Signed volume of every tetrahedron: (e,) [m³]."""
         return signed_volumes(self.nodes, self.tets)
-
-    @property
-    def size(self) -> float:
-        """Diagonal of the bounding box [m]."""
-        return float(np.linalg.norm(np.ptp(self.nodes, axis=0)))
 
     def inverted(self, x: Array) -> int:
         """Number of tetrahedra that are turned inside out at nodes x (n_nodes, 3) [m]."""

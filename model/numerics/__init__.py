@@ -2,7 +2,7 @@
 
 from tauten.model.numerics.active_set import active_set_forces
 from tauten.model.numerics.anderson import Anderson
-from tauten.model.numerics.arrays import Array, Bools, Ints, longest, row_keys
+from tauten.model.numerics.arrays import Array, Bools, Ints, diameter, longest, row_keys
 from tauten.model.numerics.dense_cholesky import DenseFactors, cholesky, solve_in_place, solve_rows
 from tauten.model.numerics.elimination import eliminate, solve_transposed, solve_upper
 from tauten.model.numerics.factorisation import (
@@ -79,6 +79,7 @@ __all__ = [
     "coordinates",
     "cross",
     "delete_row",
+    "diameter",
     "distances",
     "dot",
     "eliminate",

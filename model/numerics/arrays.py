@@ -39,3 +39,20 @@ def longest(vectors: Array) -> float:
     """
     lengths = np.hypot.reduce(vectors.reshape(-1, 3), axis=1)  # (m,), also where squares overflow
     return float(np.maximum.reduce(lengths, initial=0.0))
+
+
+def diameter(points: Array) -> float:
+    """Largest distance between two of some points (m, 3); 0: there are none.
+
+    Not the diagonal of their bounding box, which depends on how the axes lie.
+    """
+    if len(points) == 0:
+        return 0.0
+    with np.errstate(over="ignore", invalid="ignore"):  # not a number, where coordinates are none
+        away = np.linalg.norm(points - points.mean(axis=0), axis=1)  # (m,)
+    order, largest = np.argsort(-away), 0.0
+    for one in order:
+        if not away[one] + away[order[0]] > largest:  # nor is the sum of any that follow
+            break
+        largest = max(largest, float(np.linalg.norm(points - points[one], axis=1).max()))
+    return largest

@@ -49,7 +49,7 @@ class PartsBody(Body[PartsPoints]):
         parts: the parts.
         assembly: what makes one robot of them.
         spans: where their numbers are.
-        extent: diagonal of the bounding box of all parts at rest [m].
+        extent: largest distance between two nodes of all parts at rest [m].
         bodies: the body of each part.
     """
 
@@ -90,7 +90,7 @@ class PartsBody(Body[PartsPoints]):
 
     @property
     def size(self) -> float:
-        """Diagonal of the bounding box of all parts at rest [m]."""
+        """Largest distance between two nodes of all parts at rest [m]."""
         return self.extent
 
     @property

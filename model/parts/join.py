@@ -17,7 +17,7 @@ from tauten.model.contact import (
     obstacle_sums,
     pose_at,
 )
-from tauten.model.numerics import Ints, matrix_quaternion
+from tauten.model.numerics import Ints, diameter, matrix_quaternion
 from tauten.model.parts.actuators import PartsActuators
 from tauten.model.parts.assembly import Assembly, Between
 from tauten.model.parts.body import PartsBody
@@ -72,7 +72,7 @@ def parts_body(assembly: Assembly, parts: Sequence[Part], coupling: Coupling | N
         parts=tuple(parts),
         assembly=assembly,
         spans=spans,
-        extent=float(np.linalg.norm(np.ptp(np.concatenate(at_rest), axis=0))),
+        extent=diameter(np.concatenate(at_rest)),
     )
 
 

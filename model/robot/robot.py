@@ -107,7 +107,7 @@ class Robot(Generic[B_co]):
 
     @cached_property
     def size(self) -> float:
-        """Diagonal of the bounding box at rest [m]."""
+        """Largest distance between two nodes at rest [m]."""
         return self.body.size
 
     @cached_property

@@ -40,7 +40,7 @@ class TetBody(SparseBody[Points]):
 
     @property
     def size(self) -> float:
-        """Diagonal of the bounding box at rest [m]."""
+        """Largest distance between two nodes at rest [m]."""
         return self.mesh.size
 
     @property

@@ -145,7 +145,7 @@ class RunDescription(_Described):
         rate: control rate [Hz].
         start: whether the model starts from the equilibrium under its loads with the actuators at rest, or
             undeformed, from rest.
-        size: diagonal of its bounding box at rest [m].
+        size: largest distance between two of its nodes at rest [m].
         gravity: (3,) acceleration of gravity [m/s²].
         target_timeout: time without target after which its node holds [s].
         actuators: in the order of λ_a.

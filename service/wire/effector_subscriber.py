@@ -315,7 +315,7 @@ def reach_of(size: float) -> float:
     """Distance from rest beyond which a target is a mistake, a wrong unit for instance [m].
 
     Args:
-        size: diagonal of the robot's bounding box [m].
+        size: largest distance between two of the robot's nodes at rest [m].
 
     A tip cannot leave the ball of its body's length around the base; twice that permits targets that are
     only nearly reachable, which the controller approaches as far as it can.

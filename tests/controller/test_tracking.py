@@ -116,7 +116,7 @@ def test_a_tick_of_the_reduced_finger_calls_few_python_functions() -> None:
     [
         pytest.param("reduced", 10.0, 0.5, 0.5e-3, 0.35e-3, marks=pytest.mark.slow),
         pytest.param("full", 8.0, 0.5, 0.5e-3, 0.5e-3, marks=pytest.mark.slow),
-        ("reduced", 8.0, 0.5, 0.8e-3, 0.35e-3),
+        ("reduced", 8.0, 0.5, 0.8e-3, 0.45e-3),
         ("full", 8.0, 0.35, 0.5e-3, 0.5e-3),
     ],
 )

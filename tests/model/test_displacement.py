@@ -2,20 +2,38 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import pdist
+from scipy.spatial.transform import Rotation
 from support.robots.short_arm import short_arm
 from support.robots.small_bodies import rigid_box, small_body
 from support.state_bases import basis_of, turned_space
 
 from tauten.model import State
-from tauten.model.numerics import Array, longest
+from tauten.model.numerics import Array, diameter, longest
 from tauten.reduction.state import reduced_robot, reducible
 
 DIRECTIONS = np.array([[1.0, 0.0, 0.0], [1.0, -1.0, 0.0], [-1.0, 1.0, 1.0], [2.0, 3.0, -6.0]])
 WAYS: Array = 2e-3 * DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)  # m
+
+
+@pytest.mark.parametrize("shape", ["box", "cloud", "ball"])
+def test_the_largest_distance_is_that_of_all_pairs_in_any_axes(shape: str) -> None:
+    """The diagonal of the bounding box of a box is so, but not when it is turned."""
+    rng = np.random.default_rng(2)
+    points = rng.standard_normal((60, 3)) * [3.0, 2.0, 1.0]
+    if shape == "box":
+        points = np.array(list(itertools.product((0.0, 3.0), (0.0, 4.0), (0.0, 12.0))))
+    elif shape == "ball":
+        points /= np.linalg.norm(points, axis=1)[:, None]
+    for turn in Rotation.random(5, random_state=2):
+        assert diameter(turn.apply(points) + 7.0) == pytest.approx(pdist(points).max(), rel=1e-12)
+    assert shape != "box" or diameter(points) == 13.0
+    assert diameter(points[:0]) == diameter(points[:1]) == 0.0
 
 
 def test_the_longest_of_vectors_is_so_in_any_axes() -> None:

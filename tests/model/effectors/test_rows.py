@@ -65,7 +65,7 @@ def test_values_at_rest_are_geometry() -> None:
 
 
 def test_errors_count_in_metres_by_the_size_and_the_volume() -> None:
-    """A radian like the diagonal of the robot, a cubic metre V^(-2/3) times at a volume V at rest."""
+    """A radian like the size of the robot, a cubic metre V^(-2/3) times at a volume V at rest."""
     robot = solid()
     layout, rest = robot.effector_layout, robot.effector_values(robot.rest())
     units = {name: layout.units[layout.rows_of(i)] for i, name in enumerate(layout.names)}
