@@ -27,9 +27,9 @@ def portable_level() -> str | None:
     """The level of instructions that kernels are compiled for; None where that is this processor's own.
 
     None also where the user chose a processor with numba's variables (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES,
-    NUMBA_ENABLE_AVX).
+    NUMBA_ENABLE_AVX); an empty NUMBA_CPU_NAME, as an image sets it that is built without, chooses none.
     """
-    if config.CPU_NAME is not None or config.CPU_FEATURES is not None or not config.ENABLE_AVX:
+    if config.CPU_NAME or config.CPU_FEATURES is not None or not config.ENABLE_AVX:
         return None
     try:
         return shared_level(platform.machine(), llvm.get_host_cpu_features())
@@ -54,6 +54,8 @@ def portable_code() -> None:
     level = portable_level()
     if level is not None:
         config.CPU_NAME, config.CPU_FEATURES = level, ""
+    elif not config.CPU_NAME:
+        config.CPU_NAME = None
     compiled_machine()
 
 

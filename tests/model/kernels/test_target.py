@@ -45,6 +45,7 @@ def test_processes_compile_for_the_level() -> None:
     level = target.portable_level()
     host = llvm.get_host_cpu_name()
     assert machine(NUMBA_CPU_NAME=host) == [host, "False"], "the user's choice"
+    assert machine(NUMBA_CPU_NAME="") == [level, "True"], "the image of docker/Dockerfile"
     first = "import numba\nnumba.njit(lambda x: x)(1.0)"
     assert machine(first) == [host, "True"], "numba's compiler was made before"
     changed = "import tauten.model.numerics, os\nos.environ['NUMBA_OPT'] = '3'"
