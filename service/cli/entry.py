@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from io import TextIOWrapper
 
 from tauten.service.parent import PARENT, end_with
@@ -62,7 +63,8 @@ def run(program: Callable[[], object]) -> None:
         sentence = _sentence(error)
         if sentence is None:
             raise
-        print(f"tauten: {sentence}", file=sys.stderr)
+        with suppress(OSError):  # of a full disk: the exit code says it still
+            print(f"tauten: {sentence}", file=sys.stderr)
         sys.exit(2)
 
 

@@ -155,6 +155,14 @@ def test_a_robot_file_is_viewed_with_simulate_or_by_its_name(
     assert "add --simulate, or where it is served: tauten view beam" in said
 
 
+@pytest.mark.long
+def test_bad_input_is_exit_code_2_also_where_nothing_can_be_said() -> None:
+    """It was 1, which is a finding, where the disk was full that stderr goes to."""
+    words = ["-m", "tauten.service", "inspect", "nothing"]
+    with Path("/dev/full").open("w") as full:
+        assert subprocess.run([sys.executable, *words], stderr=full, check=False).returncode == 2
+
+
 def test_a_folder_that_cannot_be_made_says_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
