@@ -17,8 +17,8 @@ _DIGEST = 32  # bytes of a SHA-256
 
 def cache_folder() -> Path:
     """Where tauten keeps files: in NUMBA_CACHE_DIR, otherwise in the user's folder for caches."""
-    given = os.environ.get("NUMBA_CACHE_DIR")
-    return Path(given or user_cache_dir(), "tauten")  # type: ignore[no-untyped-call]
+    given = os.environ.get("NUMBA_CACHE_DIR") or user_cache_dir()  # type: ignore[no-untyped-call]
+    return Path(given or Path.home() / ".cache", "tauten")  # an empty XDG_CACHE_HOME is none
 
 
 def kernel_folder(cache: Path | None = None) -> Path:

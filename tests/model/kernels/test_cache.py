@@ -11,7 +11,7 @@ import pytest
 from support.kernels.package import CALLEE, end, run, start, write
 
 from tauten.model.kernels.cache import KernelCacheFile, remove_unused
-from tauten.model.kernels.files import written_by_others
+from tauten.model.kernels.files import cache_folder, written_by_others
 
 
 @pytest.mark.long
@@ -150,6 +150,15 @@ def test_kernels_run_where_nothing_can_be_written(tmp_path: Path) -> None:
     output = process.output.read_text()
     assert output.count("compiled kernels cannot be kept") == 1
     assert "set NUMBA_CACHE_DIR" in output
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the variable is of Linux")
+def test_an_empty_variable_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With an empty XDG_CACHE_HOME kernels were kept in the folder in which the command ran."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
+    monkeypatch.setenv("XDG_CACHE_HOME", "")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert cache_folder() == tmp_path / ".cache" / "tauten"
 
 
 def test_what_was_not_used_for_longest_is_removed(tmp_path: Path) -> None:
