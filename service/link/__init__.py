@@ -17,6 +17,7 @@ from tauten.service.link.keys import Keys
 from tauten.service.link.modes import Cause, LockOrder, Mode, OperatorCommand, OperatorOrder
 from tauten.service.link.network import (
     HIGHEST_PORT,
+    HOST,
     LOWEST_PORT,
     ZENOH_CONFIG_VARIABLE,
     Network,
@@ -35,6 +36,7 @@ from tauten.service.link.network import (
 )
 
 __all__ = [
+    "HOST",
     "LOWEST_PORT",
     "HIGHEST_PORT",
     "ZENOH_CONFIG_VARIABLE",

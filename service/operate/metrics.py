@@ -8,7 +8,7 @@ import sys
 
 import zenoh
 
-from tauten.service.link import ask_metrics
+from tauten.service.link import HOST, NetworkError, ask_metrics
 from tauten.service.process import StopFlag
 
 log = logging.getLogger(__name__)
@@ -23,15 +23,15 @@ def serve_metrics(session: zenoh.Session, robot: str, port: int, stop: StopFlag)
     Each connection has a thread: browsers open some on which they say nothing.
 
     Raises:
-        OSError: the port is taken.
+        NetworkError: the port is taken.
     """
 
     class Handler(http.server.BaseHTTPRequestHandler):
         timeout = _SILENCE
 
         def do_GET(self) -> None:
-            text = ask_metrics(session, robot) if self.path == "/metrics" else None
-            known = self.path == "/metrics"
+            known = self.path.partition("?")[0] == "/metrics"
+            text = ask_metrics(session, robot) if known else None
             self.send_response(200 if text is not None else 503 if known else 404)
             self.send_header("Content-Type", _CONTENT)
             self.end_headers()
@@ -44,8 +44,14 @@ def serve_metrics(session: zenoh.Session, robot: str, port: int, stop: StopFlag)
         def handle_error(self, request: object, client_address: object) -> None:
             log.warning("a request for metrics has failed: %r", sys.exception())
 
-    with Server(("127.0.0.1", port), Handler) as server:
+    try:
+        server = Server((HOST, port), Handler)
+    except OSError as error:
+        raise NetworkError(
+            f"port {port} on {HOST} is taken ({error.strerror}): give another --http"
+        ) from error
+    with server:
         server.timeout = 0.2
-        log.info("metrics of %s at http://127.0.0.1:%d/metrics", robot, server.server_port)
+        log.info("metrics of %s at http://%s:%d/metrics", robot, HOST, server.server_port)
         while not stop.requested:
             server.handle_request()

@@ -82,10 +82,14 @@ def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, be
         text = fetched(f"http://127.0.0.1:{port}/metrics")
         with pytest.raises(urllib.error.HTTPError, match="404"):
             urllib.request.urlopen(f"http://127.0.0.1:{port}/secret", timeout=5.0)
+        with pytest.raises(
+            NetworkError, match=rf"port {port} on 127.0.0.1 is taken .*: give another --http"
+        ):
+            serve_metrics(*answering)
         # browsers open connections on which they say nothing
         with (
             socket.create_connection(("127.0.0.1", port)),
-            urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics", timeout=5.0) as answer,
+            urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics?a=b", timeout=5.0) as answer,
         ):
             assert answer.status == 200
             stop.request()
