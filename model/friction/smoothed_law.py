@@ -54,12 +54,12 @@ def widths(W_ii: Array, r: Array, share: float, length: float) -> Widths:
 
 @kernel
 def law_error(width: Widths, F: Array) -> float:
-    """Largest |F| (m, 3) relative to the width of the contact."""
+    """Largest |F| (m, 3), along or across the normal, relative to the width of the contact."""
     largest = 0.0
     for i in range(len(F)):
-        k = width.share * width.each[i]
-        for j in range(3):
-            largest = np.maximum(largest, abs(F[i, j]) / k)
+        across = np.sqrt(F[i, 1] * F[i, 1] + F[i, 2] * F[i, 2])
+        error = np.maximum(abs(F[i, 0]), across)
+        largest = np.maximum(largest, error / (width.share * width.each[i]))
     return largest
 
 

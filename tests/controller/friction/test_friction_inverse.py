@@ -290,6 +290,35 @@ def test_searches_without_time_come_to_an_end_together(
     assert stored.excess(held) < stored.excess(best) + 0.1
 
 
+def along_other_tangents(problem: FrictionInverse, seed: int) -> FrictionInverse:
+    """The same problem with the tangents of each contact turned about its normal."""
+    p, n_a = problem.program, problem.n_a
+    turn, rng = np.eye(len(p.c)), np.random.default_rng(seed)
+    for first in range(n_a + problem.singles + 1, len(turn), 3):
+        angle = rng.uniform(0.0, 2.0 * np.pi)
+        c, s = np.cos(angle), np.sin(angle)
+        turn[first : first + 2, first : first + 2] = [[c, s], [-s, c]]
+    rows = turn[n_a:, n_a:]
+    other = replace(
+        p, Q=turn @ p.Q @ turn.T, c=turn @ p.c, G=p.G @ turn.T, M=rows @ p.M @ turn.T, m=rows @ p.m
+    )
+    return replace(problem, program=other)
+
+
+@pytest.mark.parametrize("singles", [0, 2])
+@pytest.mark.parametrize("warm", [False, True])
+def test_tangents_do_not_choose_the_answer(warm: bool, singles: int) -> None:
+    """The file of a robot in other axes has others: one answer in ten was another minimum."""
+    settings = FrictionSettings(warm=warm)
+    for seed in range(20):
+        problem = random_problem(seed, singles)
+        expected = solve_friction_inverse(problem, np.zeros(3), settings=settings)
+        turned = along_other_tangents(problem, seed)
+        found = solve_friction_inverse(turned, np.zeros(3), settings=settings)
+        assert found.status is expected.status
+        np.testing.assert_allclose(found.lam_a, expected.lam_a, rtol=0.0, atol=1e-5)
+
+
 def test_a_guess_near_the_answer_needs_no_path() -> None:
     problem, lam = random_problem(3), np.full(3, 0.3)
     settings = FrictionSettings(warm=True)
