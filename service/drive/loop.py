@@ -11,7 +11,7 @@ import gc
 import logging
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -321,7 +321,9 @@ def drive(
         ExtensionError: the code of the driver fails.
     """
     keys = Keys(robot)
-    with session_of(network, Role.PLANT, robot) as session:
+    with ExitStack() as stack:
+        with stop.interruptible():
+            session = stack.enter_context(session_of(network, Role.PLANT, robot))
         if not wait_for(session, keys.token, stop):
             return
         description = ask_description(session, keys)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import logging
 import re
+import threading
 import time
 import tomllib
 import zlib
@@ -19,6 +20,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from queue import Empty, SimpleQueue
 
 import zenoh
 
@@ -145,7 +147,7 @@ def open_session(network: Network, role: Role, robot: str, connected: bool = Tru
         config.insert_json5("transport/unicast/accept_pending", str(_ACCEPT_PENDING))
         config.insert_json5(_BLOCK, str(_LONGEST_WAIT))
     try:
-        return zenoh.open(config)
+        return _opened(config, network)
     except zenoh.ZError as error:
         if network.config is not None:
             why = _SOURCE.sub("", str(error))
@@ -154,6 +156,32 @@ def open_session(network: Network, role: Role, robot: str, connected: bool = Tru
             f"port {first + role.value} on {HOST} is taken: is another {role.name.lower()} of "
             f"{robot!r} running? stop it or give --port"
         ) from error
+
+
+def _opened(config: zenoh.Config, network: Network) -> zenoh.Session:
+    """A session, opened in a thread: a client may wait for its router, and Zenoh hears no signals meanwhile.
+
+    Raises:
+        zenoh.ZError: it cannot be opened.
+    """
+    done = SimpleQueue[zenoh.Session | Exception]()
+
+    def attempt() -> None:
+        try:
+            done.put(zenoh.open(config))
+        except Exception as error:
+            done.put(error)
+
+    threading.Thread(target=attempt, name="opening", daemon=True).start()
+    try:
+        found = done.get(timeout=_QUIET)
+    except Empty:
+        if network.config is not None:
+            log.info("waiting for a router or peer that %s names", network.config)
+        found = done.get()
+    if isinstance(found, Exception):
+        raise found
+    return found
 
 
 def close_session(session: zenoh.Session) -> None:

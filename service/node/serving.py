@@ -71,10 +71,10 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
     keys, rate = Keys(setup.robot.name), setup.robot.integration.rate
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
-        session = stack.enter_context(session_of(network, Role.NODE, setup.robot.name))
-        log.info("; ".join(filter(None, ("getting ready", waiting()))))
-        stack.enter_context(announced(session, keys.starting))
         with stop.interruptible():
+            session = stack.enter_context(session_of(network, Role.NODE, setup.robot.name))
+            log.info("; ".join(filter(None, ("getting ready", waiting()))))
+            stack.enter_context(announced(session, keys.starting))
             controller = warm_controller(setup)
             setup = replace(setup, start="settled" if controller.settled else "rest")
             claim = stack.enter_context(claimed(session, keys))

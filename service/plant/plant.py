@@ -331,10 +331,10 @@ def simulate(
     """
     with ExitStack() as stack:
         stack.enter_context(one_blas_thread())
-        # before what takes seconds: its port may be taken
-        session = stack.enter_context(session_of(network, Role.PLANT, setup.robot.name))
-        log.info("the simulated robot gets ready")  # its kernels may have to be compiled
         with stop.interruptible():
+            # before what takes seconds: its port may be taken
+            session = stack.enter_context(session_of(network, Role.PLANT, setup.robot.name))
+            log.info("the simulated robot gets ready")  # its kernels may have to be compiled
             setup, order = plant_setup(setup, model)
             robot = setup.robot
             warm = warm_plant(robot, settings, order)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,7 +66,10 @@ def stream(
     """
     keys = Keys(robot.name)
     key = keys.targets(robot.effector_names)[settings.effector]
-    with session_of(network, Role.OTHER, robot.name, connected=False) as session:
+    with ExitStack() as stack:
+        with stop.interruptible():
+            opening = session_of(network, Role.OTHER, robot.name, connected=False)
+            session = stack.enter_context(opening)
         tokens = [keys.token, *([keys.plant_token] if settings.await_plant else [])]
         if not all(wait_for(session, token, stop) for token in tokens):
             return 0

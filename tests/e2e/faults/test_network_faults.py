@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import time
 from collections.abc import Iterator
@@ -71,6 +72,27 @@ def test_a_killed_router_holds_until_there_is_one_again(
         again.process.wait()
     ticks = check_lost_and_found(served, beam)
     assert np.median([tick.lateness for tick in ticks]) < 2e-3
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [(("serve",), 0), (("plant",), 0), (("stream", "line", "--robot"), 0), (("alive",), 130)],
+)
+def test_ctrl_c_ends_the_wait_for_a_router(
+    words: tuple[str, ...], code: int, beam_file: Path, tmp_path: Path, run: Start
+) -> None:
+    """Zenoh hears no signals while it waits; its configuration may tell it to wait for good."""
+    settings = {"mode": "client", "scouting": {"multicast": {"enabled": False}}}
+    where = {"endpoints": [f"tcp/127.0.0.1:{free_ports()}"], "timeout_ms": -1}
+    config = tmp_path / "client.json5"
+    config.write_text(json.dumps({**settings, "connect": where}))
+    process = run(*words, beam_file, "--zenoh-config", config)
+    end = time.monotonic() + START
+    while "waiting for a router or peer that" not in process.output.read_text():
+        assert process.process.poll() is None and time.monotonic() < end
+        time.sleep(0.05)
+    assert process.end() == code
 
 
 @pytest.mark.slow
