@@ -19,7 +19,7 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
 
     Content and name are on the disk (fsync) when this returns. The folder is made when missing. A file that
     is replaced keeps its permissions; a new one has those that the umask leaves. A device or a pipe, as
-    /dev/stdout, remains what it is: it gets what the block has written.
+    /dev/stdout, remains what it is: it gets what the block has written. So does a link: its file is replaced.
 
     Raises:
         OSError: the folder cannot be written to.
@@ -31,6 +31,7 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
             with path.open("wb") as device:
                 shutil.copyfileobj(file, device)
         return
+    path = path.resolve()
     path.parent.mkdir(parents=True, exist_ok=True)
     # a name that is known before there is a file: Ctrl-C at any point leaves none
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}")

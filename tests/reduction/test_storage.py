@@ -254,6 +254,18 @@ def test_text_is_written_whole(tmp_path: Path) -> None:
     assert path.read_text(encoding="utf-8") == "Ψ\n"
 
 
+def test_a_link_remains_one(tmp_path: Path) -> None:
+    """As a robot file elsewhere, or /dev/stdout that the shell has led into a file: the link was replaced."""
+    (tmp_path / "here").mkdir()
+    (tmp_path / "there").mkdir()
+    link, file = tmp_path / "here" / "robot.toml", tmp_path / "there" / "robot.toml"
+    link.symlink_to("../there/robot.toml")
+    for text in ("new\n", "newer\n"):  # the file is missing at first
+        write_text(link, text)
+        assert link.is_symlink() and file.read_text() == text
+        assert list(link.parent.iterdir()) == [link] and list(file.parent.iterdir()) == [file]
+
+
 def test_a_pipe_remains_one(tmp_path: Path) -> None:
     """So do /dev/stdout and /dev/null, which the administrator could replace."""
     pipe = tmp_path / "pipe"

@@ -35,7 +35,7 @@ def writable(path: Path | None) -> Path | None:
     """
     if path is None:
         return path
-    folder = path.absolute()
+    folder = path.resolve()
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):
             return path  # a pipe or a device remains one
