@@ -71,7 +71,7 @@ def make_beams(
         raise BeamError(f"beams need ends among the nodes 0 to {len(nodes) - 1}")
     along = nodes[ends[:, 1]] - nodes[ends[:, 0]]  # (e, 3)
     length = np.linalg.norm(along, axis=1)
-    size = float(np.linalg.norm(np.ptp(nodes, axis=0)))
+    size = diameter(nodes)
     short = np.flatnonzero(length <= 1e-6 * size)
     if len(short):
         a, b = ends[short[0]]

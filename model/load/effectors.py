@@ -24,7 +24,7 @@ from tauten.model.load.actuators import faces_of, wall_of_cavity
 from tauten.model.load.extensions import at_rest, made, required_extension
 from tauten.model.load.places import BeamPlaces, MeshPlaces, Places, Positions
 from tauten.model.mesh import NodeSelector
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, diameter
 from tauten.model.points import (
     AttachedPoints,
     MeanPoints,
@@ -221,7 +221,7 @@ def _effectors(
     points: Q,
 ) -> Effectors[Q]:
     """Effectors over points that are at y (P, 3) at rest."""
-    source, size = selector.source, float(np.linalg.norm(np.ptp(selector.nodes, axis=0)))
+    source, size = selector.source, diameter(selector.nodes)
     starts = np.cumsum([0, *(len(measure.carrier) for measure in measures)])
     at_rest = [
         measure.at(y[first:end]).values

@@ -15,7 +15,18 @@ from tauten.controller import Controller, controller_setup
 from tauten.model.load import shipped_folder
 from tauten.model.numerics import Array
 
-VECTORS = {"point", "points", "pull_point", "position", "gravity", "inside", "through", "normal"}
+VECTORS = {
+    "point",
+    "points",
+    "pull_point",
+    "position",
+    "gravity",
+    "inside",
+    "through",
+    "normal",
+    "start",
+    "end",
+}
 AXES = {
     "turned": [[0, 0, 1], [1, 0, 0], [0, 1, 0]],
     "mirrored": [[-1, 0, 0], [0, 1, 0], [0, 0, 1]],
@@ -79,22 +90,27 @@ def decided(name: str, S: Array, numbers: int | None, folder: Path) -> tuple[Arr
     """Positions and efforts (2 TICKS, n_a) for targets that are turned alike and move, then stay far away."""
     folder.mkdir()
     contents = tomllib.loads((shipped_folder() / f"{name}.toml").read_text(encoding="utf-8"))
+    for effector in contents["effectors"]:
+        effector.pop("weight", None)  # of components along axes
     other = in_axes(contents, S, numbers, folder)
     setup = controller_setup(other, folder / f"{name}.toml", basis="none", model="full")
     controller = Controller(setup.robot, setup.contact, settings=setup.controller)
     assert controller.settle_start().converged
     start, rng = controller.effector_values, np.random.default_rng(3)
+    layout = controller.robot.effector_layout
+    metres = np.where(layout.units == 1.0, 1.0, 0.1)  # of a row, whatever the axes are
     positions, efforts = [], []
-    ways = [*(2e-3 * rng.standard_normal((TICKS, len(start))))]
-    ways += TICKS * [0.01 * rng.standard_normal(len(start))]  # damping is adapted
+    ways = [*(2e-3 * rng.standard_normal((TICKS, layout.n_rows)))]
+    ways += TICKS * [0.01 * rng.standard_normal(layout.n_rows)]  # damping is adapted
     for way in ways:
-        assert controller.step(start + (way.reshape(-1, 3) @ S.T).ravel()).status.ok
+        rows = (way.reshape(-1, 3) @ S.T).ravel() / metres
+        assert controller.step(layout.moved(start, rows)).status.ok
         positions.append(controller.position)
         efforts.append(controller.effort)
     return np.array(positions), np.array(efforts)
 
 
-SHORT = [("gripper", "mirrored"), ("gripper", "oblique")]
+SHORT = [("gripper", "mirrored"), ("gripper", "oblique"), ("tripod", "oblique")]
 LONG = [*((name, axes) for name in ("diamond", "trunk") for axes in AXES), ("gripper", "turned")]
 
 
@@ -106,7 +122,8 @@ LONG = [*((name, axes) for name in ("diamond", "trunk") for axes in AXES), ("gri
 def test_neither_axes_nor_numbers_choose_decisions(name: str, axes: str, tmp_path: Path) -> None:
     """The gripper's fingers were one cluster or three by the first node of its mesh.
 
-    In oblique axes its tensions were 27 % others: what counts as small was a share of its bounding box there.
+    In oblique axes its tensions were 27 % others, as what counts as small was a share of its bounding box,
+    and so were the tripod's angles, for which a radian counted as the diagonal of that.
     """
     expected = decided(name, np.eye(3), None, tmp_path / "as_shipped")
     found = decided(name, np.array(AXES[axes], dtype=float), 5, tmp_path / "other")
