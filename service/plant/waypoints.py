@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -130,15 +131,15 @@ def csv_text_path(
     Raises:
         PathError: what is wrong, with the line.
     """
-    lines = text.splitlines()
-    rows = list(csv.reader(lines, skipinitialspace=True))
+    rows = list(csv.reader(text.splitlines(), skipinitialspace=True))
     names = [name.strip() for name in rows[0]] if rows else []
     columns = COLUMNS[kind]
     if not set(columns) <= set(names) or len(set(names)) != len(names):
         raise PathError(
             f"{path}: line 1: found {names}, expected column names {', '.join(columns)} and optionally t"
         )
-    table = [_numbers(path, line, row, names) for line, row in enumerate(rows[1:], 2) if row]
+    lines = [line for line, row in enumerate(rows[1:], 2) if row]  # others are blank
+    table = [_numbers(path, line, rows[line - 1], names) for line in lines]
     if not table:
         raise PathError(f"{path}: no points")
     numbers = np.array(table)  # (m, columns)
@@ -146,20 +147,20 @@ def csv_text_path(
     times = numbers[:, names.index("t")] if "t" in names else np.arange(len(numbers)) / rate
     times = times - times[0]
     if (np.diff(times) <= 0.0).any():
-        line = int(np.flatnonzero(np.diff(times) <= 0.0)[0]) + 3
+        line = lines[int(np.flatnonzero(np.diff(times) <= 0.0)[0]) + 1]
         raise PathError(f"{path}: line {line}: t does not grow")
     if kind == "frame":
-        values[:, 3:] = _rotations(path, values[:, 3:])
+        values[:, 3:] = _rotations(path, values[:, 3:], lines)
     return TargetPath(times, values, repeats, kind)
 
 
-def _rotations(path: str, quaternions: Array) -> Array:
-    """Quaternions (m, 4) of length one without changes of sign."""
+def _rotations(path: str, quaternions: Array, lines: Sequence[int]) -> Array:
+    """Quaternions (m, 4) of these lines, of length one without changes of sign."""
     lengths = np.linalg.norm(quaternions, axis=1)
     wrong = np.flatnonzero(np.abs(lengths - 1.0) > UNIT_LENGTH)
     if len(wrong):
         raise PathError(
-            f"{path}: line {int(wrong[0]) + 2}: the quaternion has length {lengths[wrong[0]]:.6g} and is "
+            f"{path}: line {lines[int(wrong[0])]}: the quaternion has length {lengths[wrong[0]]:.6g} and is "
             f"no rotation, allowed is 1 within {UNIT_LENGTH:g}"
         )
     return without_sign_changes(quaternions / lengths[:, None])

@@ -83,6 +83,7 @@ def test_a_csv_without_times_has_the_rate(finger: Robot, tmp_path: Path) -> None
         ("x,y,z\n1,2,3\n1,two,3\n", "line 3: could not convert string to float: 'two'"),
         ("x,y,z\n1,nan,3\n", "line 2: 1, nan, 3 is not finite"),
         ("t,x,y,z\n0,1,2,3\n1,1,2,3\n1,1,2,3\n", "line 4: t does not grow"),
+        ("t,x,y,z\n\n0,1,2,3\n\n1,1,2,3\n\n1,1,2,3\n", "line 7: t does not grow"),
     ],
 )
 def test_bad_files_are_refused_with_the_line(
