@@ -24,6 +24,9 @@ ROOT = Path(__file__).resolve().parents[2]
 PYTHON = (
     "tauten.model",
     "tauten.model.load",
+    "tauten.model.actuators",
+    "tauten.model.effectors",
+    "tauten.model.friction",
     "tauten.controller",
     "tauten.controller.qpcc",
     "tauten.reduction",
@@ -32,6 +35,7 @@ PYTHON = (
     "tauten.reduction.state",
     "tauten.service.log",
     "tauten.service.wire",
+    "tauten.service.drive",
 )
 
 
@@ -125,7 +129,8 @@ def python_page() -> str:
         "[`Controller`](python/tauten.controller.Controller.rst) decides, "
         '[`Simulator`](python/tauten.model.Simulator.rst) simulates; `of("finger")` makes either '
         "from a robot file.",
-        "Below are all public names, each class on a page of its own. Arrays are numpy arrays of floats",
+        "Below are the public names of the folders that programs import from, each class on a page of its",
+        "own; those of other folders are in `__all__` of their `__init__`. Arrays are numpy arrays of floats",
         "unless stated otherwise; shapes and units stand beside each name; [design](../design.md) explains",
         "the symbols.",
         "",
