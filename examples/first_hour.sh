@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The first hour: from a part of CAD (STEP) to a robot that follows targets, with the time of each command.
-# Usage: examples/first_hour.sh [PART.step] [FOLDER]   needs the extra mesh; no display, no network
+# Usage: examples/first_hour.sh [PART.step] [FOLDER]   needs the extras mesh and viewer; no display, no network
 set -euo pipefail
+export LC_ALL=C.UTF-8 # times with a point
 
 folder=$(realpath -m "${2:-$(mktemp -d)/first-hour}")
 part=${1:-}
@@ -16,7 +17,7 @@ timed() { # what it does, then the command
   echo "== $what: $*"
   "$@"
   printf '== %s took %.1f s, %.1f s since the start, load %s\n\n' "$what" \
-    "$(bc -l <<<"$EPOCHREALTIME - $start")" "$(bc -l <<<"$EPOCHREALTIME - $begin")" \
+    "$(awk "BEGIN { print $EPOCHREALTIME - $start }")" "$(awk "BEGIN { print $EPOCHREALTIME - $begin }")" \
     "$(cut -d' ' -f1 /proc/loadavg 2>/dev/null || echo unknown)"
 }
 
