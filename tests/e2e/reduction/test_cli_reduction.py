@@ -11,8 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.processes import START, run_main, start
+from support.robots.hanging import hanging_beam
 from support.robots.thumb import write_thumb
 
+from tauten.controller import Controller
 from tauten.model import load_robot
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Snapshots
@@ -207,6 +209,50 @@ def test_contacts_with_friction_in_all_of_them_get_no_contact_basis(
     assert (tmp_path / "thumb.states").exists()
     assert not (tmp_path / "thumb.basis").exists()
     assert "basis = " not in capsys.readouterr().out
+
+
+PAIR = """name = "pair"
+[[parts]]
+name = "low"
+robot = "beam.toml"
+[[parts]]
+name = "high"
+robot = "beam.toml"
+position = [0.0, 0.0, 0.0215]
+[[contacts]]
+candidates = { part = "low" }
+against = { part = "high" }
+spacing = 0.01
+[controller]
+rate = 20.0
+"""
+
+
+@pytest.mark.long
+def test_a_robot_of_parts_has_modes_of_the_contact_between_them(tmp_path: Path) -> None:
+    """As docs/parts.md says."""
+    hanging_beam(tmp_path, more="[integration]\nrayleigh_stiffness = 0.02\n")
+    file = tmp_path / "pair.toml"
+    file.write_text(PAIR, encoding="utf-8")
+    campaign = tmp_path / "campaign"
+    wanted = (
+        "--design",
+        "ramp",
+        "--step",
+        4e-3,
+        "--snapshots",
+        campaign,
+        "--workers",
+        1,
+        "--write",
+    )
+    assert run_main("reduce", file, *wanted) == 0
+    controller, basis = Controller.of(file), ContactBasis.load(tmp_path / "pair.basis")
+    target = controller.effector + np.array([[0.0, 0.0, 0.003], [0.0, 0.0, 0.0]])
+    statuses = [controller.step(target).status.name for _ in range(10)]
+    assert statuses == ["OK"] * 10
+    by_modes = basis.Psi @ controller.forces.beta  # (n_c,) N
+    assert by_modes.sum() > 0.5 * controller.contacts.normal_force.sum() > 0.0
 
 
 def test_snapshots_without_contact_make_no_basis(
