@@ -6,10 +6,13 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
+
+PAIRS = 10**7  # whose distances are computed at once
 
 
 def row_keys(rows: Ints) -> Ints:
@@ -50,9 +53,10 @@ def diameter(points: Array) -> float:
         return 0.0
     with np.errstate(over="ignore", invalid="ignore"):  # not a number, where coordinates are none
         away = np.linalg.norm(points - points.mean(axis=0), axis=1)  # (m,)
-    order, largest = np.argsort(-away), 0.0
-    for one in order:
-        if not away[one] + away[order[0]] > largest:  # nor is the sum of any that follow
-            break
-        largest = max(largest, float(np.linalg.norm(points - points[one], axis=1).max()))
+        largest, one = 0.0, int(away.argmax())
+        while (reach := np.linalg.norm(points - points[one], axis=1)).max() > largest:
+            largest, one = float(reach.max()), int(reach.argmax())
+        outer = points[away + away.max() > largest]  # no other is an end of a longer distance
+    for some in np.array_split(outer, len(outer) ** 2 // PAIRS + 1):
+        largest = max(largest, float(cdist(some, outer).max(initial=0.0)))
     return largest

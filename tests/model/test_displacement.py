@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 from scipy.spatial.distance import pdist
 from scipy.spatial.transform import Rotation
 from support.robots.short_arm import short_arm
@@ -34,6 +35,14 @@ def test_the_largest_distance_is_that_of_all_pairs_in_any_axes(shape: str) -> No
         assert diameter(turn.apply(points) + 7.0) == pytest.approx(pdist(points).max(), rel=1e-12)
     assert shape != "box" or diameter(points) == 13.0
     assert diameter(points[:0]) == diameter(points[:1]) == 0.0
+
+
+def test_the_largest_distance_of_many_points_on_a_sphere_is_found() -> None:
+    """As of a fine surface of a ball, where nearly all points are ends of a long distance."""
+    points = np.random.default_rng(3).standard_normal((4000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    opposite = cKDTree(points).query(-points)[0].min()
+    assert diameter(points) == pytest.approx(np.sqrt(4.0 - opposite**2), rel=1e-12)
 
 
 def test_the_longest_of_vectors_is_so_in_any_axes() -> None:
