@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from importlib.metadata import version
 from pathlib import Path
@@ -13,7 +14,18 @@ from tauten.reduction import source_version
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+RESULTS = sorted((ROOT / "docs" / "results").glob("*.json"))
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+@pytest.mark.parametrize("file", RESULTS, ids=lambda file: file.stem)
+def test_results_are_json_that_other_programs_read(file: Path) -> None:
+    """Python's own NaN and Infinity are none."""
+
+    def refused(constant: str) -> None:
+        raise ValueError(f"{file.name} has {constant}")
+
+    assert json.loads(file.read_text(encoding="utf-8"), parse_constant=refused)
 
 
 def test_tables_come_from_the_results() -> None:

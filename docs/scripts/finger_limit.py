@@ -153,10 +153,12 @@ def settled(file: Path) -> tuple[list[str], dict[str, int], dict[str, Array]]:
         count, loads, equilibria_found = states(shape)
         found["loads"] = [load.label for load in loads]
         found["nodes"][name] = count
-        found["quantities"][name] = quantities(equilibria_found).tolist()
-        file.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+        rows = quantities(equilibria_found).tolist()
+        found["quantities"][name] = [[x if np.isfinite(x) else None for x in row] for row in rows]
+        text = json.dumps(found, indent=2, allow_nan=False)
+        file.write_text(text + "\n", encoding="utf-8")
         print(name, count, found["quantities"][name], flush=True)
-    values = {name: np.array(rows) for name, rows in found["quantities"].items()}
+    values = {name: np.array(rows, dtype=float) for name, rows in found["quantities"].items()}
     return found["loads"], found["nodes"], values
 
 
