@@ -162,11 +162,6 @@ def padded_contacts(M: Array, m: Array, mu: Array, root: Array, exact: float) ->
     W_ca, G = np.zeros((len(q), n_a)), np.zeros((len(q), root.shape[1]))
     for i, row in enumerate(padded_places(len(m), len(mu))):
         W_ca[row], G[row] = M[i, :n_a], root[i]
-    for i in range(len(w)):  # the choice of the tangents must not matter
-        n, t = 3 * i + 1, 3 * i + 2
-        apart = 0.5 * (W[n, n] - W[t, t])
-        across = 0.5 * (W[n, n] + W[t, t]) + np.sqrt(apart * apart + W[n, t] * W[n, t])
-        w[i] = max(w[i], across)
     largest, far = w.max(), max(np.abs(q).max(), 1.0)
     for i in range(len(w)):
         if w[i] <= 0.0:

@@ -32,8 +32,20 @@ def padded_rows(W: Array, delta: Array, friction: Array) -> Cones:
             padded[at, place[j]] = W[i, j]
         if i < s:
             padded[at + 1, at + 1] = padded[at + 2, at + 2] = W[i, i]
-        W_ii[at // 3] = max(W_ii[at // 3], W[i, i])
+    for i in range(k):
+        W_ii[i] = largest_compliance(padded[3 * i : 3 * i + 3, 3 * i : 3 * i + 3])
     return Cones(padded, q, mu, W_ii)
+
+
+@kernel
+def largest_compliance(W: Array) -> float:
+    """Largest compliance of a contact (3, 3) along its normal or in any direction across it.
+
+    That of a row depends on which tangents the rows are along, which must not matter.
+    """
+    apart = 0.5 * (W[1, 1] - W[2, 2])
+    across = 0.5 * (W[1, 1] + W[2, 2]) + np.sqrt(apart * apart + W[1, 2] * W[1, 2])
+    return float(max(W[0, 0], across))
 
 
 @kernel

@@ -62,7 +62,7 @@ class FrictionProblem:
         return found
 
     def error(self, r: Array) -> float:
-        """Largest component of |r − P_K(r − ρ û)| / ρ, ρ = 1 / max diag W_ii, in the unit of q.
+        """Largest |r − P_K(r − ρ û)| / ρ along or across a normal, ρ = 1 / max diag W_ii, in the unit of q.
 
         Args:
             r: (m d,) contact forces.
@@ -79,7 +79,7 @@ class Cones(NamedTuple):
         W: (m d, m d) compliance.
         q: (m d,) velocities or displacements without contact forces.
         mu: (m,) coefficients of friction.
-        W_ii: (m,) largest compliance of each contact's rows.
+        W_ii: (m,) largest compliance of each contact.
     """
 
     W: Array
@@ -105,7 +105,7 @@ def error_of(cones: Cones, r: Array) -> float:
 
 @kernel
 def natural_error(u: Array, r: Array, mu: Array, W_ii: Array) -> float:
-    """Largest component of the natural map of the cones, in the unit of u; NaN where there is one.
+    """Largest length of the natural map of the cones along or across a normal [unit of u]; NaN where one is.
 
     Args:
         u: (m, d) velocities or displacements.
@@ -123,8 +123,11 @@ def natural_error(u: Array, r: Array, mu: Array, W_ii: Array) -> float:
         for j in range(1, d):
             z[j] = r[i, j] - u[i, j] / W_ii[i]
         into_cone(z, mu[i])
-        for j in range(d):
-            largest = np.maximum(largest, W_ii[i] * abs(r[i, j] - z[j]))
+        across = 0.0
+        for j in range(1, d):
+            across += (r[i, j] - z[j]) ** 2
+        error = np.maximum(abs(r[i, 0] - z[0]), np.sqrt(across))
+        largest = np.maximum(largest, W_ii[i] * error)
     return largest
 
 
