@@ -6,11 +6,14 @@ import os
 import secrets
 import shutil
 import stat
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
+
+_OWN_OUTPUT = {Path("/dev/stdout"): 1, Path("/dev/stderr"): 2}  # their descriptors
 
 
 @contextmanager
@@ -18,20 +21,23 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
     """A temporary file beside `path` that replaces it when the block ends without an exception.
 
     Content and name are on the disk (fsync) when this returns. The folder is made when missing. A file that
-    is replaced keeps its permissions; a new one has those that the umask leaves. A device or a pipe, as
-    /dev/stdout, remains what it is: it gets what the block has written. So does a link: its file is replaced.
+    is replaced keeps its permissions; a new one has those that the umask leaves. A device or a pipe remains
+    what it is: it gets what the block has written. So does /dev/stdout, also where the shell has led it into
+    a file. A link remains one: its file is replaced.
 
     Raises:
         OSError: the folder cannot be written to.
     """
-    if path.exists() and not path.is_file() and not path.is_dir():
+    own = _OWN_OUTPUT.get(path)
+    if own is not None or (path.exists() and not path.is_file() and not path.is_dir()):
         with tempfile.TemporaryFile() as file:
             yield file
             file.seek(0)
-            with path.open("wb") as device:
+            # by its descriptor, whose place in the file is that of what the process prints
+            with path.open("wb") if own is None else os.fdopen(os.dup(own), "wb") as device:
                 shutil.copyfileobj(file, device)
         return
-    path = path.resolve()
+    path = Path(os.path.realpath(path))  # Path.resolve fails at links that lead to each other
     path.parent.mkdir(parents=True, exist_ok=True)
     # a name that is known before there is a file: Ctrl-C at any point leaves none
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}")
@@ -48,6 +54,8 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
         if isinstance(error, OSError) and error.filename is None:  # as that of a full disk
             error.filename = str(path)
         raise
+    if sys.platform == "win32":  # it opens no folders
+        return
     folder = os.open(path.parent, os.O_RDONLY)
     try:
         os.fsync(folder)

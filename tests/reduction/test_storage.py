@@ -255,7 +255,7 @@ def test_text_is_written_whole(tmp_path: Path) -> None:
 
 
 def test_a_link_remains_one(tmp_path: Path) -> None:
-    """As a robot file elsewhere, or /dev/stdout that the shell has led into a file: the link was replaced."""
+    """As a robot file elsewhere: the link was replaced."""
     (tmp_path / "here").mkdir()
     (tmp_path / "there").mkdir()
     link, file = tmp_path / "here" / "robot.toml", tmp_path / "there" / "robot.toml"
@@ -266,8 +266,27 @@ def test_a_link_remains_one(tmp_path: Path) -> None:
         assert list(link.parent.iterdir()) == [link] and list(file.parent.iterdir()) == [file]
 
 
+def test_links_to_each_other_are_replaced(tmp_path: Path) -> None:
+    """Before Python 3.13 the error was that of a program, which no command says in a sentence."""
+    first, second = tmp_path / "first", tmp_path / "second"
+    first.symlink_to(second)
+    second.symlink_to(first)
+    write_text(first, "new\n")
+    assert first.read_text() == second.read_text() == "new\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such file")
+def test_what_was_printed_into_the_same_file_remains(capfd: pytest.CaptureFixture[str]) -> None:
+    """The shell leads /dev/stdout into a file, with >> into one that had something: that was lost."""
+    os.write(1, b"before\n")  # pytest has led it into a file, too
+    write_text(Path("/dev/stdout"), "written\n")
+    os.write(1, b"after\n")
+    assert capfd.readouterr().out == "before\nwritten\nafter\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no pipes of a name")
 def test_a_pipe_remains_one(tmp_path: Path) -> None:
-    """So do /dev/stdout and /dev/null, which the administrator could replace."""
+    """So does /dev/null, which the administrator could replace."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     read = list[bytes]()

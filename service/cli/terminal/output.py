@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
@@ -35,7 +36,7 @@ def writable(path: Path | None) -> Path | None:
     """
     if path is None:
         return path
-    folder = path.resolve()
+    folder = Path(os.path.realpath(path))
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):
             return path  # a pipe or a device remains one
