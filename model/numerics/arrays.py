@@ -45,13 +45,13 @@ def longest(vectors: Array) -> float:
 
 
 def diameter(points: Array) -> float:
-    """Largest distance between two of some points (m, 3); 0: there are none.
+    """Largest distance between two of some points (m, 3); 0: there are none, or one is not finite.
 
     Not the diagonal of their bounding box, which depends on how the axes lie.
     """
     if len(points) == 0:
         return 0.0
-    with np.errstate(over="ignore", invalid="ignore"):  # not a number, where coordinates are none
+    with np.errstate(over="ignore", invalid="ignore"):  # meshes are checked after they are made
         away = np.linalg.norm(points - points.mean(axis=0), axis=1)  # (m,)
         largest, one = 0.0, int(away.argmax())
         while (reach := np.linalg.norm(points - points[one], axis=1)).max() > largest:

@@ -96,6 +96,8 @@ class JsonJointState(JsonMessage):
     header: JsonHeader = JsonHeader()
     name: tuple[str, ...] = ()
     position: tuple[float, ...]
+    velocity: tuple[float, ...] = ()
+    effort: tuple[float, ...] = ()
 
 
 class JsonText(JsonMessage):

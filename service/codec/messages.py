@@ -266,8 +266,6 @@ def as_cdr(payload: bytes, encoding: str, kind: str) -> bytes | Rejection:
 def _ros_message(found: JsonMessage) -> Any:
     """The ROS message with the fields of one that was JSON."""
     fields = {name: getattr(found, name) for name in type(found).model_fields}
-    if isinstance(found, JsonJointState):
-        fields |= {"velocity": (), "effort": ()}
     for name, value in fields.items():
         if isinstance(value, JsonMessage):
             fields[name] = _ros_message(value)

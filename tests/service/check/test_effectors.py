@@ -73,7 +73,7 @@ def test_a_mean_that_lies_elsewhere_on_a_finer_mesh_is_no_error(tmp_path: Path) 
 
 
 def test_the_error_of_a_frame_includes_its_rotation(tmp_path: Path) -> None:
-    """A radian counts like the diagonal of the robot, as in decisions."""
+    """A radian counts as the size of the robot, as in decisions."""
     file = uneven(tmp_path, f'[[effectors]]\nname = "end"\nkind = "frame"\n{END}\n')
     error = mesh_error(file, 0.25).variants[0].errors[0]  # with the lower cable pulled
 

@@ -121,6 +121,7 @@ def test_bad_points_are_refused_for_the_right_reason(
         ),
         (JOINTS, b'{"name": ["span"], "position": [0.1]}'),
         (JOINTS, b'{"position": [0.1, 0.2]}'),
+        (JOINTS, b'{"name": ["a"], "position": [0.1], "velocity": [0.2], "effort": [3.0]}'),
         (TEXT, '{"data": "lock ü position 0.1"}'.encode()),
     ],
 )
