@@ -23,7 +23,7 @@ def serve_metrics(session: zenoh.Session, robot: str, port: int, stop: StopFlag)
     Each connection has a thread: browsers open some on which they say nothing.
 
     Raises:
-        NetworkError: the port is taken.
+        NetworkError: the port cannot be opened.
     """
 
     class Handler(http.server.BaseHTTPRequestHandler):
@@ -48,7 +48,7 @@ def serve_metrics(session: zenoh.Session, robot: str, port: int, stop: StopFlag)
         server = Server((HOST, port), Handler)
     except OSError as error:
         raise NetworkError(
-            f"port {port} on {HOST} is taken ({error.strerror}): give another --http"
+            f"port {port} on {HOST} cannot be opened ({error.strerror}): give another --http"
         ) from error
     with server:
         server.timeout = 0.2

@@ -83,7 +83,8 @@ def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, be
         with pytest.raises(urllib.error.HTTPError, match="404"):
             urllib.request.urlopen(f"http://127.0.0.1:{port}/secret", timeout=5.0)
         with pytest.raises(
-            NetworkError, match=rf"port {port} on 127.0.0.1 is taken .*: give another --http"
+            NetworkError,
+            match=rf"port {port} on 127.0.0.1 cannot be opened \(Address .*: give another --http",
         ):
             serve_metrics(*answering)
         # browsers open connections on which they say nothing
