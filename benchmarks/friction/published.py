@@ -157,7 +157,7 @@ def gauss_seidel(problem: FrictionProblem, sweeps: int) -> Array:
         problem: the contacts.
         sweeps: their number; fewer where they take longer than `LONGEST`.
     """
-    d, r, W_ii = problem.dim, np.zeros_like(problem.q), problem.diagonal
+    d, r, W_ii = problem.dim, np.zeros_like(problem.q), problem.compliance
     end = perf_counter() + LONGEST
     for _ in range(sweeps):
         for i, mu in enumerate(problem.mu):

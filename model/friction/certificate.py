@@ -79,7 +79,7 @@ def certify_friction(
     pushed, slip = forces[:, 1:], u[:, 1:]
     friction, speed = np.linalg.norm(pushed, axis=1), np.linalg.norm(slip, axis=1)
     largest = float(np.abs(problem.q).max())
-    closed = forces[:, 0] * problem.diagonal > STILL * largest
+    closed = forces[:, 0] * problem.compliance > STILL * largest
     moving = speed > STILL * largest
     sticking = closed & ~moving
     slipping = closed & moving & (friction > 0.0)

@@ -47,7 +47,7 @@ class FrictionProblem:
             raise ValueError("W, q: found values that are not finite")
         if not (np.isfinite(self.mu).all() and (self.mu >= 0.0).all()):
             raise ValueError("mu: found a value that is negative or not finite, expected 0 or more")
-        if not (self.diagonal > 0.0).all():
+        if not (self.compliance > 0.0).all():
             raise ValueError("W: found a contact without compliance, expected a positive diagonal")
 
     @property
@@ -56,20 +56,23 @@ class FrictionProblem:
         return len(self.q) // len(self.mu)
 
     @property
-    def diagonal(self) -> Array:
-        """Largest compliance of each contact's rows (m,)."""
-        found: Array = np.diag(self.W).reshape(len(self.mu), -1).max(axis=1)
+    def compliance(self) -> Array:
+        """Largest compliance of each contact (m,), along its normal or in any direction across it."""
+        contacts = np.arange(len(self.mu))
+        W = self.W.reshape(2 * (len(contacts), self.dim))[contacts, :, contacts]  # (m, d, d)
+        across = np.linalg.eigvalsh(W[:, 1:, 1:])[:, -1]
+        found: Array = np.maximum(W[:, 0, 0], across)
         return found
 
     def error(self, r: Array) -> float:
-        """Largest |r − P_K(r − ρ û)| / ρ along or across a normal, ρ = 1 / max diag W_ii, in the unit of q.
+        """Largest |r − P_K(r − ρ û)| / ρ along or across a normal, ρ = 1 / `compliance`, in the unit of q.
 
         Args:
             r: (m d,) contact forces.
         """
-        W_ii, shape = self.diagonal, (len(self.mu), self.dim)
+        shape = (len(self.mu), self.dim)
         u = (self.W @ r + self.q).reshape(shape)
-        return natural_error(u, r.reshape(shape), self.mu, W_ii)
+        return natural_error(u, r.reshape(shape), self.mu, self.compliance)
 
 
 class Cones(NamedTuple):

@@ -62,7 +62,7 @@ def solve_friction(
         budget: linear systems, at most; beyond `FIRST` of them paths are tried.
     """
     first = np.zeros(len(problem.q)) if start is None else np.array(start, dtype=float)
-    given = (problem.W, problem.q, problem.mu, problem.diagonal)
+    given = (problem.W, problem.q, problem.mu, problem.compliance)
     cones = Cones(*(np.ascontiguousarray(values, dtype=float) for values in given))
     error = tolerance * float(np.abs(cones.q).max())
     found = newton_forces(cones, first, error, error, min(budget, FIRST), False)

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
+from scipy.spatial.transform import Rotation
 
 from benchmarks.friction import read_problem
 from tauten.model.friction import (
@@ -193,13 +195,29 @@ def test_exact_forces_meet_the_smoothed_law_within_its_widths() -> None:
     for seed in range(12):
         problem = redundant(seed, 3)
         found = solve_friction(problem)
-        cones = Cones(problem.W, problem.q, problem.mu, problem.diagonal)
+        cones = Cones(problem.W, problem.q, problem.mu, problem.compliance)
         for share in (1.0, 1e-2, 1e-4):
-            width = widths(problem.diagonal, found.r, share, float(np.abs(problem.q).max()))
+            width = widths(problem.compliance, found.r, share, float(np.abs(problem.q).max()))
             F = smoothed_law(cones, found.u.reshape(-1, 3), found.r, width)
             allowed = (1.0 + 1e-6) * share * width.each
             assert (np.abs(F[:, 0]) <= allowed).all()
             assert (np.linalg.norm(F[:, 1:], axis=1) <= (1.0 + problem.mu) * allowed).all()
+
+
+def test_tangents_choose_neither_the_compliance_nor_the_error() -> None:
+    """A compliance was that of a row, so that a certificate depended on which tangents the rows are along."""
+    rng, angles = np.random.default_rng(0), np.linspace(0.0, np.pi, 10_001)
+    across = np.stack([0.0 * angles, np.cos(angles), np.sin(angles)], axis=1)
+    for seed in range(5):
+        problem = redundant(seed, 3)
+        m, r = len(problem.mu), rng.standard_normal(len(problem.q))
+        turn = block_diag(*(Rotation.from_rotvec([a, 0.0, 0.0]).as_matrix() for a in rng.random(m)))
+        turned = FrictionProblem(turn @ problem.W @ turn.T, turn @ problem.q, problem.mu)
+        for i, found in enumerate(turned.compliance):
+            W = problem.W[3 * i : 3 * i + 3, 3 * i : 3 * i + 3]
+            most = max(W[0, 0], np.einsum("ai,ij,aj->a", across, W, across).max())
+            assert found == pytest.approx(most, rel=1e-6)
+        assert turned.error(turn @ r) == pytest.approx(problem.error(r), rel=1e-12)
 
 
 def test_a_path_does_not_depend_on_the_unit_of_force() -> None:
