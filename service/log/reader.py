@@ -18,11 +18,13 @@ from mcap.records import Channel, Footer, McapRecord, Message, Metadata, Statist
 from mcap.stream_reader import StreamReader
 
 from tauten.service.log.recorder import METADATA
+from tauten.service.wire import LARGEST_CLOUD
 
 _MAGIC = b"\x89MCAP0\r\n"  # first and last bytes of a finished file
 _FRAME = struct.Struct("<BQ")  # kind and length of a record
-# The recorder writes chunks of 32 KiB; a record cannot decompress to more than 255 times its length.
-_LARGEST_RECORD = 2**20  # bytes
+# The recorder writes chunks of 32 KiB and one message more, which may be a cloud; a record cannot decompress
+# to more than 255 times its length.
+_LARGEST_RECORD = LARGEST_CLOUD + 2**16  # bytes
 # What the MCAP library raises on records that make no sense; RuntimeError comes from LZ4.
 _DAMAGE = (
     McapError,

@@ -11,7 +11,15 @@ from support.messages import Point, decoded_by_mcap, encode_point
 
 from tauten.service.codec.messages import POINT
 from tauten.service.log import Entry, LogError, LogReader, LogRecorder
-from tauten.service.wire import FLOAT, JOINTS, Joints, encode_float, encode_joints
+from tauten.service.wire import (
+    CLOUD,
+    FLOAT,
+    JOINTS,
+    LARGEST_CLOUD,
+    Joints,
+    encode_float,
+    encode_joints,
+)
 
 METADATA = {"robot": "finger", "robot_file": 'name = "finger"\n'}
 
@@ -64,6 +72,17 @@ def test_the_mcap_libraries_own_ros_2_reader_decodes_it(tmp_path: Path) -> None:
     topic, _, message = found[-2]
     assert (topic, message.name) == ("/tauten/finger/actuation", ["a", "b"])
     assert message.position == pytest.approx([0.002, 0.0])
+
+
+def test_the_largest_cloud_is_read(tmp_path: Path) -> None:
+    """Its chunk was larger than what the reader took for a damaged one."""
+    path = tmp_path / "log.mcap"
+    cloud = np.random.default_rng(0).bytes(LARGEST_CLOUD)  # which no compression makes smaller
+    recorder = LogRecorder(path, METADATA)
+    for key, payload in (("contacts", cloud), ("open_contacts", b"cloud")):
+        recorder.write(Entry(f"tauten/finger/{key}", CLOUD, payload, 1, 1, 0))
+    recorder.close()
+    assert [message.payload for message in LogReader(path).messages()] == [cloud, b"cloud"]
 
 
 def test_json_of_an_older_log_is_told_from_cdr(tmp_path: Path) -> None:
