@@ -42,6 +42,7 @@ from tauten.service.wire import (
     decode_obstacle,
     decode_tick,
     encode_effector,
+    payload_of,
     places_of,
 )
 
@@ -197,10 +198,8 @@ class ServedRobot:
         sample = self._rings[name].try_recv()
         if sample is None:
             return None
-        if len(sample.payload) > LARGEST_CLOUD:
-            self._refused += 1
-            return None
-        message = decode(bytes(sample.payload))
+        payload = payload_of(sample, LARGEST_CLOUD)
+        message = payload if isinstance(payload, Rejection) else decode(payload)
         if isinstance(message, Rejection):
             self._refused += 1
             return None
