@@ -16,12 +16,12 @@ from websockets.typing import Origin, Subprotocol
 
 from tauten.model import one_blas_thread
 from tauten.service.frames import FrameHistory, RobotLook, TargetStore, ViewFrame
+from tauten.service.link import HOST
 from tauten.service.node import Clock
 from tauten.service.plant import PathError
 from tauten.service.process import HostInfo, StopFlag, host_info
 from tauten.service.replay import Spread, spread
 from tauten.service.view import (
-    HOST,
     SPAN,
     TRAIL,
     RobotScene,

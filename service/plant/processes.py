@@ -18,7 +18,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from tauten.model.kernels import kernel_folder
-from tauten.service.link import ZENOH_CONFIG_VARIABLE
+from tauten.service.link import HOST, ZENOH_CONFIG_VARIABLE
 from tauten.service.parent import PARENT, end_with
 from tauten.service.process import give_lower_priority
 
@@ -190,7 +190,7 @@ def free_ports() -> int:
 
 def _is_free(port: int) -> bool:
     with socket.socket() as probe:
-        return _can_bind(probe, ("127.0.0.1", port))
+        return _can_bind(probe, (HOST, port))
 
 
 def _can_bind(one: socket.socket, address: str | tuple[str, int]) -> bool:

@@ -14,12 +14,11 @@ from tauten.service.view.show import (
     view_served,
     view_simulation,
 )
-from tauten.service.view.web import HOST, Guard, open_server
+from tauten.service.view.web import Guard, open_server
 
 __all__ = [
     "Guard",
     "SimulationSettings",
-    "HOST",
     "RobotScene",
     "SPAN",
     "TRAIL",

@@ -22,7 +22,7 @@ from tauten.service.frames import (
     ViewFrame,
 )
 from tauten.service.kernels import waiting
-from tauten.service.link import node_of
+from tauten.service.link import HOST, node_of
 from tauten.service.plant import (
     PathError,
     PathSettings,
@@ -36,7 +36,7 @@ from tauten.service.setup import load_setup
 from tauten.service.view.export import write_html
 from tauten.service.view.playback import PlaybackSession
 from tauten.service.view.session import FRAMES, ViewSession
-from tauten.service.view.web import FIRST_PORT, HOST, open_server
+from tauten.service.view.web import FIRST_PORT, open_server
 from tauten.service.wire import Network, places_of
 
 log = logging.getLogger(__name__)

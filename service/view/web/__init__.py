@@ -3,9 +3,8 @@
 from tauten.service.view.web.guard import Guard
 from tauten.service.view.web.server import (
     FIRST_PORT,
-    HOST,
     LoopbackServer,
     open_server,
 )
 
-__all__ = ["FIRST_PORT", "Guard", "HOST", "LoopbackServer", "open_server"]
+__all__ = ["FIRST_PORT", "Guard", "LoopbackServer", "open_server"]

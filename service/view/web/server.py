@@ -14,12 +14,12 @@ from typing import Any
 import viser
 import websockets.asyncio.server
 
+from tauten.service.link import HOST
 from tauten.service.view.web.colours import Colours, set_theme
 from tauten.service.view.web.guard import ORIGINS, Guard, Handler
 from tauten.service.view.web.messages import LARGEST_FRAME
 from tauten.service.view.web.policy import with_policy
 
-HOST = "127.0.0.1"
 FIRST_PORT = 8080
 _CLOSE = 1.0  # s for which a browser may take to say goodbye
 
