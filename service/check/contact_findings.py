@@ -122,7 +122,11 @@ def untouched(robot: Robot, bodies: Bodies, config: RobotConfig) -> tuple[str, .
 
 
 def thin_walls(robot: Robot, alarm_distance: float) -> Finding:
-    """Thickness of the body behind the surfaces that may touch, against the alarm distance."""
+    """Thickness of the body behind the surfaces that may touch, against the alarm distance.
+
+    A thin wall is wrong where a contact has both of its sides, and fine where it has one of them: then no
+    candidate finds the other side.
+    """
     pairs = robot.contacts.pairs
     if not pairs:
         return Finding(WALLS, "fine", "no contacts in the robot file")
@@ -134,12 +138,40 @@ def thin_walls(robot: Robot, alarm_distance: float) -> Finding:
     thickness = wall_thickness(nodes, boundary, triangles)  # (t,)
     thin = int((thickness < alarm_distance).sum())
     at = int(thickness.argmin())
-    where = ", ".join(f"{value:.4g}" for value in nodes[triangles[at]].mean(axis=0))
     found = (
-        f"{1e3 * thickness[at]:.3g} mm at least, at ({where}) m; {thin} of {len(triangles)} triangles "
-        f"thinner than the alarm distance of {1e3 * alarm_distance:g} mm"
+        f"{1e3 * thickness[at]:.3g} mm at least, at ({place_of(nodes, triangles[at])}) m; {thin} of "
+        f"{len(triangles)} triangles thinner than the alarm distance of {1e3 * alarm_distance:g} mm"
     )
-    if not thin:
-        return Finding(WALLS, "fine", found)
-    advice = f"set contact.alarm_distance below {thickness[at]:.2g} m"
-    return Finding(WALLS, "wrong", found, advice)
+    name, least, where = min((to_other_side(nodes, pair) for pair in pairs), key=lambda one: one[1])
+    if least < alarm_distance:
+        found += f"; {name} has both sides of a wall of {1e3 * least:.3g} mm, at ({where}) m"
+        advice = (
+            f"set contact.alarm_distance below {least:.2g} m, or leave one side out of the contact"
+        )
+        return Finding(WALLS, "wrong", found, advice)
+    if thin:
+        found += ", and no contact has both sides of one"
+    return Finding(WALLS, "fine", found)
+
+
+def to_other_side(nodes: Array, pair: ContactPair) -> tuple[str, float, str]:
+    """The thinnest wall that has both of its sides in a contact.
+
+    Args:
+        nodes: (v, 3) vertices at rest [m].
+        pair: the contact.
+
+    Returns:
+        the name of the contact, the thickness of the wall, inf where there is none [m], and where it is.
+    """
+    if len(pair.triangles) == 0:
+        return pair.name, np.inf, ""
+    sides = np.unique(np.concatenate([pair.nodes, pair.triangles]), axis=0)
+    thickness = wall_thickness(nodes, pair.triangles, sides)  # (s,)
+    at = int(thickness.argmin())
+    return pair.name, float(thickness[at]), place_of(nodes, sides[at])
+
+
+def place_of(nodes: Array, triangle: Ints) -> str:
+    """The centre of a triangle (3,) of vertices (v, 3) [m], in words."""
+    return ", ".join(f"{value:.4g}" for value in nodes[triangle].mean(axis=0))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from support.processes import run_main
 from support.robots.bodies import box_mesh
+from support.robots.examples import shipped_robot
 from support.robots.joined import linked
 from support.robots.thumb import coarse_finger_mesh
 
@@ -29,6 +30,7 @@ from tauten.service.check import (
 )
 from tauten.service.check.body_findings import body_findings
 from tauten.service.check.certificate import certificate_file
+from tauten.service.check.contact_findings import thin_walls
 from tauten.service.process import StopFlag
 from tauten.service.tables import check_page
 
@@ -185,28 +187,41 @@ def test_bad_elements_parts_and_points_are_all_named_at_once(tmp_path: Path) -> 
 
 
 @pytest.mark.long
-def test_walls_thinner_than_the_alarm_distance_are_found(tmp_path: Path) -> None:
-    """A body of 20 mm with an alarm distance of 15 and of 25 mm."""
-    surfaces = """
+@pytest.mark.parametrize(
+    ("alarm", "against", "level"),
+    [(0.015, "bottom", "fine"), (0.025, "bottom", "wrong"), (0.025, "itself", "fine")],
+)
+def test_walls_thinner_than_the_alarm_distance_are_found(
+    alarm: float, against: str, level: str, tmp_path: Path
+) -> None:
+    """A body of 20 mm; a contact of its top with itself never finds its bottom, and was called wrong."""
+    surfaces = f"""
 [[surfaces]]
 name = "top"
-box = { lower = [0.0, 0.0, 0.02], upper = [0.2, 0.02, 0.02] }
+box = {{ lower = [0.0, 0.0, 0.02], upper = [0.2, 0.02, 0.02] }}
 [[surfaces]]
 name = "bottom"
-box = { lower = [0.0, 0.0, 0.0], upper = [0.2, 0.02, 0.0] }
+box = {{ lower = [0.0, 0.0, 0.0], upper = [0.2, 0.02, 0.0] }}
 [[contacts]]
 candidates = "top"
-against = "bottom"
+against = "{against}"
 points = 4
 [contact]
-alarm_distance = ALARM
+alarm_distance = {alarm}
 """
-    for alarm, level in (("0.015", "fine"), ("0.025", "wrong")):
-        added = ("[controller]", surfaces.replace("ALARM", alarm) + "[controller]")
-        found = about(checked(write(tmp_path, None, added)), "walls that may touch")
-        assert found.level == level
-        assert found.found.startswith("20 mm at least")
-        assert ("alarm_distance below 0.02 m" in found.advice) == (level == "wrong")
+    added = ("[controller]", surfaces + "[controller]")
+    found = about(checked(write(tmp_path, None, added)), "walls that may touch")
+    assert found.level == level
+    assert found.found.startswith("20 mm at least")
+    assert ("alarm_distance below 0.02 m" in found.advice) == (level == "wrong")
+    assert ("top on bottom has both sides of a wall of 20 mm" in found.found) == (level == "wrong")
+
+
+def test_the_walls_of_shipped_robots_are_fine() -> None:
+    """Folds of the pneumatic finger touch themselves; the other sides of their walls are of its chamber."""
+    found = thin_walls(robot := shipped_robot("pneumatic_finger"), robot.contacts.alarm_distance)
+    assert found.level == "fine"
+    assert found.found.endswith("and no contact has both sides of one")
 
 
 def test_a_stop_keeps_what_is_done(tmp_path: Path) -> None:
