@@ -102,6 +102,7 @@ def serve(
         record, closed_loop, wait, rate is not None,
         RealtimeSettings(priority, tuple(cpus or ())), event,
     )  # fmt: skip
+    network = Network(port, zenoh_config)
     with stop_on_signals() as stop:
         with stop.interruptible():
             setup = load_setup(robot, rate, basis, model, accept_error)
@@ -111,7 +112,7 @@ def serve(
             raise typer.BadParameter(
                 "--event answers a target when it arrives, interpolation later: choose one"
             )
-        run(setup, Network(port, zenoh_config), settings, stop)
+        run(setup, network, settings, stop)
 
 
 def stream(

@@ -41,10 +41,11 @@ def plant(
     from tauten.service.plant import PlantSettings, plant_robot, simulate
     from tauten.service.process import stop_on_signals
 
+    network = Network(port, zenoh_config)
     setup = plant_robot(robot, rate, model, young_scale)
     settings = PlantSettings(measure, drive, steps)
     with stop_on_signals() as stop:
-        simulate(setup, Network(port, zenoh_config), settings, stop, model)
+        simulate(setup, network, settings, stop, model)
 
 
 def drive(

@@ -60,6 +60,8 @@ def order_in(words: Sequence[str]) -> Order | None:
     ):
         return None
     config = config or os.environ.get(ZENOH_CONFIG_VARIABLE) or None
+    if port is not None and config is not None:
+        return None
     network = Network(None if port is None else int(port), None if config is None else Path(config))
     return Order(served_name(plain[0]), OperatorCommand(plain[1]), network)
 

@@ -70,10 +70,21 @@ class Network:
     Attributes:
         port: TCP port of the node, the plant's is the next one; None: from the robot's name.
         config: file with a Zenoh configuration that replaces the default one.
+
+    Raises:
+        NetworkError: both are given; the configuration has its own ports.
     """
 
     port: int | None = None
     config: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.port is not None and self.config is not None:
+            raise NetworkError(
+                f"--port {self.port} would have no effect beside the Zenoh configuration {self.config}, "
+                "which has its own ports: give --port or --zenoh-config, not both; the environment variable "
+                f"{ZENOH_CONFIG_VARIABLE} counts as --zenoh-config"
+            )
 
 
 def default_port(robot: str) -> int:

@@ -42,7 +42,7 @@ Port = Annotated[
     typer.Option(
         min=LOWEST_PORT,
         max=HIGHEST_PORT,
-        help="The node's TCP port; default: from the robot's name.",
+        help="The node's TCP port; default: from the robot's name. Not with --zenoh-config.",
     ),
 ]
 ZenohConfig = Annotated[

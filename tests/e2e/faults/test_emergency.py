@@ -90,7 +90,14 @@ def test_it_reads_a_command_as_the_whole_program_does(
 
 
 @pytest.mark.parametrize(
-    "line", ["beam stop", "beam hold --zenoh-config one.json5", "beam stop --zenoh-config=", "beam"]
+    "line",
+    [
+        "beam stop",
+        "beam stop --port 20000",
+        "beam hold --zenoh-config one.json5",
+        "beam stop --zenoh-config=",
+        "beam",
+    ],
 )
 @pytest.mark.parametrize("variable", ["", "named.json5"])
 def test_it_reads_the_variable_as_the_whole_program_does(

@@ -116,6 +116,12 @@ def test_a_router_that_is_not_there_is_a_sentence(tmp_path: Path) -> None:
     assert ".rs" not in str(refused.value)
 
 
+def test_a_port_beside_a_configuration_is_refused() -> None:
+    """The port had no effect, and nothing said so where the configuration was that of the variable."""
+    with pytest.raises(NetworkError, match=r"--port 20000 .* client\.json5.*TAUTEN_ZENOH_CONFIG"):
+        Network(20_000, Path("client.json5"))
+
+
 def test_a_bad_zenoh_configuration_is_a_sentence(tmp_path: Path) -> None:
     path = tmp_path / "zenoh.json5"
     with pytest.raises(NetworkError, match=r"no Zenoh configuration"):
