@@ -13,6 +13,7 @@ import numpy as np
 
 from tauten.controller.qpcc.solution import Solution
 from tauten.model.numerics import Array, Bools
+from tauten.reduction import atomic_write
 
 
 class QpccArrays(NamedTuple):
@@ -167,7 +168,7 @@ def write_qpcc(path: Path, problem: Qpcc, start: Start | None = None) -> None:
     """Write a problem, and where its solution started, to an npz file that `read_qpcc` reads.
 
     Args:
-        path: of the file; it is overwritten.
+        path: of the file; one that is there is replaced, by the whole new one or not at all.
         problem: the QPCC.
         start: tensions and piece of the step before, without which the failure may not repeat.
     """
@@ -176,7 +177,7 @@ def write_qpcc(path: Path, problem: Qpcc, start: Start | None = None) -> None:
     arrays |= {name: np.array(names, dtype=np.str_) for name, names in named.items() if names}
     if start is not None:
         arrays |= {"start_lam_a": start.lam_a, "start_piece": start.piece}
-    with path.open("wb") as file:  # np.savez would append ".npz" to the name
+    with atomic_write(path) as file:  # np.savez would append ".npz" to the name
         np.savez_compressed(file, constant=problem.constant, **arrays)
 
 

@@ -23,6 +23,7 @@ import numpy as np
 from tauten.model import UNIT_LENGTH
 from tauten.model.numerics import Array
 from tauten.model.schema import EffectorKind, cause
+from tauten.reduction import write_text
 
 _POSITION = ("x", "y", "z")
 # In the order of goal values.
@@ -94,7 +95,7 @@ def path_text(path: TargetPath) -> str:
 
 def save_path(path: TargetPath, file: Path) -> None:
     """Write a path as the CSV that `tauten stream` reads."""
-    file.write_text(path_text(path), encoding="utf-8")
+    write_text(file, path_text(path))
 
 
 def csv_path(path: Path, kind: EffectorKind, rate: float, repeats: bool) -> TargetPath:

@@ -33,6 +33,17 @@ def test_a_written_problem_is_solved_as_before(tmp_path: Path) -> None:
     assert first.pivots == second.pivots
 
 
+def test_a_problem_is_replaced_whole_or_not_at_all(tmp_path: Path) -> None:
+    """The file was emptied first, and one of a full disk or a lost power remained half written."""
+    file = tmp_path / "problem.npz"
+    write_qpcc(file, recorded("finger_5")[0].problem())
+    before = file.read_bytes()
+    with file.open("rb") as opened:
+        write_qpcc(file, recorded("three_cables_5")[40].problem())
+        assert opened.read() == before
+    assert file.read_bytes() != before
+
+
 def test_names_and_start_may_be_missing(tmp_path: Path) -> None:
     problem = replace(recorded("finger_5")[0].problem(), bound_names=(), row_names=())
     file = tmp_path / "problem.npz"

@@ -55,6 +55,17 @@ def test_a_path_of_any_kind_survives_its_csv(
     np.testing.assert_array_equal(back.times, path.times)
 
 
+def test_a_path_is_replaced_whole_or_not_at_all(robot: Robot[NodalBody], tmp_path: Path) -> None:
+    """The file was emptied first: what read it meanwhile got half a path."""
+    file = tmp_path / "a.csv"
+    save_path(make_path("circle", robot, PathSettings()), file)
+    before = file.read_text()
+    with file.open() as opened:
+        save_path(make_path("line", robot, PathSettings()), file)
+        assert opened.read() == before
+    assert file.read_text() != before
+
+
 def test_a_csv_of_a_spreadsheet_may_begin_with_its_mark(
     robot: Robot[NodalBody], tmp_path: Path
 ) -> None:
