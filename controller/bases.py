@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -72,10 +73,14 @@ def load_states(
 
 
 def beside(path: Path, name: str, suffix: str) -> Path | str:
-    """The file of this name in the folder of the robot file, where there is one; else the name."""
-    for file in (path.parent / name, path.parent / f"{name}{suffix}"):
-        if file.is_file():
-            return file
+    """The file of this name in the folder of the robot file, where there is one; else the name.
+
+    Where the robot file is a link, the folder of the link comes before that of the file that it leads to.
+    """
+    for folder in dict.fromkeys((path.parent, Path(os.path.realpath(path)).parent)):
+        for file in (folder / name, folder / f"{name}{suffix}"):
+            if file.is_file():
+                return file
     return name
 
 

@@ -40,7 +40,8 @@ def reduce(
         typer.Option(
             callback=writable,
             dir_okay=False,
-            help="Default: ROBOT.basis beside the robot file, of a shipped robot here.",
+            help="Default: ROBOT.basis beside the robot file, where that is a link, beside what it leads to; "
+            "of a shipped robot here.",
         ),
     ] = None,
     design: Annotated[
@@ -156,7 +157,7 @@ def reduce(
     places = len(spheres.places) if touched_points and spheres is not None else 0
     chosen = state_settings(loaded, state_modes, responses, places, sample, seed)
     allowed = None if accept_error else load_model_settings(robot).max_tip_error
-    beside = Path(robot).parent if robot.endswith(".toml") else Path()
+    beside = _folder_of(robot) if robot.endswith(".toml") else Path()
     if write and not robot.endswith(".toml"):
         raise typer.BadParameter(
             "--write: a shipped robot's file is not changed; give a robot file"
@@ -192,6 +193,12 @@ def reduce(
     _use(robot, saved, path if states else None, write)
 
 
+def _folder_of(robot: str) -> Path:
+    """The folder beside whose files the bases of a robot file stand; of a link, that of what it leads to."""
+    file = Path(robot)
+    return (Path(os.path.realpath(file)) if file.is_symlink() else file).parent
+
+
 def _summary(made: Reduction) -> str:
     """Number of modes and their errors; where k was chosen, also those on equilibria that were held out."""
     origin, parts = made.basis.provenance, list[str]()
@@ -213,7 +220,7 @@ def _use(robot: str, basis: Path | None, states: Path | None, write: bool) -> No
         return
     from tauten.service.new import fields_text, set_fields
 
-    folder, fields = Path(robot).parent, dict[str, dict[str, str]]()
+    folder, fields = _folder_of(robot), dict[str, dict[str, str]]()
     if basis is not None:
         fields["controller"] = {"basis": Path(os.path.relpath(basis, folder)).as_posix()}
     if states is not None:

@@ -16,6 +16,7 @@ from support.robots.thumb import write_thumb
 
 from tauten.controller import Controller
 from tauten.model import load_robot
+from tauten.model.schema import read_toml
 from tauten.reduction import ContactBasis
 from tauten.reduction.campaign import Snapshots
 from tauten.service.tables.basis import ranges
@@ -96,6 +97,25 @@ def test_inspect_prints_where_it_comes_from_and_what_it_misses(
     assert "held out" in text
     for picture in (modes, curve):
         assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_robot_file_and_a_link_to_it_find_the_same_basis(made: Made, tmp_path: Path) -> None:
+    """The basis was written beside the link, and the robot file named one that it did not find."""
+    link = tmp_path / "here" / made.robot.name
+    link.parent.mkdir()
+    link.symlink_to(made.robot)
+    mesh = Path(read_toml(made.robot)["mesh"]["file"])
+    (link.parent / mesh).symlink_to(made.robot.parent / mesh)
+    table = made.robot.read_text().replace(
+        "controller = {rate = 50.0}", "[controller]\nrate = 50.0"
+    )
+    made.robot.write_text(table)
+    made.basis.unlink()
+    options = ("--snapshots", made.campaign, *STEP, "--tolerance", TOLERANCE, "--write")
+    assert run_main("reduce", link, *options) == 0
+    assert sorted(link.parent.iterdir()) == sorted([link, link.parent / mesh])
+    k = ContactBasis.load(made.basis).k
+    assert [Controller.of(file).space.k for file in (link, made.robot)] == [k, k]
 
 
 def test_inspect_without_the_robot_names_the_slots(
