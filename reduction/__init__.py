@@ -1,6 +1,5 @@
 """Bases of contact forces and states from simulated equilibria, and the files that hold them."""
 
-from tauten.reduction.atomic_write import atomic_write, write_text
 from tauten.reduction.contact.basis import BasisError, ContactBasis
 from tauten.reduction.contact.positive_basis import factorise
 from tauten.reduction.provenance import (
@@ -11,6 +10,7 @@ from tauten.reduction.provenance import (
     source_version,
 )
 from tauten.reduction.storage import DamagedFile
+from tauten.reduction.whole_writes import atomic_write, write_text
 
 __all__ = [
     "atomic_write",

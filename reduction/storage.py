@@ -18,7 +18,7 @@ from numpy.lib.format import read_array, read_array_header_1_0, read_magic, writ
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
-from tauten.reduction.atomic_write import atomic_write
+from tauten.reduction.whole_writes import atomic_write
 
 T = TypeVar("T")
 
