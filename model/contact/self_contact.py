@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from tauten.model.mesh import unit_normals
 from tauten.model.numerics import Array, Ints
 
 EDGES_AWAY = 2.0  # neighbours along the surface, in mean edges
@@ -80,14 +81,6 @@ def _along_surface(
         close = np.flatnonzero((distance <= along)[local].any(axis=1))
         reached.append(np.stack([np.full(len(close), candidate), close], axis=1))
     return np.concatenate(reached).astype(np.int64)
-
-
-def unit_normals(corners: Array) -> Array:
-    """Unit normals (t, 3) of triangles (t, 3, 3), counter-clockwise seen from outside; zero of flat ones."""
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)
-    found: Array = across / length[:, None]
-    return found
 
 
 def _through_wall(

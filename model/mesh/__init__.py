@@ -18,12 +18,14 @@ from tauten.model.mesh.quality import (
 from tauten.model.mesh.regions import BodyRange, NodeSelector, Selector, make_selector
 from tauten.model.mesh.surface import (
     FACES,
+    area_normals,
     boundary_triangles,
     covering_points,
     largest_hole,
     spread_points,
     triangle_areas,
     uncancelled_triangles,
+    unit_normals,
     vertex_points,
     welded,
 )
@@ -51,6 +53,7 @@ __all__ = [
     "Selector",
     "TetMesh",
     "UNITS",
+    "area_normals",
     "boundary_triangles",
     "covering_points",
     "largest_hole",
@@ -74,6 +77,7 @@ __all__ = [
     "triangle_areas",
     "vertex_points",
     "uncancelled_triangles",
+    "unit_normals",
     "wall_thickness",
     "welded",
 ]

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model.mesh.mesh_files import MeshError, kinds_of, read_with_meshio
+from tauten.model.mesh.surface import area_normals
 from tauten.model.mesh.tet_mesh import EDGES, TetMesh, used_nodes
 from tauten.model.numerics import Array, Ints
 
@@ -85,10 +86,10 @@ def wall_thickness(vertices: Array, boundary: Ints, triangles: Ints) -> Array:
         (t,) thickness [m]; inf where the ray leaves the body through no triangle.
     """
     surface = vertices[boundary]  # (b, 3, 3)
-    outward = np.cross(surface[:, 1] - surface[:, 0], surface[:, 2] - surface[:, 0])
+    outward = area_normals(surface)
+    chosen = vertices[triangles]  # (t, 3, 3)
     thickness = np.full(len(triangles), np.inf)
-    for index, corners in enumerate(vertices[triangles]):
-        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    for index, (corners, normal) in enumerate(zip(chosen, area_normals(chosen), strict=True)):
         direction = -normal / np.linalg.norm(normal)
         # only triangles that the ray leaves through
         leaving = outward @ direction > PARALLEL * np.linalg.norm(outward, axis=1)

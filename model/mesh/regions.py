@@ -20,7 +20,7 @@ import numpy as np
 from tauten.model.mesh.groups import CellGroup
 from tauten.model.mesh.mesh_files import MeshError, read_triangles
 from tauten.model.mesh.node_numbers import NodeNumbers
-from tauten.model.mesh.surface import boundary_owners, boundary_triangles
+from tauten.model.mesh.surface import boundary_owners, boundary_triangles, unit_normals
 from tauten.model.mesh.tet_mesh import UNITS, TetMesh
 from tauten.model.mesh.triangle_distance import distances_to_triangles
 from tauten.model.numerics import Array, Bools, Ints
@@ -184,10 +184,9 @@ class Selector:
         """Boundary triangles of a region that is defined by them: (t,) bool."""
         corners = self.nodes[self.boundary]  # (t, 3, 3)
         if isinstance(region, Facing):
-            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            normals /= np.linalg.norm(normals, axis=1, keepdims=True)
             wanted = np.array(region.direction) / np.linalg.norm(region.direction)
-            facing: Bools = normals @ wanted >= np.cos(np.radians(region.max_angle_deg))
+            least = np.cos(np.radians(region.max_angle_deg))
+            facing: Bools = unit_normals(corners) @ wanted >= least
             return facing
         if isinstance(region, NearStl):
             points, triangles = read_triangles(self.folder / region.file)

@@ -66,10 +66,22 @@ def uncancelled_triangles(tets: Ints) -> Ints:
     return np.asarray(faces[places[np.sort(first)]])
 
 
+def area_normals(corners: Array) -> Array:
+    """Normals (t, 3) of triangles (t, 3, 3), counter-clockwise seen from outside: twice the areas [m²]."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def unit_normals(corners: Array) -> Array:
+    """Unit normals (t, 3) of triangles (t, 3, 3), counter-clockwise seen from outside; zero of flat ones."""
+    normals = area_normals(corners)
+    length = np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)
+    found: Array = normals / length[:, None]
+    return found
+
+
 def triangle_areas(vertices: Array, triangles: Ints) -> Array:
     """Area of each triangle: (t,) [m²]."""
-    a, b, c = (vertices[triangles[:, i]] for i in range(3))
-    areas: Array = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    areas: Array = 0.5 * np.linalg.norm(area_normals(vertices[triangles]), axis=1)
     return areas
 
 

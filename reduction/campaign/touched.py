@@ -19,7 +19,7 @@ import numpy as np
 from tauten.model import Robot, static_compliance
 from tauten.model.contact import ObstaclePoses, pose_at
 from tauten.model.load import load_part
-from tauten.model.mesh import spread_points
+from tauten.model.mesh import spread_points, unit_normals
 from tauten.model.numerics import Array, Bools, Ints
 from tauten.model.schema import RobotConfig, RobotFileError, read_toml
 from tauten.reduction.campaign.command_range import CommandRange
@@ -152,10 +152,8 @@ def _places(vertices: Array, triangles: Ints, count: int, where: str) -> tuple[A
         nodes, weights = spread_points(vertices, triangles, count)
     except ValueError as error:
         raise RobotFileError(f"{where}: {error}") from error
-    a, b, c = (vertices[nodes[:, i]] for i in range(3))
-    normals = np.cross(b - a, c - a)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.einsum("mj,mji->mi", weights, vertices[nodes]), normals
+    corners = vertices[nodes]  # (m, 3, 3)
+    return np.einsum("mj,mji->mi", weights, corners), unit_normals(corners)
 
 
 def pressing_runs(

@@ -17,6 +17,7 @@ from tauten.model.mesh import (
     distances_to_triangles,
     off_a_line,
     triangle_areas,
+    unit_normals,
 )
 from tauten.model.numerics import Array, Ints
 from tauten.service.new.side_cable import Axes, in_mesh, side_cable
@@ -205,8 +206,7 @@ def point_inside(x: Array, part: Ints) -> Array:
     if abs(winding(x, part, middle)) > 0.5:
         return middle
     largest = int(np.argmax(areas))
-    a, b, c = x[part[largest]]
-    normal = np.cross(b - a, c - a) / (2.0 * areas[largest])
+    normal = unit_normals(x[part[largest : largest + 1]])[0]
     depth = np.sqrt(areas[largest])
     while depth > 0.0:
         point: Array = centres[largest] + depth * normal

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from tauten.model.contact import across
-from tauten.model.mesh import TetMesh, boundary_triangles
+from tauten.model.mesh import TetMesh, area_normals, boundary_triangles
 from tauten.model.numerics import Array
 
 FACES = 24  # flat faces that are looked at, the largest ones
@@ -50,8 +50,7 @@ def part_axes(mesh: TetMesh) -> Array:
 
 def flat_normals(mesh: TetMesh) -> Array:
     """Unit normals of the large flat faces of a part, up to their sign, the largest first: (f, 3)."""
-    a, b, c = (mesh.nodes[boundary_triangles(mesh.tets)[:, i]] for i in range(3))
-    normals = np.cross(b - a, c - a)  # of twice the area
+    normals = area_normals(mesh.nodes[boundary_triangles(mesh.tets)])  # of twice the area
     areas = np.linalg.norm(normals, axis=1)
     biggest = np.take_along_axis(normals, np.abs(normals).argmax(axis=1)[:, None], axis=1)
     normals = normals * np.sign(biggest)  # both sides of a wall alike

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection, PolyCollection
 
+from tauten.model.mesh import unit_normals
 from tauten.model.numerics import Array, Ints
 
 _MM = 1e3
@@ -55,8 +56,7 @@ def draw_body(
         colour: (3,) or (t, 3) red, green and blue.
     """
     corners = points[triangles]  # (t, 3, 3)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    normal = unit_normals(corners)
     to_eye = side.towards * normal[:, side.depth]
     light = 0.55 + 0.45 * np.clip(normal @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
     order = np.argsort(side.towards * corners[:, :, side.depth].mean(axis=1))

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tauten.model import Robot
+from tauten.model.mesh import area_normals
 from tauten.model.numerics import Array
 from tauten.service.check import RegionParts
 from tauten.service.plots.body import Side, draw_body, frame
@@ -42,8 +43,7 @@ def draw_regions(robot: Robot, parts: tuple[RegionParts, ...], path: str | Path)
 
 def corner_view(part: RegionParts) -> Array:
     """Axes to the right, upwards and towards the eye, seen from the best of eight corners: columns (3, 3)."""
-    corners = part.triangles  # (t, 3, 3)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # (t, 3)
+    normals = area_normals(part.triangles)  # (t, 3)
     eyes = np.array([[x, y, z] for z in (0.6, -0.6) for y in (-1.0, 1.0) for x in (0.6, -0.6)])
     eyes /= np.linalg.norm(eyes, axis=1, keepdims=True)
     eye = eyes[int(np.argmax(np.maximum(normals @ eyes.T, 0.0).sum(axis=0).round(12)))]

@@ -7,7 +7,13 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from tauten.model import Robot
-from tauten.model.mesh import boundary_triangles, spread_points, triangle_areas
+from tauten.model.mesh import (
+    area_normals,
+    boundary_triangles,
+    spread_points,
+    triangle_areas,
+    unit_normals,
+)
 from tauten.model.numerics import Array, Ints
 from tauten.model.tetra import NodalBody
 
@@ -24,10 +30,16 @@ def test_boundary_of_the_finger_encloses_its_volume(finger: Robot[NodalBody]) ->
     """Gauss: ∮ x·n dA = 3 V, which fails when a triangle is missing or turned over."""
     mesh = finger.body.mesh
     corners = mesh.nodes[boundary_triangles(mesh.tets)]  # (t, 3, 3)
-    area = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = 0.5 * area_normals(corners)
     np.testing.assert_allclose(area.sum(axis=0), 0.0, atol=1e-15)
     volume = np.einsum("ti,ti->", corners.mean(axis=1), area) / 3.0
     assert volume == pytest.approx(mesh.volumes.sum(), rel=1e-12)
+
+
+def test_normals_are_of_length_one_and_those_of_flat_triangles_zero() -> None:
+    x, triangles = rectangle(2e-3, 1e-3)
+    expected = np.array([[0, 0, 1], [0, 0, 1], [0, 0, 1], [0, 0, 0]], dtype=float)
+    np.testing.assert_array_equal(unit_normals(x[triangles]), expected)
 
 
 def test_boundary_edges_are_shared_by_two(finger: Robot[NodalBody]) -> None:
