@@ -4,7 +4,7 @@ from tauten.model.contact.broad_phase import BLOCK, blocks_of
 from tauten.model.contact.detection import ContactSet
 from tauten.model.contact.gap_rows import contact_rows
 from tauten.model.contact.holes import holes_before_obstacles, holes_between
-from tauten.model.contact.mesh_shape import MeshShape, heights_of_file, mesh_of_file
+from tauten.model.contact.mesh_shape import MeshShape, enclosed, heights_of_file, mesh_of_file
 from tauten.model.contact.obstacle import (
     Obstacle,
     ObstaclePath,
@@ -58,6 +58,7 @@ __all__ = [
     "box_tree",
     "contact_rows",
     "distances_fault",
+    "enclosed",
     "heights_of_file",
     "holes_before_obstacles",
     "holes_between",

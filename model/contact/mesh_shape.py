@@ -61,6 +61,14 @@ class MeshShape:
         return self._vertices, self._triangles
 
 
+def enclosed(vertices: Array, triangles: Ints) -> MeshShape | None:
+    """What a surface (v, 3) [m], (t, 3) encloses; None where it is open, as tubes of beams are."""
+    try:
+        return MeshShape(vertices, triangles)
+    except ValueError:
+        return None
+
+
 def mesh_of_file(folder: Path, file: str, length_unit: str = "m") -> MeshShape:
     """A closed surface of a file that meshio reads, as STL.
 

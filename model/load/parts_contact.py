@@ -12,6 +12,7 @@ import numpy as np
 from tauten.model.contact import (
     ContactPair,
     MeshShape,
+    enclosed,
     holes_before_obstacles,
     holes_between,
 )
@@ -226,10 +227,7 @@ def enclosed_by(part: Part, skin: Ints) -> MeshShape | None:
         skin: (t, 3) vertices of its whole surface.
     """
     ids, triangles = np.unique(skin, return_inverse=True)
-    try:
-        return MeshShape(vertices_at_rest(part, ids), triangles.reshape(skin.shape))
-    except ValueError:
-        return None
+    return enclosed(vertices_at_rest(part, ids), triangles.reshape(skin.shape))
 
 
 def check_outside_part(points: Array, solid: MeshShape | None, depth: float, message: str) -> None:

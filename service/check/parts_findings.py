@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import permutations
 
 from tauten.model import Robot, skin_of
-from tauten.model.contact import MeshShape
+from tauten.model.contact import enclosed
 from tauten.model.numerics import Array, Ints
 from tauten.model.parts import Part, PartsBody
 from tauten.model.schema import PartsConfig, RobotConfig
@@ -75,14 +75,6 @@ def skin(part: Part) -> tuple[Array, Ints]:
     """Vertices (v, 3) at rest in the robot's frame [m] and triangles (t, 3) of the surface of a part."""
     robot, found = part.robot, skin_of(part.robot)
     return part.placement.points(robot.points(robot.rest())[found.used]), found.triangles
-
-
-def enclosed(vertices: Array, triangles: Ints) -> MeshShape | None:
-    """What a surface encloses; None where it is open, as tubes of beams are."""
-    try:
-        return MeshShape(vertices, triangles)
-    except ValueError:
-        return None
 
 
 def free_parts(free: list[str], config: PartsConfig, files: dict[str, RobotConfig]) -> Finding:
