@@ -48,11 +48,7 @@ def is_there(robot: str, network: Network, token: str, patience: float = 2.0) ->
     """
     with session_of(network, Role.OTHER, robot) as session:
         end = time.monotonic() + patience
-        while not is_alive(session, token):
-            if time.monotonic() > end:
-                return False
-            time.sleep(0.1)
-        return True
+        return await_token(session, token, lambda: time.monotonic() > end)
 
 
 @contextmanager
