@@ -28,7 +28,7 @@ from tauten.model.load import robot_path
 from tauten.service.log import LogError, LogReader
 from tauten.service.process import Progress
 from tauten.service.replay.recorded_setup import recorded_setup
-from tauten.service.replay.report import TrackingError, error, held
+from tauten.service.replay.report import TrackingError, error, followed, held
 from tauten.service.replay.run import RecordedRun, Series, read_run
 
 TimeSteps = int | Literal["single", "converged"]
@@ -182,8 +182,7 @@ def apart(run: RecordedRun, series: Series, other: Series) -> Series:
     """
     difference = series.value[:, :3] - held(other.time, other.value[:, :3], series.time)
     distance = np.linalg.norm(difference, axis=1)
-    following = held(run.time, run.following[:, None].astype(float), series.time)[:, 0]
-    return Series(series.time, np.where(following == 1.0, distance, np.nan))
+    return Series(series.time, np.where(followed(run, series.time), distance, np.nan))
 
 
 def distance_rows(found: Distances) -> list[tuple[str, str]]:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from pydantic import TypeAdapter
 
 from tauten.model import ActuatorKind, Quantity
-from tauten.model.numerics import Array, Bools
+from tauten.model.numerics import Array, Bools, rotation_between
 from tauten.model.schema import EffectorKind
 from tauten.reduction import write_text
 from tauten.service.process import HostInfo, host_info
@@ -267,8 +267,14 @@ def model_against_plant(run: RecordedRun) -> tuple[Array, Array]:
     """Distance and angle of the plant's effector from the model's while following, as `errors_to_goal`."""
     model = held(run.model.time, run.model.value, run.plant.time)
     distance, angle = apart(run.plant.value, model, run.weighted)
-    following = held(run.time, run.following[:, None].astype(float), run.plant.time)[:, 0] == 1.0
+    following = followed(run, run.plant.time)
     return np.where(following, distance, np.nan), np.where(following, angle, np.nan)
+
+
+def followed(run: RecordedRun, times: Array) -> Bools:
+    """Whether a run followed a goal at some times (k,) [s]: (k,)."""
+    found: Bools = held(run.time, run.following[:, None].astype(float), times)[:, 0] == 1.0
+    return found
 
 
 def apart(first: Array, second: Array, weighted: Bools) -> tuple[Array, Array]:
@@ -287,14 +293,9 @@ def apart(first: Array, second: Array, weighted: Bools) -> tuple[Array, Array]:
         distance = np.full(len(first), np.nan)
     if not turns.any():
         return distance, np.full(len(first), np.nan)
-    # of conj(a) b, of either sign: the rotation from one to the other about the frame's own axes
-    w = np.sum(first[:, 3:] * second[:, 3:], axis=1)
-    a, b = first[:, 4:], second[:, 4:]
-    vector = first[:, 3:4] * b - second[:, 3:4] * a - np.cross(a, b)  # (m, 3)
-    sine = np.linalg.norm(vector, axis=1)
-    angle = 2.0 * np.arctan2(sine, np.abs(w))
-    along = np.divide(vector, sine[:, None], out=np.zeros_like(vector), where=sine[:, None] > 0.0)
-    return distance, angle * np.linalg.norm(along[:, turns], axis=1)
+    pairs = zip(first[:, 3:], second[:, 3:], strict=True)
+    turned = np.array([rotation_between(one, other) for one, other in pairs]).reshape(-1, 3)
+    return distance, np.linalg.norm(turned[:, turns], axis=1)
 
 
 def held(times: Array, values: Array, at: Array) -> Array:
