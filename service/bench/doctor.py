@@ -14,7 +14,7 @@ from tauten.model import one_blas_thread
 from tauten.service.check import rate_for, step_seconds
 from tauten.service.node import ControlLoop, Signals, punctual_clock
 from tauten.service.plant import free_ports
-from tauten.service.process import host_info, manual_garbage_collection, realtime_permitted
+from tauten.service.process import busy, host_info, manual_garbage_collection, realtime_permitted
 from tauten.service.setup import Setup
 from tauten.service.wire import Network, Role, session_of
 
@@ -40,17 +40,13 @@ def examine(setup: Setup, seconds: float) -> list[HostFinding]:
         HostFinding("processor", f"{facts.processor}, {facts.cores} may be used"),
         HostFinding("system", f"{facts.system}, Python {facts.python}"),
         *(HostFinding(name, version) for name, version in facts.versions.items()),
-        HostFinding("load", f"{facts.load:.1f} processes", _busy(facts.load, facts.cores)),
+        HostFinding("load", f"{facts.load:.1f} processes", busy()),
     ]
     with one_blas_thread():
         found += [_factorisation(setup, facts.factorisations), _blas()]
         found += [*_clock(), _realtime(), _network()]
         found += _rate(setup, seconds)
     return found
-
-
-def _busy(load: float, cores: int) -> str:
-    return "other programs compete for the processors" if load > cores else ""
 
 
 def _factorisation(setup: Setup, installed: tuple[str, ...]) -> HostFinding:
