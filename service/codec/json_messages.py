@@ -6,7 +6,6 @@ Headers, their parts and the names of a JointState may be left out. Arrays of de
 from __future__ import annotations
 
 import base64
-import binascii
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 
@@ -121,6 +120,13 @@ def from_json(model: type[M], kind: str, payload: bytes) -> M | Rejection:
         return Rejection(RejectionReason.MALFORMED, detail[:_MOST_TEXT])
 
 
+def _coded(text: object, kind: str) -> NDArray[Any]:
+    """The numbers of a numpy type that a text in base64 has; a ValueError where it is none."""
+    if not isinstance(text, str) or len(text) > _MOST:
+        raise ValueError("not numbers in base64")
+    return np.frombuffer(base64.b64decode(text, validate=True), kind)
+
+
 @dataclass(frozen=True, slots=True)
 class CodedNumbers:
     """Whole numbers as little-endian uint32 in base64: triangles would be most of the text otherwise.
@@ -137,13 +143,8 @@ class CodedNumbers:
         """The numbers of a text; arrays stay as they are."""
         if isinstance(text, np.ndarray):
             return text
-        if not isinstance(text, str) or len(text) > _MOST:
-            raise ValueError("not whole numbers in base64")
-        try:
-            found = np.frombuffer(base64.b64decode(text, validate=True), "<u4").astype(np.int64)
-        except (binascii.Error, ValueError) as error:
-            raise ValueError("not whole numbers in base64") from error
-        return self.first + (found.reshape(-1, self.columns) if self.columns else found)
+        found = self.first + _coded(text, "<u4").astype(np.int64)
+        return found.reshape(-1, self.columns) if self.columns else found
 
     def text(self, numbers: NDArray[Any]) -> str:
         """The text of numbers."""
@@ -158,20 +159,13 @@ class CodedNumbers:
 
 
 class CodedPoints(CodedNumbers):
-    """Points (m, 3) as little-endian float32 in base64; older descriptions have lists of them."""
+    """Points (m, 3) as little-endian float32 in base64."""
 
-    def read(self, found: object) -> object:
-        """The points of a text, or of lists; arrays stay as they are."""
-        if isinstance(found, np.ndarray):
-            return found
-        try:
-            if isinstance(found, str) and len(found) <= _MOST:
-                values = np.frombuffer(base64.b64decode(found, validate=True), "<f4")
-            else:
-                values = np.array(found, dtype=float)
-            points = values.astype(float).reshape(-1, 3)
-        except (binascii.Error, ValueError, TypeError) as error:
-            raise ValueError("no points in base64") from error
+    def read(self, text: object) -> object:
+        """The points of a text; arrays stay as they are."""
+        if isinstance(text, np.ndarray):
+            return text
+        points = _coded(text, "<f4").astype(float).reshape(-1, 3)
         if not (np.abs(points) <= FARTHEST).all():  # also NaN
             raise ValueError("a point is not finite, or farther than it may be")
         return points

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import random
 from pathlib import Path
@@ -89,14 +90,20 @@ def test_many_round_obstacles_fit_in_an_answer(tmp_path: Path) -> None:
         np.testing.assert_array_equal(triangles, outline.triangles)
 
 
-def test_a_description_of_an_older_node_has_lists_of_points(honest: dict[str, Any]) -> None:
+def test_points_of_an_obstacle_are_numbers_in_base64(honest: dict[str, Any]) -> None:
     found = json.loads(json.dumps(honest))
-    triangle = {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0.5]], "triangles": "AAAAAAEAAAACAAAA"}
-    found["surface"]["obstacles"] = [{"name": "old", **triangle}]
-    (old,) = read_description("beam", json.dumps(found).encode()).surface.obstacles
-    np.testing.assert_array_equal(old.outline[0][2], [0.0, 1.0, 0.5])
-    np.testing.assert_array_equal(old.outline[1], [[0, 1, 2]])
-    for wrong in ("AAAA", [[1, 2]], [[1, 2, "x"]], [[1, 2, 1e300]], 5, None):
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.5]], "<f4")
+    coded = {
+        "vertices": base64.b64encode(vertices.tobytes()).decode(),
+        "triangles": "AAAAAAEAAAACAAAA",
+    }
+    found["surface"]["obstacles"] = [{"name": "triangle", **coded}]
+    (triangle,) = read_description("beam", json.dumps(found).encode()).surface.obstacles
+    np.testing.assert_array_equal(triangle.outline[0], vertices)
+    np.testing.assert_array_equal(triangle.outline[1], [[0, 1, 2]])
+    spoiled = (np.array([0.0, bad, 0.0], "<f4") for bad in (np.nan, 1e30))
+    texts = [base64.b64encode(one.tobytes()).decode() for one in spoiled]
+    for wrong in (*texts, "AAAA", "AAA", vertices.tolist(), [[1, 2, "x"]], 5, None):
         found["surface"]["obstacles"][0]["vertices"] = wrong
         with pytest.raises(NetworkError, match="vertices"):
             read_description("beam", json.dumps(found).encode())
