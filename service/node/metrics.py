@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+import zlib
+from collections import Counter
+from collections.abc import Iterable, Iterator
 
 from prometheus_client import generate_latest
 from prometheus_client.core import (
@@ -37,22 +39,24 @@ class _Collected(Collector):
         level = GaugeMetricFamily(
             "tauten_level", "0 OK, 1 warning, 2 error", labels=("robot", "of")
         )
+        numbers = dict[tuple[str, ...], float]()
         for item in self._diagnostics:
             level.add_metric((self._robot, item.name), float(item.level))
-            texts = {}
+            texts = dict[tuple[str, ...], str]()
             for key, value in item.values.items():
                 number = _number(value)
                 if number is None:
-                    texts[_name(key)] = value
-                    continue
-                name = f"tauten_{_name(item.name)}_{_name(key)}"
-                gauge = GaugeMetricFamily(name, f"{item.name}: {key}", labels=label)
-                gauge.add_metric(robot, number)
-                yield gauge
+                    texts[(key,)] = value
+                else:
+                    numbers[item.name, key] = number
             if texts:
                 info = InfoMetricFamily(f"tauten_{_name(item.name)}", item.name, labels=label)
-                info.add_metric(robot, texts)
+                info.add_metric(robot, {name: texts[key] for key, name in _apart(texts).items()})
                 yield info
+        for words, name in _apart(numbers).items():
+            gauge = GaugeMetricFamily(f"tauten_{name}", ": ".join(words), labels=label)
+            gauge.add_metric(robot, numbers[words])
+            yield gauge
         yield level
         for key, times in self._times.items():
             name = f"tauten_{key}_seconds"
@@ -72,6 +76,16 @@ def prometheus_text(
 
 def _name(text: str) -> str:
     return re.sub(r"\W", "_", text.lower())
+
+
+def _apart(texts: Iterable[tuple[str, ...]]) -> dict[tuple[str, ...], str]:
+    """A name for each tuple of texts; those with the same one end with a checksum of their texts."""
+    names = {words: "_".join(map(_name, words)) for words in texts}
+    count = Counter(names.values())
+    return {
+        words: name if count[name] == 1 else f"{name}_{zlib.crc32(repr(words).encode()):08x}"
+        for words, name in names.items()
+    }
 
 
 def _number(text: str) -> float | None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from prometheus_client.parser import text_string_to_metric_families
 from support.effectors import ALL_KINDS, solid
 from support.robots.bodies import beam_robot, box_mesh
 from support.robots.examples import shipped_setup
@@ -14,6 +15,7 @@ from support.robots.examples import shipped_setup
 from tauten.controller import Controller
 from tauten.model import Simulator
 from tauten.service.node import Action, Clock, ControlLoop, Signals
+from tauten.service.node.metrics import prometheus_text
 from tauten.service.node.statistics import SURPRISING, LoopStatistics
 from tauten.service.wire import (
     Cause,
@@ -203,3 +205,23 @@ def test_health_warns_of_time_only_while_it_ends_most_decisions() -> None:
     assert [one.values["cut"] for one in said] == ["1", "4", "0"]
     assert "4 of the last 6 decisions ran out of time" in said[1].message
     assert "out of time" not in said[2].message
+
+
+def test_cables_whose_names_differ_by_case_have_metrics_of_their_own() -> None:
+    """Both were `tauten_tensions_left_n`, and Prometheus takes no page with the same metric twice."""
+    values = {"Left_n": "1", "left_n": "2", "right_n": "3", "Note": "one", "note": "other"}
+    found = [Diagnostic("tensions", Level.OK, "", values)]
+    text = prometheus_text("arm", found, {}).decode()
+    families = {one.name: one for one in text_string_to_metric_families(text)}
+    assert text.count("# TYPE") == len(families)
+    numbers = {
+        one.documentation: one.samples[0].value
+        for one in families.values()
+        if one.name.startswith("tauten_tensions_") and one.type == "gauge" and "_n" in one.name
+    }
+    assert {"tensions: Left_n": 1.0, "tensions: left_n": 2.0, "tensions: right_n": 3.0}.items() <= (
+        numbers.items()
+    )
+    assert families["tauten_tensions_right_n"].samples[0].labels == {"robot": "arm"}
+    (info,) = families["tauten_tensions_info"].samples
+    assert {"one", "other", "arm"} == set(info.labels.values())
