@@ -7,9 +7,10 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from time import perf_counter
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -64,6 +65,33 @@ def run_campaign(
         done = each or partial(progress.advance, bar)
         _work(ledger, executor or InProcess(), done)
     return join_snapshots([part for parts in ledger.parts for part in parts])
+
+
+def time_left(robot: Robot, design: Design, folder: str | Path) -> tuple[int, float]:
+    """How much of a campaign is to be computed, and about how long: its next equilibrium is found and timed.
+
+    Args:
+        robot: the robot.
+        design: runs of excitations.
+        folder: of the saved chunks.
+
+    Returns:
+        the number of equilibria that the folder does not hold, and the time of one of them in this process
+        by the real clock [s]; 0 where none is left.
+
+    Raises:
+        SnapshotError: the folder holds another campaign, or a damaged file.
+    """
+    ledger = _Ledger.open(robot, design, Path(folder))
+    left = (ledger.next_chunk(index) for index in range(len(design.runs)))
+    chunk = next((one for one in left if one is not None), None)
+    if chunk is None:
+        return 0, 0.0
+    one = replace(chunk, run=chunk.run.piece(0, 1))
+    solve_chunk(one)  # kernels are loaded or compiled
+    begin = perf_counter()
+    solve_chunk(one)
+    return design.size - ledger.size, perf_counter() - begin
 
 
 @dataclass(frozen=True, slots=True)

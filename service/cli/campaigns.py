@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
 from tauten.service.cli.terminal import progress_bar
 
 if TYPE_CHECKING:
@@ -17,6 +19,15 @@ if TYPE_CHECKING:
     from tauten.model import Robot
     from tauten.reduction.campaign import Design, Ranges, Snapshots, TouchedRobot
     from tauten.reduction.state import Narrower
+
+
+LONG = 600.0  # s, from which on a campaign is worth advice
+SHORTER = {
+    "exploring": "--design latin-hypercube --runs 10 --steps 10",
+    "ramp": "a longer --step",
+    "plackett-burman": "fewer --steps",
+    "latin-hypercube": "fewer --runs, or fewer --steps",
+}  # by the name of the design
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,7 +44,7 @@ class Campaigns:
         steps: of a run.
         seed: of random numbers.
         folder: of the saved chunks.
-        executor: a new one for a number of runs.
+        workers: that compute.
     """
 
     plain: Robot
@@ -45,7 +56,7 @@ class Campaigns:
     steps: int
     seed: int
     folder: Path
-    executor: Callable[[int], AbstractContextManager[Executor]]
+    workers: Workers
 
     @property
     def robot(self) -> Robot:
@@ -54,11 +65,16 @@ class Campaigns:
 
     def whole(self) -> Snapshots:
         """All equilibria over the whole range, with progress bars."""
-        from tauten.reduction.campaign import run_campaign
+        from tauten.reduction.campaign import run_campaign, time_left
 
         with progress_bar("range of each actuator") as report:
             plan = self._plan(report)
-        with self.executor(len(plan.runs)) as executor:
+            report(0.0, "time of an equilibrium")
+            count, seconds = time_left(self.robot, plan, self.folder)
+        workers = self.workers.count(len(plan.runs))
+        if said := expected(count, seconds, workers, self.shorter()):
+            typer.echo(said, err=True)
+        with self.workers.executor(len(plan.runs)) as executor:
             return run_campaign(self.robot, plan, self.folder, executor)
 
     def narrower(self, whole: Snapshots) -> Narrower | None:
@@ -89,11 +105,22 @@ class Campaigns:
                 done += count
                 report(count / plan.size, f"snapshots {done} of {plan.size}")
 
-            with close.executor(len(plan.runs)) as executor:
+            with self.workers.executor(len(plan.runs)) as executor:
                 found = run_campaign(close.robot, plan, close.folder, executor, each=each)
             return found.select(found.converged)
 
         return within
+
+    def shorter(self) -> str:
+        """What makes the campaign shorter."""
+        is_file = self.design.endswith(".csv")
+        own = f"fewer loads in {self.design}" if is_file else SHORTER[self.design]
+        if not self.plain.body.part_robots:
+            return own
+        return (
+            "tauten reduce with the robot file of each part, whose bases the robot of parts takes "
+            f'(controller.basis = "parts"), or {own}'
+        )
 
     def _plan(self, report: Callable[[float, str], None]) -> Design:
         """The design."""
@@ -123,12 +150,52 @@ class Campaigns:
         return from_csv(robot, name)
 
 
-def new_executor(
-    scheduler: str | None, workers: int | None, runs: int
-) -> AbstractContextManager[Executor]:
-    """A Dask cluster, or at most one process for each run."""
-    from tauten.reduction.campaign import dask_cluster, processes
+@dataclass(frozen=True, slots=True)
+class Workers:
+    """What computes the equilibria of a campaign.
 
-    if scheduler is not None:
-        return dask_cluster(scheduler)
-    return processes(min(workers or os.cpu_count() or 1, runs))
+    Attributes:
+        scheduler: address of that of a Dask cluster, instead of processes; None: these.
+        most: number of processes; None: one for each processor.
+    """
+
+    scheduler: str | None
+    most: int | None
+
+    def count(self, runs: int) -> int | None:
+        """How many work at the runs of a campaign, at most one at each; None: the scheduler knows."""
+        return None if self.scheduler is not None else min(self.most or os.cpu_count() or 1, runs)
+
+    def executor(self, runs: int) -> AbstractContextManager[Executor]:
+        """A new executor for a number of runs."""
+        from tauten.reduction.campaign import dask_cluster, processes
+
+        if self.scheduler is not None:
+            return dask_cluster(self.scheduler)
+        return processes(self.count(runs) or 1)
+
+
+def expected(count: int, seconds: float, workers: int | None, advice: str) -> str:
+    """What is said of a campaign before it begins; "" where nothing is left to compute.
+
+    Args:
+        count: of the equilibria that are to be found.
+        seconds: that one of them takes [s].
+        workers: that work at the same time; None: a cluster, of unknown size.
+        advice: how a campaign that takes long becomes shorter.
+    """
+    if count == 0:
+        return ""
+    total = count * seconds / (workers or 1)
+    said = f"{count} equilibria of about {seconds:.2g} s each"
+    said += f", {workers} at a time" if workers else ", divided by the workers of the cluster"
+    said += f": about {duration(total)}"
+    return f"{said}; shorter: {advice}" if total > LONG else said
+
+
+def duration(seconds: float) -> str:
+    """A time [s] with its unit, of one or two digits."""
+    for unit, size in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= size:
+            return f"{seconds / size:.2g} {unit}"
+    return f"{seconds:.2g} s"

@@ -6,14 +6,13 @@ import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 from rich.console import Console
 
-from tauten.service.cli.campaigns import Campaigns, new_executor
+from tauten.service.cli.campaigns import Campaigns, Workers
 from tauten.service.cli.states import (
     KeepInaccurate,
     Responses,
@@ -166,8 +165,7 @@ def reduce(
     ranges = Ranges(position=pull, tilt=math.radians(tilt), force=force, effort=tension)
     folder = snapshots or Path(f"{loaded.name}-snapshots")
     campaigns = Campaigns(
-        loaded, spheres, design, step, ranges, runs, steps, seed, folder,
-        partial(new_executor, scheduler, workers),
+        loaded, spheres, design, step, ranges, runs, steps, seed, folder, Workers(scheduler, workers)
     )  # fmt: skip
     for written in (target, folder):
         writable(written)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.processes import START, run_main, start
+from support.robots.examples import EXAMPLES
 from support.robots.hanging import hanging_beam
 from support.robots.thumb import write_thumb
 
@@ -18,7 +19,8 @@ from tauten.controller import Controller
 from tauten.model import load_robot
 from tauten.model.schema import read_toml
 from tauten.reduction import ContactBasis
-from tauten.reduction.campaign import Snapshots
+from tauten.reduction.campaign import Ranges, Snapshots
+from tauten.service.cli.campaigns import Campaigns, Workers, expected
 from tauten.service.tables.basis import ranges
 
 STEP = ("--design", "ramp", "--step", 4e-4)
@@ -116,6 +118,45 @@ def test_a_robot_file_and_a_link_to_it_find_the_same_basis(made: Made, tmp_path:
     assert sorted(link.parent.iterdir()) == sorted([link, link.parent / mesh])
     k = ContactBasis.load(made.basis).k
     assert [Controller.of(file).space.k for file in (link, made.robot)] == [k, k]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "workers", "said"),
+    [
+        (0.25, 2, "334 equilibria of about 0.25 s each, 2 at a time: about 42 s"),
+        (30.0, 2, "334 equilibria of about 30 s each, 2 at a time: about 1.4 h; shorter: less"),
+        (
+            3.0,
+            None,
+            "334 equilibria of about 3 s each, divided by the workers of the cluster: about 17 min",
+        ),
+    ],
+)
+def test_a_campaign_says_how_long_it_takes(seconds: float, workers: int | None, said: str) -> None:
+    assert expected(334, seconds, workers, "less").startswith(said)
+    assert not expected(0, seconds, workers, "less")
+
+
+def test_how_long_a_campaign_takes_is_said_before_it_begins(
+    made: Made, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of three fingers as parts it took hours, of which nobody was told; what is done is not counted."""
+    options = (*STEP, "--tolerance", TOLERANCE, "--out", tmp_path / "new.basis", "--workers", 1)
+    assert run_main("reduce", made.robot, *options, "--snapshots", tmp_path / "new") == 0
+    said = capsys.readouterr().err.splitlines()[0]
+    assert re.fullmatch(r"20 equilibria of about \S+ s each, 1 at a time: about \S+ (s|min)", said)
+    assert run_main("reduce", made.robot, *options, "--snapshots", tmp_path / "new") == 0
+    assert "equilibria of about" not in capsys.readouterr().err
+
+
+def test_a_robot_of_parts_is_told_of_the_bases_of_its_parts(tmp_path: Path) -> None:
+    grasp = load_robot(EXAMPLES / "grasp.toml")
+    whole, one = (
+        Campaigns(robot, None, "ramp", 1e-4, Ranges(), 1, 1, 0, tmp_path, Workers(None, None))
+        for robot in (grasp, grasp.body.part_robots[0])
+    )
+    assert whole.shorter().startswith("tauten reduce with the robot file of each part")
+    assert one.shorter() == "a longer --step"
 
 
 def test_inspect_without_the_robot_names_the_slots(
