@@ -14,6 +14,7 @@ from tauten.service.cli.terminal import (
     YoungScale,
     ZenohConfig,
     missing_extra,
+    progress_bar,
     writable,
 )
 from tauten.service.link import served_name
@@ -83,10 +84,12 @@ def view(
         raise typer.BadParameter("--port is Zenoh's, of a served robot; the page's is --web-port")
     with stop_on_signals() as stop:
         if export is not None:
-            if is_log:
-                count = viewer.export_log(Path(robot), export, stop, against, recorded_paths)
-            else:
-                count = viewer.export_simulation(simulation, seconds, export, stop)
+            with progress_bar("export") as report:
+                if is_log:
+                    log = Path(robot), export, stop, report, against, recorded_paths
+                    count = viewer.export_log(*log)
+                else:
+                    count = viewer.export_simulation(simulation, seconds, export, stop, report)
             typer.echo(f"{export}: {count} frames")
         elif is_log:
             viewer.view_log(Path(robot), settings, stop, against, recorded_paths)

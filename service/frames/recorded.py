@@ -10,6 +10,7 @@ import numpy as np
 from tauten.model import skin_of
 from tauten.service.describing import describe
 from tauten.service.frames.frame import RobotLook, ViewFrame
+from tauten.service.link import Keys
 from tauten.service.log import LogError, LogReader
 from tauten.service.replay import (
     CHANGED,
@@ -51,6 +52,15 @@ class RecordedRobot:
         self.notes: tuple[str, ...] = ()
         if has_changed(self._then, robot):
             self.notes = (CHANGED,)
+
+    def count(self) -> int:
+        """Number of ticks of the log, and so of what `frames` gives.
+
+        Raises:
+            LogError: a damaged log.
+        """
+        key = Keys(self._then.name).tick
+        return sum(message.key == key for message in self._reader.messages())
 
     def frames(self) -> Iterator[ViewFrame | None]:
         """A frame of each tick; None where there would be more than 30 a second.

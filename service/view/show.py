@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
+import math
 import webbrowser
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
+from typing import TypeVar
 
 from tauten.controller import Order
 from tauten.model import one_blas_thread
@@ -31,7 +33,7 @@ from tauten.service.plant import (
     plant_robot,
     plant_setup,
 )
-from tauten.service.process import StopFlag
+from tauten.service.process import Progress, StopFlag
 from tauten.service.setup import load_setup
 from tauten.service.view.export import write_html
 from tauten.service.view.playback import PlaybackSession
@@ -40,6 +42,8 @@ from tauten.service.view.web import FIRST_PORT, open_server
 from tauten.service.wire import Network, places_of
 
 log = logging.getLogger(__name__)
+
+Frame = TypeVar("Frame")
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +105,11 @@ def view_simulation(simulation: SimulationSettings, settings: ViewSettings, stop
 
 
 def export_simulation(
-    simulation: SimulationSettings, seconds: float | None, file: Path, stop: StopFlag
+    simulation: SimulationSettings,
+    seconds: float | None,
+    file: Path,
+    stop: StopFlag,
+    progress: Progress,
 ) -> int:
     """Simulate a robot that follows a path, into an HTML file; returns the number of frames.
 
@@ -110,6 +118,7 @@ def export_simulation(
         seconds: of the robot; None: one pass of the path.
         file: to write.
         stop: ends it early, with what there is.
+        progress: called with the share of each frame.
 
     Raises:
         PathError: no such path, or none is given.
@@ -123,7 +132,10 @@ def export_simulation(
             source, path, _ = simulated(simulation)
         assert path is not None
         duration = path.duration if seconds is None else seconds
-        return write_html(source.look, following(source, path, duration, stop), file)
+        every, rate = _every(source), source.look.robot.rate
+        frames = following(source, path, duration, stop)
+        shown = _counted(frames, math.ceil(int(duration * rate) / every), progress)
+        return write_html(source.look, shown, file)
 
 
 def simulated(
@@ -154,8 +166,7 @@ def following(
         seconds: of the robot.
         stop: ends it early.
     """
-    robot = source.look.robot
-    every = max(round(robot.rate / FRAMES), 1)
+    robot, every = source.look.robot, _every(source)
     for step in range(int(seconds * robot.rate)):
         if stop.requested:
             return
@@ -164,6 +175,18 @@ def following(
         frame = source.advance(goal, step % every == 0)
         if frame is not None:
             yield frame
+
+
+def _every(source: SimulatedRobot) -> int:
+    """Of how many steps of a simulated robot one gives a frame."""
+    return max(round(source.look.robot.rate / FRAMES), 1)
+
+
+def _counted(frames: Iterator[Frame], count: int, progress: Progress) -> Iterator[Frame]:
+    """Frames, of which each but the last is a share of the work; the rest is to write the file."""
+    for frame in frames:
+        progress(1.0 / (count + 1), "frames")
+        yield frame
 
 
 def view_log(
@@ -196,6 +219,7 @@ def export_log(
     log_file: Path,
     file: Path,
     stop: StopFlag,
+    progress: Progress,
     against: str | None = None,
     recorded_paths: bool = False,
 ) -> int:
@@ -205,6 +229,7 @@ def export_log(
         log_file: of the run.
         file: to write.
         stop: ends it early, with what there is.
+        progress: called with the share of each frame.
         against: robot to use instead of the log's own.
         recorded_paths: whether the files that the log names may be opened.
 
@@ -216,7 +241,9 @@ def export_log(
     with one_blas_thread():
         with stop.interruptible():
             recorded = _recorded(log_file, against, recorded_paths)
-        shown = takewhile(lambda _: not stop.requested, recorded.frames())
+            count = recorded.count()
+        every_tick = _counted(recorded.frames(), count, progress)
+        shown = takewhile(lambda _: not stop.requested, every_tick)
         frames = (frame for frame in shown if frame is not None)
         return write_html(recorded.look, frames, file)
 

@@ -83,7 +83,13 @@ def test_its_folder_opens_at_a_colleague_s(folder: Path, tmp_path: Path) -> None
     assert (there / "beam.vtu").is_file()
     log = there / LOG
     assert replay(log, tolerance=1e-9).same
-    assert export_log(log, tmp_path / "run.html", StopFlag()) > 10
+    shares = list[float]()
+    count = export_log(
+        log, tmp_path / "run.html", StopFlag(), lambda share, _: shares.append(share)
+    )
+    assert count > 10
+    assert 0.9 < sum(shares) < 1.0  # the rest is the time in which the file is written
+    assert len(shares) >= count, "a log was exported without a progress bar"
 
 
 @pytest.mark.long
@@ -102,7 +108,8 @@ def test_an_export_of_its_log_ends_with_ctrl_c(
 
     monkeypatch.setattr(RecordedRobot, "frames", frames)
     html = tmp_path / "run.html"
-    assert 0 < export_log(folder / LOG, html, stop, recorded_paths=True) <= 5
+    silent = stop, lambda _share, _what: None
+    assert 0 < export_log(folder / LOG, html, *silent, recorded_paths=True) <= 5
     assert html.stat().st_size > 1000
 
 

@@ -12,7 +12,8 @@ from support.processes import START, Process, Start, run_benchmark, run_main, st
 from support.viewers import wait_until
 
 from tauten.service.plant import free_ports
-from tauten.service.view import open_server
+from tauten.service.process import StopFlag
+from tauten.service.view import SimulationSettings, export_simulation, open_server
 
 WITHOUT_VISER = """
 import sys
@@ -94,6 +95,17 @@ def test_a_simulation_is_exported(beam_file: Path, tmp_path: Path) -> None:
     exported = ("--simulate", "--path", "line", "--seconds", 1, "--export", html)
     assert run_main("view", beam_file, *exported) == 0
     assert "__VISER_EMBED_DATA__" in html.read_text()
+
+
+@pytest.mark.long
+def test_an_export_says_how_far_it_is(beam_file: Path, tmp_path: Path) -> None:
+    """It takes longer than the robot's time, and showed nothing."""
+    shares, settings = list[float](), SimulationSettings(str(beam_file), path="line")
+    count = export_simulation(
+        settings, 0.5, tmp_path / "a.html", StopFlag(), lambda share, _: shares.append(share)
+    )
+    assert len(shares) == count > 5
+    assert sum(shares) == pytest.approx(count / (count + 1))
 
 
 def test_the_page_is_served_until_ctrl_c(run: Start, beam_file: Path) -> None:
