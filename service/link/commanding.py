@@ -48,7 +48,11 @@ def is_there(robot: str, network: Network, token: str, patience: float = 2.0) ->
     """
     with session_of(network, Role.OTHER, robot) as session:
         end = time.monotonic() + patience
-        return await_token(session, token, lambda: time.monotonic() > end)
+        while not is_alive(session, token):
+            if time.monotonic() > end:
+                return False
+            time.sleep(0.1)
+        return True
 
 
 @contextmanager
