@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import operator
-from typing import SupportsFloat, TypeVar
+from typing import TypeVar
+
+import numpy as np
 
 T = TypeVar("T")
 
@@ -38,6 +39,6 @@ def count(name: str, given: object) -> int:
 
 def positive(name: str, given: object) -> float:
     """An argument that has to be a positive number, or a ValueError that names it."""
-    if not isinstance(given, SupportsFloat) or not 0.0 < float(given) < math.inf:
-        raise ValueError(f"{name}: found {given!r}, expected a positive number")
+    if not isinstance(given, int | float | np.number) or not 0.0 < given < np.inf:
+        raise ValueError(f"{name}: found {given}, expected a positive number")
     return float(given)

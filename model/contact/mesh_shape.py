@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model.actuators import enclosed_volume, open_edges
-from tauten.model.contact.shapes import positive, vector
+from tauten.model.arguments import positive
+from tauten.model.contact.shapes import vector
 from tauten.model.contact.triangle_tree import signed_distances, triangle_tree
 from tauten.model.mesh import UNITS, MeshError, read_triangles, welded
 from tauten.model.numerics import Array, Ints

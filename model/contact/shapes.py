@@ -10,6 +10,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from tauten.model.arguments import positive
 from tauten.model.contact.outlines import RodOutline, across, box, square
 from tauten.model.extension_error import shape_fault
 from tauten.model.numerics import Array, Ints, kernel
@@ -277,13 +278,6 @@ def direction(name: str, value: Array) -> Array:
         raise ValueError(f"{name}: {found.tolist()} has no direction")
     unit: Array = found / length
     return unit
-
-
-def positive(name: str, value: object) -> float:
-    """A positive number, or a ValueError that names the parameter."""
-    if not isinstance(value, int | float | np.number) or not 0.0 < value < np.inf:
-        raise ValueError(f"{name}: expected a positive number [m], found {value}")
-    return float(value)
 
 
 @kernel

@@ -141,6 +141,12 @@ def test_numbers_of_steps_that_are_none_are_refused(beam: Robot, given: object) 
             simulator.settle(effort=[0.0], tolerance=given)  # type: ignore[arg-type]
 
 
+def test_a_tolerance_of_several_numbers_is_refused(beam: Robot) -> None:
+    """It was a TypeError of NumPy."""
+    with pytest.raises(ValueError, match=r"tolerance: found \[1. 2.\], expected a positive number"):
+        Simulator(beam, "none").settle(effort=[0.0], tolerance=np.array([1.0, 2.0]))  # type: ignore[arg-type]
+
+
 def test_what_is_of_another_kind_is_one_sentence(beam: Robot) -> None:
     simulator = Simulator(beam, contact="none")
     with pytest.raises(TypeError, match=r"^state: expected State, found list$"):

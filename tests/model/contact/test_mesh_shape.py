@@ -180,10 +180,10 @@ def test_heights_of_a_file_are_a_closed_body(tmp_path: Path) -> None:
         ({"heights": None, "file": "other.csv"}, "no such file"),
         ({"heights": None, "file": "ragged.csv"}, "different numbers of heights"),
         ({"heights": None, "file": "text.csv"}, "is no table of numbers"),
-        ({"spacing": [1.0, 0.0]}, "spacing: expected a positive number"),
+        ({"spacing": [1.0, 0.0]}, "spacing: found 0.0, expected a positive number"),
         ({"spacing": [1.0]}, "spacing: expected two numbers"),
-        ({"thickness": -1.0}, "thickness: expected a positive number"),
-        ({"thickness": "thin"}, "thickness: expected a positive number"),
+        ({"thickness": -1.0}, "thickness: found -1.0, expected a positive number"),
+        ({"thickness": "thin"}, "thickness: found thin, expected a positive number"),
         ({"heights": None, "file": "empty.csv"}, "has no heights"),
     ],
 )

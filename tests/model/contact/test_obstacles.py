@@ -213,7 +213,7 @@ REFUSED: dict[str, dict[str, Any]] = {
     "floor.parameters: normal: [0.0, 0.0, 0.0] has no direction": {
         "parameters": {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 0.0]}
     },
-    "floor.parameters: radius: expected a positive number [m], found -1": {
+    "floor.parameters: radius: found -1.0, expected a positive number": {
         "shape": "sphere", "parameters": {"centre": [0.0, 0.0, 0.0], "radius": -1.0}
     },
     "floor.parameters: end: coincides with start": {
