@@ -285,7 +285,8 @@ def build_bodies(config: RobotConfig, shapes: Sequence[Shape], source: str) -> B
             beams.append(beam.moved(int(counts[0])))
         else:
             own = scaled_mesh(shape, body)
-            there = replace_nodes(own, Placement.of(body.rotation, body.position).points(own.nodes))
+            place = Placement.of(body.rotation, body.position)
+            there = replace(own, nodes=place.points(own.nodes))
             part = build_body(body, own, there, named, source, prefix)
         unmoved = own.split() if isinstance(own, QuadraticMesh) else own
         solid.append(np.full(len(unmoved.tets), body.beam is None))
@@ -334,12 +335,7 @@ def scaled_mesh(mesh: AnyMesh, body: BodySettings) -> AnyMesh:
     """A mesh in a body's own coordinates, with midpoints where its elements have them."""
     if body.mesh is not None and body.mesh.element == "quadratic" and isinstance(mesh, TetMesh):
         mesh = quadratic_mesh(mesh)
-    return mesh if body.scale == 1.0 else replace_nodes(mesh, body.scale * mesh.nodes)
-
-
-def replace_nodes(mesh: AnyMesh, nodes: Array) -> AnyMesh:
-    """The mesh with its nodes at other positions (n_nodes, 3) [m]."""
-    return replace(mesh, nodes=nodes)
+    return mesh if body.scale == 1.0 else replace(mesh, nodes=body.scale * mesh.nodes)
 
 
 def build_body(
