@@ -96,7 +96,8 @@ def contact_basis(
     setup = load_setup(robot, model="full")
     basis = basis_of(setup, robot)
     folder = snapshots or Path(f"{setup.robot.name}-snapshots")
-    found = run_campaign(setup.robot, ramp(setup.robot), folder)
+    with progress_bar("snapshots") as report:
+        found = run_campaign(setup.robot, ramp(setup.robot), folder, report=report)
     inputs = ContactBasisInputs(
         setup.robot,
         basis,

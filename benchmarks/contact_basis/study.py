@@ -163,7 +163,7 @@ def held_out_errors(inputs: ContactBasisInputs) -> Iterator[HeldOutError]:
     for index, name in enumerate(names):
         folder = inputs.folder / f"held-out-{inputs.steps}" / f"{index:02d}"
         alone = Design(f"{design.description}, {name}", (design.runs[index],))
-        path = run_campaign(robot, alone, folder, show_progress=False)
+        path = run_campaign(robot, alone, folder)
         apart = float(np.nanmax(sensitivity(robot, path), initial=0.0))
         for enrichment in (None, usual):
             largest, mean, unsettled, extra = _tip_errors(robot, path, inputs.basis, enrichment)

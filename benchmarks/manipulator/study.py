@@ -90,7 +90,6 @@ def bench_manipulator(settings: ArmBenchSettings, progress: Progress) -> tuple[A
             robot,
             random_postures(robot, _HELD_OUT, _ON_THE_WAY, _SEED),
             settings.snapshots / "manipulator-held-out",
-            show_progress=False,
         )
         postures = {"training": thinned(campaign), "held-out": held_out}
         speed = speeds()
@@ -121,7 +120,7 @@ def campaign_of(robot: Robot, folder: Path) -> Snapshots:
     `tauten reduce manipulator --design plackett-burman --steps 120 --tension 0 1` does the same.
     """
     design = plackett_burman(robot, Ranges(tilt=0.0, force=0.0, effort=(0.0, 1.0)), STEPS)
-    return run_campaign(robot, design, folder, show_progress=False)
+    return run_campaign(robot, design, folder)
 
 
 def thinned(campaign: Snapshots) -> Snapshots:

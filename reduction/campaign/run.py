@@ -1,4 +1,4 @@
-"""Campaigns: snapshots of all runs of a design, computed in parallel, resumable, with a progress bar."""
+"""Campaigns: snapshots of all runs of a design, computed in parallel, resumable."""
 
 from __future__ import annotations
 
@@ -8,14 +8,12 @@ from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from time import perf_counter
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
 from tauten.model import Robot
 from tauten.reduction.campaign.chunk import Chunk, solve_chunk
+from tauten.reduction.campaign.command_range import Report
 from tauten.reduction.campaign.designs import Design
 from tauten.reduction.campaign.executors import InProcess
 from tauten.reduction.campaign.snapshots import (
@@ -37,8 +35,7 @@ def run_campaign(
     design: Design,
     folder: str | Path,
     executor: Executor | None = None,
-    show_progress: bool = True,
-    each: Callable[[int], None] | None = None,
+    report: Report = lambda share, what: None,
 ) -> Snapshots:
     """Compute all equilibria of a design, except those that the folder already holds.
 
@@ -51,19 +48,19 @@ def run_campaign(
         design: runs of excitations.
         folder: of the saved chunks; one campaign in each folder, made when missing.
         executor: see `tauten.reduction.campaign.executors`; None computes in this process.
-        show_progress: draw a bar on the terminal.
-        each: called with the number of equilibria after each chunk, instead of the bar.
+        report: called with the share of the equilibria that are new, first of those in the folder, then after
+            each chunk, and with how many there are in words.
 
     Raises:
         SnapshotError: the folder holds another campaign, or a damaged file.
     """
     ledger = _Ledger.open(robot, design, Path(folder))
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    hidden = each is not None or not show_progress
-    with Progress(*columns, TimeRemainingColumn(), disable=hidden) as progress:
-        bar = progress.add_task("snapshots", total=design.size, completed=ledger.size)
-        done = each or partial(progress.advance, bar)
-        _work(ledger, executor or InProcess(), done)
+
+    def advance(count: int) -> None:
+        report(count / design.size, f"snapshots {ledger.size} of {design.size}")
+
+    advance(ledger.size)
+    _work(ledger, executor or InProcess(), advance)
     return join_snapshots([part for parts in ledger.parts for part in parts])
 
 

@@ -94,7 +94,6 @@ def reduce_robot(
     folder: str | Path,
     settings: ReduceSettings,
     executor: Executor | None = None,
-    show_progress: bool = True,
     touched: TouchedRobot | None = None,
     report: Report = lambda share, what: None,
 ) -> Reduction:
@@ -106,7 +105,6 @@ def reduce_robot(
         folder: of the saved campaign.
         settings: number of modes, method, weighting.
         executor: see `tauten.reduction.campaign.executors`; None computes in this process.
-        show_progress: draw a bar on the terminal.
         touched: the robot with spheres, where the design presses it with them; the basis is made from
             snapshots without.
         report: called after the campaign, as by `reduce_snapshots`.
@@ -120,7 +118,7 @@ def reduce_robot(
             f"robot {robot.name} has no contact candidates: there is nothing to reduce"
         )
     moved = robot if touched is None else touched.robot
-    everything = run_campaign(moved, design, folder, executor, show_progress)
+    everything = run_campaign(moved, design, folder, executor)
     return reduce_snapshots(robot, everything, folder, settings, touched, report)
 
 

@@ -113,7 +113,7 @@ def bench_reduced(
         training = ramp_snapshots(robot, folder / "ramp", RAMP_STEPS)
         progress(step, "campaign of foreign loads")
         design = latin_hypercube(robot, FOREIGN, FOREIGN_RUNS, seed=0, steps=FOREIGN_STEPS)
-        foreign = run_campaign(robot, design, folder / "foreign", show_progress=False)
+        foreign = run_campaign(robot, design, folder / "foreign")
         foreign = foreign.select(foreign.converged)
         targets = reach_targets(robot, seconds, REACH)
         cases = []
@@ -129,7 +129,7 @@ def bench_reduced(
 def ramp_snapshots(robot: Robot, folder: Path, steps: int) -> Snapshots:
     """Equilibria of the ramp of the cables."""
     design = ramp(robot, float(np.abs(robot.limits.farthest_position).min()) / steps)
-    found = run_campaign(robot, design, folder, show_progress=False)
+    found = run_campaign(robot, design, folder)
     return found.select(found.converged)
 
 

@@ -74,8 +74,8 @@ class Campaigns:
         workers = self.workers.count(len(plan.runs))
         if said := expected(count, seconds, workers, self.shorter()):
             typer.echo(said, err=True)
-        with self.workers.executor(len(plan.runs)) as executor:
-            return run_campaign(self.robot, plan, self.folder, executor)
+        with self.workers.executor(len(plan.runs)) as executor, progress_bar("snapshots") as report:
+            return run_campaign(self.robot, plan, self.folder, executor, report)
 
     def narrower(self, whole: Snapshots) -> Narrower | None:
         """Campaigns within a share of the positions of the whole range; None: the design has no such."""
@@ -98,15 +98,8 @@ class Campaigns:
                 folder=self.folder / f"within-{100.0 * share:.0f}",
             )
             plan = close._plan(lambda _, what: report(0.0, what))
-            done = 0
-
-            def each(count: int) -> None:
-                nonlocal done
-                done += count
-                report(count / plan.size, f"snapshots {done} of {plan.size}")
-
             with self.workers.executor(len(plan.runs)) as executor:
-                found = run_campaign(close.robot, plan, close.folder, executor, each=each)
+                found = run_campaign(close.robot, plan, close.folder, executor, report)
             return found.select(found.converged)
 
         return within

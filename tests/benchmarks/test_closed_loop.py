@@ -101,7 +101,7 @@ def test_without_contact_the_finger_is_missed(tmp_path: Path) -> None:
     """On a coarse mesh, with a contact basis of its own: eight runs of the shipped one take half an hour."""
     setup = load_setup(write_coarse_finger(tmp_path), model="full")
     design = ramp(setup.robot, step=5e-4)
-    found = run_campaign(setup.robot, design, tmp_path / "ramp", show_progress=False)
+    found = run_campaign(setup.robot, design, tmp_path / "ramp")
     snapshots = found.select(found.converged)
     basis, _ = make_basis(setup.robot, snapshots, ReduceSettings(k=6))
     setup = replace(setup, contact=basis)

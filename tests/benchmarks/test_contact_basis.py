@@ -22,9 +22,7 @@ def inputs(folder: Path, step: float) -> ContactBasisInputs:
     """The thumb's campaign with steps of this pull [m], and its basis."""
     robot = load_robot(write_thumb(folder))
     settings = ReduceSettings(k=4)
-    made = reduce_robot(
-        robot, ramp(robot, step), folder / "campaign", settings, show_progress=False
-    )
+    made = reduce_robot(robot, ramp(robot, step), folder / "campaign", settings)
     return ContactBasisInputs(
         robot, made.basis, made.snapshots, folder / "campaign", 6, 3, ks=(2, 5)
     )

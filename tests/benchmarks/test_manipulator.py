@@ -89,7 +89,7 @@ def test_certified_basis_follows_the_full_arm(
 ) -> None:
     """Held-out postures: within the tolerance in millimetres, far from them without certificate."""
     design = random_postures(arm, count=2, steps=5, seed=3)
-    runs = run_campaign(arm, design, tmp_path_factory.mktemp("held"), show_progress=False)
+    runs = run_campaign(arm, design, tmp_path_factory.mktemp("held"))
     assert runs.converged.all()
     assert np.isnan(design.runs[0].position).all()
     np.testing.assert_allclose(runs.effort[:, 4], design.runs[0].effort[:, -1])

@@ -88,14 +88,14 @@ def thumb_folder(
     with folder.with_suffix(".lock").open("a") as lock:
         if sys.platform != "win32":
             fcntl.flock(lock, fcntl.LOCK_EX)
-        run_campaign(thumb, thumb_design, folder, show_progress=False)
+        run_campaign(thumb, thumb_design, folder)
     return folder
 
 
 @pytest.fixture(scope="session")
 def thumb_ramp(thumb: Robot[NodalBody], thumb_design: Design, thumb_folder: Path) -> Snapshots:
     """The equilibria of this campaign."""
-    found = run_campaign(thumb, thumb_design, thumb_folder, show_progress=False)
+    found = run_campaign(thumb, thumb_design, thumb_folder)
     return found.select(found.converged)
 
 

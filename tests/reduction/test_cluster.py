@@ -71,14 +71,14 @@ def test_killed_worker_does_not_change_the_result(
 ) -> None:
     """The chunk that was lost is computed again by the other worker."""
     design = latin_hypercube(thumb, Ranges(tilt=0.8, force=0.05), runs=6, seed=1, steps=12)
-    expected = run_campaign(thumb, design, tmp_path / "here", show_progress=False)
+    expected = run_campaign(thumb, design, tmp_path / "here")
     address, workers = cluster
     folder, done = tmp_path / "cluster", threading.Event()
     watch = threading.Thread(target=kill_when_a_chunk_is_saved, args=(folder, workers[0], done))
     watch.start()
     try:
         with dask_cluster(address) as executor:
-            found = run_campaign(thumb, design, folder, executor, show_progress=False)
+            found = run_campaign(thumb, design, folder, executor)
     finally:
         done.set()
         watch.join()

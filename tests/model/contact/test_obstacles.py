@@ -194,7 +194,7 @@ def test_a_contact_basis_is_made_with_an_obstacle(tmp_path: Path) -> None:
         contacts=[{"candidates": "below", "against": "ball", "points": "vertices"}],
     )  # fmt: skip
     design = ramp(robot, step=2e-4)
-    result = reduce_robot(robot, design, tmp_path, ReduceSettings(k=2), show_progress=False)
+    result = reduce_robot(robot, design, tmp_path, ReduceSettings(k=2))
     assert result.basis.k == 2
     pulled = [Simulator(robot, contact) for contact in ("full", result.basis, "none")]
     for simulator in pulled:

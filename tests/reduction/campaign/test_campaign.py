@@ -89,7 +89,7 @@ def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def snapshots(thumb: Robot[NodalBody], design: Design, complete: Path) -> Snapshots:
-    return run_campaign(thumb, design, complete, show_progress=False)
+    return run_campaign(thumb, design, complete)
 
 
 def test_snapshots_are_as_in_the_design(
@@ -129,16 +129,30 @@ def test_interrupted_campaign_goes_on_to_the_same_result(
     thumb: Robot[NodalBody], design: Design, snapshots: Snapshots, tmp_path: Path, chunks: int
 ) -> None:
     with pytest.raises(KeyboardInterrupt):
-        run_campaign(thumb, design, tmp_path, Interrupted(chunks), show_progress=False)
+        run_campaign(thumb, design, tmp_path, Interrupted(chunks))
     assert len(list(tmp_path.glob("*.snapshots"))) == chunks
-    again = run_campaign(thumb, design, tmp_path, Interrupted(6 - chunks), show_progress=False)
+    again = run_campaign(thumb, design, tmp_path, Interrupted(6 - chunks))
     assert_same(again, snapshots)
 
 
 def test_complete_campaign_is_not_done_again(
     thumb: Robot[NodalBody], design: Design, snapshots: Snapshots, complete: Path
 ) -> None:
-    assert_same(run_campaign(thumb, design, complete, Interrupted(0), False), snapshots)
+    said: list[tuple[float, str]] = []
+    found = run_campaign(thumb, design, complete, Interrupted(0), lambda *part: said.append(part))
+    assert_same(found, snapshots)
+    assert said == [(1.0, f"snapshots {design.size} of {design.size}")]
+
+
+def test_a_campaign_says_after_each_chunk_how_far_it_is(
+    thumb: Robot[NodalBody], tmp_path: Path
+) -> None:
+    said: list[tuple[float, str]] = []
+    design = ramp(thumb, step=0.001)
+    run_campaign(thumb, design, tmp_path, report=lambda *part: said.append(part))
+    assert said[0] == (0.0, f"snapshots 0 of {design.size}") and len(said) > 1
+    assert sum(share for share, _ in said) == pytest.approx(1.0)
+    assert said[-1][1] == f"snapshots {design.size} of {design.size}"
 
 
 @pytest.mark.long
@@ -156,7 +170,7 @@ def test_workers_do_not_change_the_result_and_do_not_hear_ctrl_c_while_they_star
         assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == before
         (worker,) = pool._processes  # while it imports
         os.kill(worker, signal.SIGINT)
-        found = run_campaign(thumb, design, tmp_path, pool, show_progress=False)
+        found = run_campaign(thumb, design, tmp_path, pool)
         assert pool._processes[worker].is_alive()
     np.testing.assert_array_equal(found.converged, snapshots.converged)
     np.testing.assert_allclose(found.q, snapshots.q, atol=1e-9)
@@ -191,7 +205,7 @@ def test_ctrl_c_saves_what_is_under_way(
     """The interrupt comes when the first of three chunks is back: all three are kept."""
     caplog.set_level("INFO")
     with pytest.raises(KeyboardInterrupt), InterruptedThreads(chunks=3) as threads:
-        run_campaign(thumb, design, tmp_path, threads, show_progress=False)
+        run_campaign(thumb, design, tmp_path, threads)
     starts = sorted(path.name for path in tmp_path.iterdir())
     assert starts == [f"run{run:04d}-000000.snapshots" for run in range(3)]
     assert "interrupted: what is under way" in caplog.text
@@ -210,7 +224,7 @@ def test_ctrl_c_in_the_only_process_keeps_what_is_done(
 
     monkeypatch.setattr(campaign, "solve_chunk", solve)
     with pytest.raises(KeyboardInterrupt), executors.processes(1) as here:
-        run_campaign(thumb, design, tmp_path, here, show_progress=False)
+        run_campaign(thumb, design, tmp_path, here)
     kept = sorted(path.name for path in tmp_path.iterdir())
     assert kept == ["run0000-000000.snapshots", "run0000-000005.snapshots"]
 
@@ -237,24 +251,24 @@ def test_workers_that_fail_at_ctrl_c_do_not_hide_it(
 ) -> None:
     name = "run0000-000000.snapshots"
     with pytest.raises(KeyboardInterrupt):
-        run_campaign(thumb, design, tmp_path, Failing(Snapshots.load(complete / name)), False)
+        run_campaign(thumb, design, tmp_path, Failing(Snapshots.load(complete / name)))
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
 def test_folder_of_another_campaign_is_left_alone(thumb: Robot[NodalBody], tmp_path: Path) -> None:
-    run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
+    run_campaign(thumb, ramp(thumb, step=0.004), tmp_path)
     before = {path: path.read_bytes() for path in tmp_path.iterdir()}
     with pytest.raises(SnapshotError, match="holds another campaign"):
-        run_campaign(thumb, ramp(thumb, step=0.002), tmp_path, show_progress=False)
+        run_campaign(thumb, ramp(thumb, step=0.002), tmp_path)
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_damaged_chunk_is_named(thumb: Robot[NodalBody], tmp_path: Path) -> None:
-    run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
+    run_campaign(thumb, ramp(thumb, step=0.004), tmp_path)
     (path,) = tmp_path.iterdir()
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.raises(SnapshotError, match=r"run0000-000000\.snapshots: this is no readable"):
-        run_campaign(thumb, ramp(thumb, step=0.004), tmp_path, show_progress=False)
+        run_campaign(thumb, ramp(thumb, step=0.004), tmp_path)
 
 
 @pytest.mark.long
@@ -266,7 +280,7 @@ def test_impossible_equilibrium_is_recorded_as_such(
     force = np.zeros((3, len(run)))
     force[2, 2] = -1e6
     design = Design("torn", (dataclasses.replace(run, effector_force=force),))
-    found = run_campaign(thumb, design, tmp_path, show_progress=False)
+    found = run_campaign(thumb, design, tmp_path)
     np.testing.assert_array_equal(found.converged, [True, True, False, True])
     assert not found.lam[:, 2].any()
     np.testing.assert_array_equal(found.q[:, 2], found.q[:, 1])
@@ -300,6 +314,6 @@ def test_a_campaign_with_rotations_is_read_again(tmp_path: Path) -> None:
     end = {"kind": "half_space", "point": [0.0874, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}
     robot = constrained(rigid=[{"name": "tip", "region": end}])
     plan = latin_hypercube(robot, Ranges(position=(0.1, 0.2)), runs=1, seed=0, steps=4)
-    first, second = (run_campaign(robot, plan, tmp_path, show_progress=False) for _ in range(2))
+    first, second = (run_campaign(robot, plan, tmp_path) for _ in range(2))
     assert len(first.q) == robot.n + 1
     assert_same(first, second)

@@ -40,7 +40,7 @@ def two_loads(beam: Robot, tmp_path_factory: pytest.TempPathFactory) -> Snapshot
         )
         for sign in (1.0, -1.0)
     )
-    found = run_campaign(beam, Design("two", runs), tmp_path_factory.mktemp("two"), None, False)
+    found = run_campaign(beam, Design("two", runs), tmp_path_factory.mktemp("two"))
     assert found.converged.all()
     return found
 
@@ -77,7 +77,7 @@ def test_a_rotation_that_is_a_goal_is_an_error(tmp_path: Path) -> None:
     )
     force = np.array([0.0, FORCE, 0.0])
     run = Run(np.zeros((1, 1)), np.zeros((3, 1)), force[:, None])
-    found = run_campaign(soft, Design("one", (run,)), tmp_path, None, False)
+    found = run_campaign(soft, Design("one", (run,)), tmp_path)
     simulator, still = Simulator(stiff, contact="none"), np.zeros(soft.n)
     simulator.load(np.zeros(3), force)
     assert simulator.settle(position=[0.0]).converged

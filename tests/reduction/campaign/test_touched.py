@@ -123,7 +123,7 @@ def test_snapshots_without_spheres_are_those_of_the_plain_robot(
 ) -> None:
     free, pressed = design.runs[0], design.runs[-1]
     short = Design("two", (free.piece(0, 2), pressed.piece(0, 2)))
-    found = run_campaign(claw.robot, short, tmp_path, show_progress=False)
+    found = run_campaign(claw.robot, short, tmp_path)
     assert found.converged.all()
     np.testing.assert_array_equal(pressed_columns(claw.robot, found), [False, False, True, True])
     own = of_plain_robot(claw, found)

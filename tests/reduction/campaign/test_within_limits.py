@@ -46,7 +46,7 @@ def test_a_winch_that_pays_out_no_more_holds_its_cable(
     assert free.settle(effort=[0.0, 0.0]).converged
     outer = int(np.argmin(free.position))
     assert free.position[outer] < 2.0 * LEAST
-    found = run_campaign(beam, Design("held", (run,)), tmp_path, None, False)
+    found = run_campaign(beam, Design("held", (run,)), tmp_path)
     assert found.converged.all()
     assert found.position[outer, 0] == pytest.approx(LEAST, abs=1e-9)
     assert found.effort[outer, 0] > 0.0
@@ -56,9 +56,7 @@ def test_a_winch_that_pays_out_no_more_holds_its_cable(
 
 
 def test_no_effort_winds_a_cable_beyond_its_limit(beam: Robot[NodalBody], tmp_path: Path) -> None:
-    found = run_campaign(
-        beam, Design("wound", (run_of(beam, [100.0, 0.0]),)), tmp_path, None, False
-    )
+    found = run_campaign(beam, Design("wound", (run_of(beam, [100.0, 0.0]),)), tmp_path)
     assert found.converged.all()
     assert found.position[0, 0] == pytest.approx(MOST, abs=1e-9)
     assert 0.0 < found.effort[0, 0] < 100.0

@@ -159,7 +159,7 @@ def thumb_with(**changes: object) -> Robot[NodalBody]:
 
 def equilibria(robot: Robot, run: Run, folder: Path) -> Snapshots:
     """Those of one run."""
-    found = run_campaign(robot, Design("one", (run,)), folder, None, False)
+    found = run_campaign(robot, Design("one", (run,)), folder)
     assert found.converged.all()
     return found
 

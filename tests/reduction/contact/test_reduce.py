@@ -30,7 +30,7 @@ FOUR = ReduceSettings(k=4)
 
 @pytest.fixture(scope="module")
 def reduction(thumb: Robot, thumb_design: Design, thumb_folder: Path) -> Reduction:
-    return reduce_robot(thumb, thumb_design, thumb_folder, FOUR, show_progress=False)
+    return reduce_robot(thumb, thumb_design, thumb_folder, FOUR)
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +59,7 @@ def test_basis_records_its_origin(thumb: Robot, reduction: Reduction) -> None:
 
 def test_reduction_is_reproduced(thumb: Robot, tmp_path: Path) -> None:
     first, again = (
-        reduce_robot(thumb, ramp(thumb, step=1e-3), tmp_path / name, FOUR, show_progress=False)
+        reduce_robot(thumb, ramp(thumb, step=1e-3), tmp_path / name, FOUR)
         for name in ("first", "again")
     )
     np.testing.assert_array_equal(again.basis.Psi, first.basis.Psi)
@@ -70,7 +70,7 @@ def test_automatic_k_is_the_smallest_within_tolerance(
     thumb: Robot, thumb_design: Design, thumb_folder: Path
 ) -> None:
     settings = ReduceSettings(k="auto", tolerance=2e-4)
-    found = reduce_robot(thumb, thumb_design, thumb_folder, settings, show_progress=False)
+    found = reduce_robot(thumb, thumb_design, thumb_folder, settings)
     curve = {point.k: point.tip for point in found.basis.provenance.curve}
     assert curve[found.basis.k] <= 2e-4
     assert all(error > 2e-4 for k, error in curve.items() if k < found.basis.k)
@@ -81,7 +81,7 @@ def test_automatic_k_is_the_smallest_within_tolerance(
 def test_too_many_modes_are_refused(thumb: Robot, tmp_path: Path) -> None:
     many = ReduceSettings(k=1000)
     with pytest.raises(ChoiceError, match="k = 1000 modes requested, but the snapshots have rank"):
-        reduce_robot(thumb, ramp(thumb, step=1e-3), tmp_path, many, show_progress=False)
+        reduce_robot(thumb, ramp(thumb, step=1e-3), tmp_path, many)
 
 
 @pytest.mark.parametrize(

@@ -106,7 +106,7 @@ def test_a_smaller_range_is_taken_where_the_whole_one_needs_too_many_modes(
 
     def narrower(share: float, report: Report) -> Snapshots:
         close = narrowed(thumb, thumb_ramp.position, share)
-        found = run_campaign(close, ramp(close, share * 5e-4), tmp_path, None, False)
+        found = run_campaign(close, ramp(close, share * 5e-4), tmp_path)
         reached.append(float(np.abs(found.position).max() / np.abs(thumb_ramp.position).max()))
         return found
 

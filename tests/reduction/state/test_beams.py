@@ -42,7 +42,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot[BeamBody]:
 @pytest.fixture(scope="module")
 def snapshots(arm: Robot[BeamBody], tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
     design = latin_hypercube(arm, Ranges(tilt=0.0, force=0.0, effort=(0.0, 1.0)), 6, 0, 12)
-    found = run_campaign(arm, design, tmp_path_factory.mktemp("arm"), show_progress=False)
+    found = run_campaign(arm, design, tmp_path_factory.mktemp("arm"))
     return found.select(found.converged)
 
 

@@ -56,7 +56,7 @@ def bent(body: Robot[NodalBody]) -> Array:
 @pytest.fixture(scope="module")
 def snapshots(body: Robot[NodalBody], tmp_path_factory: pytest.TempPathFactory) -> Snapshots:
     folder = tmp_path_factory.mktemp("ramp")
-    found = run_campaign(body, ramp(body, step=5e-4), folder, show_progress=False)
+    found = run_campaign(body, ramp(body, step=5e-4), folder)
     return found.select(np.flatnonzero(found.converged))
 
 

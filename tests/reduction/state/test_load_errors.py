@@ -58,7 +58,7 @@ def test_payload_error_is_the_distance_of_two_models_that_carry_it(
 def test_training_on_loads_removes_most_of_their_error(
     thumb: Robot[NodalBody], of_ramp: StateBasis, thumb_basis: ContactBasis, tmp_path: Path
 ) -> None:
-    snapshots = run_campaign(thumb, exploring(thumb), tmp_path, show_progress=False)
+    snapshots = run_campaign(thumb, exploring(thumb), tmp_path)
     states = reduce_states(
         thumb, snapshots.select(snapshots.converged), thumb_basis, StateSettings(r=12, responses=4)
     )
@@ -89,7 +89,7 @@ def test_the_error_against_spheres_falls(tmp_path: Path) -> None:
         "others": runs[-4:],
     }
     found = {
-        name: run_campaign(robot, Design(name, chosen), tmp_path / name, show_progress=False)
+        name: run_campaign(robot, Design(name, chosen), tmp_path / name)
         for name, chosen in designs.items()
     }
     found = {name: snapshots.select(snapshots.converged) for name, snapshots in found.items()}

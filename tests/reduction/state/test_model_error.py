@@ -75,7 +75,7 @@ def test_a_rotation_that_is_a_goal_counts(tmp_path: Path) -> None:
     beam = beam_robot(box_mesh(size, (6, 2, 2)), size, effectors=[turn])
     levels, nothing = np.linspace(0.02, 0.2, 10), np.zeros(10)
     aside = Run(np.zeros((1, 10)), np.zeros((3, 10)), np.stack([nothing, levels, nothing]))
-    found = run_campaign(beam, Design("aside", (aside,)), tmp_path, None, False)
+    found = run_campaign(beam, Design("aside", (aside,)), tmp_path)
     space = EmptySpace(0)
     states = reduce_states(beam, found, space, StateSettings(r=2, responses=0))
     up = np.zeros(3), np.array([0.0, 0.0, 0.2])

@@ -103,7 +103,7 @@ def test_errors_of_a_basis_are_those_at_equal_pressure_too(tmp_path: Path) -> No
     robot = pneumatic_robot()
     pressures = np.array([[1e3, 2e3, 3e3, 4e3]])
     run = Run(np.full((1, 4), np.nan), np.zeros((3, 4)), np.zeros((3, 4)), pressures)
-    found = run_campaign(robot, Design("pressures", (run,)), tmp_path, None, False)
+    found = run_campaign(robot, Design("pressures", (run,)), tmp_path)
     moved = np.linalg.norm(found.effector - robot.effector(robot.rest()).reshape(-1, 1), axis=0)
     Phi = pod(found.q - robot.rest().q[:, None], reducible(robot).weight, 2).Phi
     every = np.arange(robot.body.n_elements)
