@@ -137,10 +137,10 @@ def plant_setup(setup: Setup, model: Order | None) -> tuple[Setup, str]:
 class SimulatedDriver:
     """A simulated robot as a driver: each reading comes after a period of simulation."""
 
-    def __init__(self, robot: Robot, warm: Warm, settings: PlantSettings) -> None:
+    def __init__(self, warm: Warm, settings: PlantSettings) -> None:
         """Start where the simulation is."""
         self._driven, self._simulator = warm.driven, warm.driven.simulator
-        self._kind = settings.steps
+        robot, self._kind = self._simulator.robot, settings.steps
         self._facts = {"drive": settings.drive, "steps": settings.steps, **warm.fields}
         # what leads each actuator: efforts of those that a hold keeps by their effort
         self._by_force = robot.actuators.laws.held_by_force | (settings.drive == "tension")
@@ -173,8 +173,7 @@ class SimulatedDriver:
 
     def write(self, position: Array, effort: Array) -> None:
         """Follow an actuation from the next reading on."""
-        self._position = np.where(self._by_force, np.nan, position)
-        self._effort = np.where(self._by_force, effort, np.nan)
+        self._given = Command.either(self._by_force, position, effort)
 
     def read(self) -> Measured:
         """The robot after another period."""
@@ -206,15 +205,13 @@ class SimulatedDriver:
     def _advance(self) -> None:
         """One period; a simulation that blows up starts again."""
         self._place_obstacles()
+        position, effort = self._given.position, self._given.effort
         try:
             if self._kind == "own":
-                report = self._driven.move(self._position, self._effort)
+                report = self._driven.move(position, effort)
             else:
-                report = self._simulator.step(
-                    position=self._position,
-                    effort=self._effort,
-                    converged=self._kind == "converged",
-                )
+                converged = self._kind == "converged"
+                report = self._simulator.step(position, effort, converged=converged)
             self._unconverged += not report.converged
         except FactorisationError as error:
             log.error("the simulation has blown up and starts again: %s", error)
@@ -336,9 +333,8 @@ def simulate(
             session = stack.enter_context(session_of(network, Role.PLANT, setup.robot.name))
             log.info("the simulated robot gets ready")  # its kernels may have to be compiled
             setup, order = plant_setup(setup, model)
-            robot = setup.robot
-            warm = warm_plant(robot, settings, order)
+            warm = warm_plant(setup.robot, settings, order)
             typestore()
-        driver = SimulatedDriver(robot, warm, settings)
+        driver = SimulatedDriver(warm, settings)
         driver.follow(session)
         run_driver(session, describe(setup), driver, settings.measure, stop)
