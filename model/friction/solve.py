@@ -49,22 +49,20 @@ class FrictionSolution:
 def solve_friction(
     problem: FrictionProblem,
     start: Array | None = None,
-    tolerance: float = TOLERANCE,
     budget: int = BUDGET,
 ) -> FrictionSolution:
-    """Solve contact with friction; the best forces found, whether they meet the tolerance or not.
+    """Solve contact with friction; the best forces found, whether they meet `TOLERANCE` or not.
 
     Args:
         problem: the contacts.
         start: (m d,) forces to start from, as of the last step; None: zero. They are returned where they
             hold.
-        tolerance: of the natural map, relative to the largest |q|.
         budget: linear systems, at most; beyond `FIRST` of them paths are tried.
     """
     first = np.zeros(len(problem.q)) if start is None else np.array(start, dtype=float)
     given = (problem.W, problem.q, problem.mu, problem.compliance)
     cones = Cones(*(np.ascontiguousarray(values, dtype=float) for values in given))
-    error = tolerance * float(np.abs(cones.q).max())
+    error = TOLERANCE * float(np.abs(cones.q).max())
     found = newton_forces(cones, first, error, error, min(budget, FIRST), False)
     for length in LENGTHS:
         if found.error <= error or found.newton >= budget:

@@ -123,15 +123,6 @@ class CondensedStep:
             frictional=False,
         )
 
-    def pushing(self, forces: Forces) -> Bools:
-        """Which contact rows had a positive force in `forces`: (n_contacts,) bool."""
-        reduced = forces.beta[self.reduced.modes] > 0.0
-        if len(self.extra) == 0:
-            return reduced
-        slots = self.rows.contacts.slots[self.extra]
-        kept = (slots[:, None] == forces.pushing).any(axis=1)  # few: faster than np.isin
-        return np.concatenate([reduced, kept])
-
     def split(self, lam: Array, k: int) -> Forces:
         """Forces lam (m,) by actuator, column of a basis with k columns, and slot."""
         contacts, beta, modes = lam[self.layout.contacts], np.zeros(k), self.reduced.modes
