@@ -70,7 +70,7 @@ def add_cable(file: Path, cable: NewCable) -> None:
     if len(cable.points) < 2:
         raise RobotFileError(f"{file}: cable {cable.name!r} needs two points, found 1 or none")
     file = file.resolve()  # not a link to it
-    mode, text = file.stat().st_mode, file.read_bytes().decode("utf-8")  # line ends as they are
+    text = file.read_bytes().decode("utf-8")  # line ends as they are
     text += ("" if text.endswith("\n") else "\n") + cable_text(cable)
     # beside the file, because its paths are relative to it
     trial = file.with_name(f".{file.stem}-{secrets.token_hex(8)}.toml")
@@ -83,4 +83,3 @@ def add_cable(file: Path, cable: NewCable) -> None:
     finally:
         trial.unlink(missing_ok=True)
     write_text(file, text)
-    file.chmod(mode)

@@ -30,9 +30,7 @@ def set_fields(file: Path, fields: Fields) -> None:
         RobotFileError: the file writes one of the tables so that its text cannot be changed; it is as it was.
         OSError: the file cannot be written.
     """
-    file = file.resolve()
-    contents = read_toml(file)
-    mode, text = file.stat().st_mode, file.read_bytes().decode("utf-8")
+    contents, text = read_toml(file), file.read_bytes().decode("utf-8")
     for table, values in fields.items():
         old = contents.get(table, {})
         contents[table] = old | dict(values) if isinstance(old, dict) else values
@@ -44,7 +42,6 @@ def set_fields(file: Path, fields: Fields) -> None:
             )
         text = found
     write_text(file, text)
-    file.chmod(mode)
 
 
 def _drafts(text: str, table: str, values: Mapping[str, str]) -> Iterator[str]:

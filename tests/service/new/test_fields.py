@@ -47,6 +47,16 @@ def test_fields_are_set_and_comments_stay(tmp_path: Path, text: str) -> None:
     assert written(tmp_path, after) == after
 
 
+def test_a_link_remains_and_its_file_keeps_its_permissions(tmp_path: Path) -> None:
+    text, link = 'name = "arm"\n[controller]\n', tmp_path / "link.toml"
+    (tmp_path / "arm.toml").write_text(text, encoding="utf-8")
+    (tmp_path / "arm.toml").chmod(0o640)
+    link.symlink_to("arm.toml")
+    set_fields(link, FIELDS)
+    assert link.is_symlink() and "arm.basis" in (tmp_path / "arm.toml").read_text(encoding="utf-8")
+    assert (tmp_path / "arm.toml").stat().st_mode & 0o777 == 0o640
+
+
 def test_a_table_in_another_form_is_left_alone(tmp_path: Path) -> None:
     text = 'name = "arm"\ncontroller = { rate = 50.0 }\n'
     with pytest.raises(RobotFileError, match=r"has no line \[controller\]") as error:
