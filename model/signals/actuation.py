@@ -66,39 +66,19 @@ class ActuatorKind(Enum):
         return _QUANTITIES[self][1]
 
 
+_PULL = Quantity("pull", "m", "mm", 1e3), Quantity("tension", "N", "N", 1.0)
+_FLUID = Quantity("volume change", "m³", "mL", 1e6), Quantity("pressure", "Pa", "kPa", 1e-3)
+_TURN = Quantity("angle", "rad", "deg", 180.0 / np.pi), Quantity("torque", "N m", "N mm", 1e3)
+_FORCE = Quantity("force", "N", "N", 1.0)
 _QUANTITIES = {
-    ActuatorKind.CABLE: (
-        Quantity("pull", "m", "mm", 1e3),
-        Quantity("tension", "N", "N", 1.0),
-    ),
-    ActuatorKind.CHAMBER: (
-        Quantity("volume change", "m³", "mL", 1e6),
-        Quantity("pressure", "Pa", "kPa", 1e-3),
-    ),
-    ActuatorKind.DRIVE: (
-        Quantity("angle", "rad", "deg", 180.0 / np.pi),
-        Quantity("torque", "N m", "N mm", 1e3),
-    ),
-    ActuatorKind.SLIDE: (
-        Quantity("travel", "m", "mm", 1e3),
-        Quantity("force", "N", "N", 1.0),
-    ),
-    ActuatorKind.FORCE: (
-        Quantity("displacement", "m", "mm", 1e3),
-        Quantity("force", "N", "N", 1.0),
-    ),
-    ActuatorKind.TRANSMISSION: (
-        Quantity("position", "m", "mm", 1e3),
-        Quantity("force", "N", "N", 1.0),
-    ),
-    ActuatorKind.ROTARY_TRANSMISSION: (
-        Quantity("angle", "rad", "deg", 180.0 / np.pi),
-        Quantity("torque", "N m", "N mm", 1e3),
-    ),
-    ActuatorKind.FLUID_TRANSMISSION: (
-        Quantity("volume change", "m³", "mL", 1e6),
-        Quantity("pressure", "Pa", "kPa", 1e-3),
-    ),
+    ActuatorKind.CABLE: _PULL,
+    ActuatorKind.CHAMBER: _FLUID,
+    ActuatorKind.DRIVE: _TURN,
+    ActuatorKind.SLIDE: (Quantity("travel", "m", "mm", 1e3), _FORCE),
+    ActuatorKind.FORCE: (Quantity("displacement", "m", "mm", 1e3), _FORCE),
+    ActuatorKind.TRANSMISSION: (Quantity("position", "m", "mm", 1e3), _FORCE),
+    ActuatorKind.ROTARY_TRANSMISSION: _TURN,
+    ActuatorKind.FLUID_TRANSMISSION: _FLUID,
 }
 
 
