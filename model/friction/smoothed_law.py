@@ -43,7 +43,7 @@ def widths(W_ii: Array, r: Array, share: float, length: float) -> Widths:
     A scale for each would hide a contact that carries little beside one that carries the weight.
 
     Args:
-        W_ii: (m,) largest compliance of each contact's rows.
+        W_ii: (m,) largest compliance of each contact, along its normal or across it.
         r: (3 m,) forces.
         share: κ.
         length: displacement that matters.
