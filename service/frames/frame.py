@@ -111,6 +111,7 @@ class ViewFrame:
         ghost: (P, 3) vertices of the model beside the robot [m]; None: there is none.
         modelled: (n_v,) goal values where the model that decides has the effectors; None: it is not known.
         obstacles: where those are that are not where the description has them, by name.
+        decided: (n_a,) efforts that left, where `effort` is of a simulated robot [SI]; None: `effort` left.
     """
 
     time: float
@@ -126,6 +127,7 @@ class ViewFrame:
     ghost: Floats | None = None
     modelled: Array | None = None
     obstacles: Mapping[str, ObstaclePose] = field(default_factory=dict)
+    decided: Array | None = None
 
     @property
     def nbytes(self) -> int:

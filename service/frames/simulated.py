@@ -151,4 +151,5 @@ class SimulatedRobot:
             ghost=self._ghost.geometry(model.robot, model.state, None).vertices,
             modelled=model.robot.effector_values(model.state),
             obstacles=simulator.obstacles.by_name,
+            decided=sent.effort,
         )

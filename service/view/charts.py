@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from tauten.service.wire import DescribedActuator
 SPAN = 10.0  # s
 _POINTS = 150  # of a line at most
 _HEIGHT = 140  # pixels
+_NAMED = 3  # lines that the plot itself names; more cover it
 # pixels above and to the right of the axes: else the numbers at their ends are cut
 _PADDING = (10, 10, 0, 0)
 _NOISE = 0.02  # of the distance between limits, or of the robot's size: plots are no narrower
@@ -25,6 +27,11 @@ _COLOURS = (
     "#2a5ca0", "#d0402b", "#1f9a5c", "#8a3fa0", "#c78a1a", "#3aa3b8", "#7a5230", "#e07ab0", "#5a6570",
     "#9ab83a",
 )  # fmt: skip
+_LONGEST = 40  # characters of a name
+_NAMES = (
+    '<div style="display:flex;flex-wrap:wrap;gap:0 12px;margin:0 12px 6px;font-size:12px">{}</div>'
+)
+_NAME = '<span><b style="color:{}">—</b> {}</span>'
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +78,11 @@ class Charts:
             limit = _common_limit(look, group)
             lines = shown if limit is None else [*shown, "limit"]
             least = effort.scale * _least([one.effort for one in own])
-            self._force.append(_Chart(server, effort.label, lines, least))
+            # decisions are within limits; what a robot that keeps positions has may be beyond them
+            of = "" if look.ghost is None else ", simulated"
+            self._force.append(_Chart(server, f"{effort.label}{of}", lines, least))
+            if len(lines) > _NAMED:
+                server.gui.add_html(names_html(lines))
         self._error = _Chart(
             server, "distance to target [mm]", ["error"], 1e3 * _NOISE * look.robot.size
         )
@@ -125,12 +136,25 @@ def _common_limit(look: RobotLook, group: _Group) -> float | None:
     return limit if not found and np.isfinite(limit) else None
 
 
+def _colour(number: int, name: str) -> str:
+    """The colour of a line."""
+    return "#c00000" if name in ("limit", "period") else _COLOURS[number % len(_COLOURS)]
+
+
+def names_html(names: list[str]) -> str:
+    """The names of lines in their colours, as HTML."""
+    shown = (
+        _NAME.format(_colour(i, name), html.escape(name[:_LONGEST])) for i, name in enumerate(names)
+    )
+    return _NAMES.format("".join(shown))
+
+
 def _plot(server: viser.ViserServer, title: str, names: list[str]) -> viser.GuiUplotHandle:
     """An empty plot."""
     lines = tuple(
         uplot.Series(
             label=name,
-            stroke="#c00000" if name in ("limit", "period") else _COLOURS[i % len(_COLOURS)],
+            stroke=_colour(i, name),
             width=1.5,
         )
         for i, name in enumerate(names)
@@ -142,7 +166,7 @@ def _plot(server: viser.ViserServer, title: str, names: list[str]) -> viser.GuiU
         title=title,
         scales=_scales((0.0, 1.0)),
         cursor=uplot.Cursor(sync={"key": "time"}),
-        legend=uplot.Legend(show=len(names) <= 3),
+        legend=uplot.Legend(show=len(names) <= _NAMED),
         height=_HEIGHT,
         padding=_PADDING,
     )

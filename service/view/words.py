@@ -35,6 +35,7 @@ _STATUSES = {  # by the names of `Status`
     "SEEKING_CONTACT": "no efforts were found that bring the effectors nearer",
     "NOT_FINITE": "the target, the model's state or what an extension gives is not finite",
 }
+_NEAR = 1e-3  # of the distance between limits
 _MOST_TEXT = 400  # characters of a sentence
 _MOST_ITEMS = 30
 _BOX = (
@@ -142,9 +143,23 @@ def at_limit(look: RobotLook, frame: ViewFrame) -> list[str]:
     ]
 
 
+def beyond_limit(look: RobotLook, frame: ViewFrame) -> list[str]:
+    """Efforts of a simulated robot beyond their limits, which decisions keep, and what was decided."""
+    if frame.decided is None:
+        return []
+    found = []
+    for one, has, decided in zip(look.robot.actuators, frame.effort, frame.decided, strict=True):
+        low, high = one.effort
+        room = _NEAR * (high - low)
+        if has > high + room or has < low - room:
+            text = one.kind.effort.text
+            found.append(f"{one.name} {text(float(has))}, decided {text(float(decided))}")
+    return found
+
+
 def _at_end(value: float, limits: tuple[float, float]) -> bool:
     low, high = limits
-    near = 1e-3 * (high - low)
+    near = _NEAR * (high - low)
     return value >= high - near or (low < 0.0 and value <= low + near)
 
 
@@ -163,6 +178,10 @@ def _health(look: RobotLook, frame: ViewFrame, far: bool = True) -> list[str]:
         found.append(f"{1e3 * error:.1f} mm from the target")
     if names := at_limit(look, frame):
         found.append(f"at the limit: {', '.join(names)}")
+    if efforts := beyond_limit(look, frame):
+        found.append(
+            f"the simulated robot moves otherwise than the model that decides: {'; '.join(efforts)}"
+        )
     if frame.status not in ("", "OK"):
         found.append(_STATUSES.get(frame.status, f"status {frame.status}"))
     if frame.mode is Mode.STOP and frame.modelled is None:  # what is shown is the model itself

@@ -15,9 +15,12 @@ from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.view.picture.actuators import LINES, TIGHT, effort_share
 from tauten.service.view.picture.arrows import Arrows
+from tauten.service.view.picture.cameras import Camera, camera_of
+from tauten.service.view.picture.directions import upwards
 
 _MOST = 6  # contact forces with a number
 _APART = 0.12  # between them, as a share of the robot's size: numbers do not cover each other
+_LINE, _WIDTH = 0.035, 0.14  # of a number in the picture, as shares of the robot's size
 _LENGTH = 0.25  # of the arrow of an effort at its limit, as a share of the robot's size
 # height of a cone as a share of the robot's size; largest width
 _CONE, _SIDES, _WIDEST = 0.12, 16, 3.0
@@ -36,6 +39,7 @@ class ForceNumbers:
         self._labels: dict[str, viser.LabelHandle] = {}
         self._arrows = Arrows(scene, "/efforts", TIGHT, look.robot.size, (0.005, 0.012, 0.025))
         self._cones: viser.MeshHandle | None = None
+        self._first, self._up = camera_of(look, "fit"), np.array(upwards(look.robot.gravity))
 
     def draw(self, frame: ViewFrame | None) -> None:
         """Show the forces of a frame; None: none are shown."""
@@ -45,6 +49,7 @@ class ForceNumbers:
             texts, arrows = self._of_actuators(frame)
             numbered = self._largest_contacts(frame.geometry.contacts)
             texts |= contact_numbers(frame.geometry.contacts, numbered)
+            texts = self._uncovered(texts)
             self._draw_cones(frame.geometry.contacts, numbered)
         elif self._cones is not None:
             self._cones.visible = False
@@ -57,6 +62,17 @@ class ForceNumbers:
                 continue
             label.position, label.text = position, text
         self._arrows.draw(np.array(arrows, np.float32))
+
+    def _uncovered(self, texts: dict[str, tuple[str, Array]]) -> dict[str, tuple[str, Array]]:
+        """The same texts, in places where none covers another in the first view."""
+        if not texts:
+            return texts
+        places = np.array([place for _, place in texts.values()])
+        raised = stacked(places, self._first, self._up, self._look.robot.size)
+        return {
+            name: (text, place)
+            for (name, (text, _)), place in zip(texts.items(), raised, strict=True)
+        }
 
     def _of_actuators(self, frame: ViewFrame) -> tuple[dict[str, tuple[str, Array]], list[Array]]:
         """Numbers at the first point of each actuator, where it does something; arrows along cables."""
@@ -112,6 +128,36 @@ class ForceNumbers:
                 receive_shadow=False,
             )  # fmt: skip
         self._cones.vertices, self._cones.visible = vertices, True
+
+
+def stacked(places: Array, camera: Camera, up: Array, size: float) -> Array:
+    """Places of labels (m, 3) [m], raised in the picture as far as each needs not to cover one below it.
+
+    Args:
+        places: (m, 3) where they would be [m].
+        camera: that looks at them.
+        up: (3,) direction that points up in the picture.
+        size: of the robot [m].
+    """
+    out = camera.position - camera.look_at
+    distance = float(np.linalg.norm(out))
+    out = out / distance
+    x = np.cross(up, out)
+    x /= np.linalg.norm(x)
+    y = np.cross(out, x)
+    nearer = (camera.position - places) @ out / distance  # (m,) by which lengths there look larger
+    seen = (places - camera.look_at) @ np.stack([x, y], axis=1) / nearer[:, None]  # (m, 2)
+    raised, done = seen.copy(), list[int]()
+    for i in np.argsort(seen[:, 1], kind="stable").tolist():
+        while True:
+            across, height = (raised[i] - raised[done]).T
+            covers = (np.abs(height) < _LINE * size) & (np.abs(across) < _WIDTH * size)
+            if not covers.any():
+                break
+            raised[i, 1] += 1.01 * _LINE * size - height[covers].min()
+        done.append(i)
+    found: Array = places + ((raised - seen)[:, 1] * nearer)[:, None] * y
+    return found
 
 
 def contact_numbers(contacts: PushingContacts, chosen: list[int]) -> dict[str, tuple[str, Array]]:

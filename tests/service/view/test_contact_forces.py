@@ -14,7 +14,13 @@ from tauten.service.frames import RobotLook, SimulatedRobot
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
 from tauten.service.view.picture import RobotScene
-from tauten.service.view.picture.forces import ForceNumbers, contact_numbers, friction_cones
+from tauten.service.view.picture.cameras import Camera
+from tauten.service.view.picture.forces import (
+    ForceNumbers,
+    contact_numbers,
+    friction_cones,
+    stacked,
+)
 
 UP = [0.0, 0.0, 1.0]
 # sticks with 0.2 N to slip, slides, is at the border, and has no friction; μ = 0.5 of the first three
@@ -68,11 +74,27 @@ def test_what_slides_has_another_colour() -> None:
         assert not drawn["/contacts"].visible and not drawn["/contacts_that_slide"].visible
 
 
+def test_numbers_do_not_cover_each_other() -> None:
+    """Those of cables beside and behind each other were not to be read; one that is alone stays."""
+    camera, up = Camera(np.array([0.0, -2.0, 1.0]), np.zeros(3)), np.array(UP)
+    places = np.array([[0.0, 0, 0], [0.01, 0, 0.001], [0, 0.1, -0.05], [0.5, 0, 0], [0, 0, 0.9]])
+    found = stacked(places, camera, up, 1.0)
+    np.testing.assert_array_equal(found[[3, 4]], places[[3, 4]])
+    out = camera.position / np.linalg.norm(camera.position)
+    y = np.cross(out, np.cross(up, out))
+    y /= np.linalg.norm(y)
+    seen = found @ y / ((camera.position - found) @ out)
+    assert (np.diff(np.sort(seen[:3])) * np.linalg.norm(camera.position) > 0.034).all()
+    assert np.linalg.norm(found - places, axis=1).max() < 0.08
+    np.testing.assert_allclose(stacked(found, camera, up, 1.0), found, atol=1e-12)
+
+
 def test_slack_cables_have_no_number(beam_file: Path) -> None:
     """Those of a trunk with eight cables covered each other after a stop."""
     source = SimulatedRobot(*(load_setup(beam_file) for _ in range(2)))
     frame = source.advance(source.look.robot.rest, True)
     assert frame is not None
+    np.testing.assert_array_equal(frame.decided, source._loop.controller.actuation.effort)
     with open_server(0, "test") as (server, _):
         shown = ForceNumbers(server.scene, source.look)
         for efforts, expected in (((3.0, 0.1), {"lower"}), ((3.0, 4.0), {"lower", "upper"})):

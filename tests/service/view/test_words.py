@@ -10,8 +10,16 @@ from typing import Any, cast
 import numpy as np
 
 from tauten.controller import Status
-from tauten.model import NO_CONTACTS
-from tauten.service.view.words import _STATUSES, Words, at_limit, frame_in_words, without_node
+from tauten.model import NO_CONTACTS, ActuatorKind
+from tauten.service.view.charts import names_html
+from tauten.service.view.words import (
+    _STATUSES,
+    Words,
+    at_limit,
+    beyond_limit,
+    frame_in_words,
+    without_node,
+)
 from tauten.service.wire import Cause, Mode
 
 PIECES = (
@@ -89,6 +97,24 @@ def test_the_largest_vacuum_and_the_longest_cable_are_limits_and_rest_is_none() 
     assert named([0.0, 0.0, 0.0], [10.0, 15.0, 25e3]) == ["cable", "paid", "air"]
 
 
+def test_what_a_simulated_robot_has_beyond_a_limit_is_not_what_was_decided() -> None:
+    """A trunk that was dragged fast showed 16.3 N where 15 N are allowed, as if these had left."""
+    kind = ActuatorKind.CABLE
+    cables = [SimpleNamespace(name=name, effort=(0.0, 15.0), kind=kind) for name in ("one", "two")]
+    look = cast(Any, SimpleNamespace(robot=SimpleNamespace(actuators=cables)))
+    frame = SimpleNamespace(effort=np.array([15.0, 16.3]), decided=np.array([15.0, 14.9]))
+    assert beyond_limit(look, cast(Any, frame)) == ["two 16.3 N, decided 14.9 N"]
+    frame.decided = None  # of a served robot: these are what left
+    assert beyond_limit(look, cast(Any, frame)) == []
+
+
+def test_lines_of_a_plot_have_their_names() -> None:
+    """Plots of more than three lines had none, and nobody knew which cable was which."""
+    found = names_html(["one", "<b>", "limit"])
+    assert "#2a5ca0" in found and "#c00000" in found
+    assert "&lt;b&gt;" in found
+
+
 def test_after_a_stop_the_model_is_said_not_to_move() -> None:
     """A served robot that had been released was shown bent, without a word."""
     look = SimpleNamespace(robot=SimpleNamespace(actuators=[]), error=lambda frame: float("nan"))
@@ -96,7 +122,7 @@ def test_after_a_stop_the_model_is_said_not_to_move() -> None:
     for modelled, expected in ((None, 1), (none, 0)):  # without and with a robot beside the model
         frame = SimpleNamespace(
             mode=Mode.STOP, cause=Cause.OPERATOR, status="", position=none, effort=none,
-            modelled=modelled, geometry=SimpleNamespace(contacts=NO_CONTACTS),
+            modelled=modelled, decided=None, geometry=SimpleNamespace(contacts=NO_CONTACTS),
         )  # fmt: skip
         found = frame_in_words(cast(Any, look), cast(Any, frame), ())
         assert sum("the model does not move" in item for item in found.items) == expected
