@@ -13,7 +13,7 @@ from tauten.model.load.beam_bodies import CORNERS
 from tauten.model.load.bodies import AT_DISC, Bodies
 from tauten.model.load.joins import combination
 from tauten.model.mesh import NodeSelector
-from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.numerics import Array, Bools, Ints, joined
 from tauten.model.points import (
     AttachedPoints,
     NodePoints,
@@ -125,12 +125,7 @@ class MeshPlaces(OnBodies):
 
     def join(self, parts: Sequence[NodePoints]) -> NodePoints:
         """All points one after the other."""
-        every = [self.held([]), *parts]
-        return NodePoints(
-            np.concatenate([part.nodes for part in every]),
-            np.concatenate([part.weights for part in every]),
-            np.concatenate([part.fixed for part in every]),
-        )
+        return joined([self.held([]), *parts])
 
     def at_rest(self, points: NodePoints) -> Array:
         """Positions of points: (p, 3) [m]."""

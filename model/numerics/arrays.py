@@ -1,8 +1,10 @@
-"""Names for the array types that signatures use, and integers that stand for the rows of a table."""
+"""Names for the array types that signatures use, integers for the rows of a table, records of arrays."""
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +14,18 @@ Array: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
 
+T = TypeVar("T")
+
 PAIRS = 10**7  # whose distances are computed at once
+
+
+def joined(parts: Sequence[T]) -> T:
+    """Records of one type, at least one, whose fields are arrays, as one record of longer arrays."""
+    kind: Any = type(parts[0])
+    names = [field.name for field in fields(kind)]
+    return cast(
+        T, kind(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+    )
 
 
 def row_keys(rows: Ints) -> Ints:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
-from typing import Any, TypeVar, cast
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from tauten.model.contact import (
     obstacle_sums,
     pose_at,
 )
-from tauten.model.numerics import Ints, diameter, matrix_quaternion
+from tauten.model.numerics import Ints, diameter, joined, matrix_quaternion
 from tauten.model.parts.actuators import PartsActuators
 from tauten.model.parts.assembly import Assembly, Between
 from tauten.model.parts.body import PartsBody
@@ -29,8 +28,6 @@ from tauten.model.parts.spans import spans_of
 from tauten.model.robot import Robot
 from tauten.model.schema import check_unique
 from tauten.model.system import Integration
-
-P = TypeVar("P")
 
 
 def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
@@ -93,16 +90,9 @@ def contact_vertices(between: Between, parts: Sequence[Part]) -> PartsPoints:
     for number, (part, ids) in enumerate(zip(parts, between.vertices, strict=True)):
         points = part.robot.vertices
         if len(ids) > 0:
-            points = joined_points(points, part.robot.body.surface_points(ids))
+            points = joined([points, part.robot.body.surface_points(ids)])
         groups.append(PointsOfPart(number, points, part.placement.elsewhere))
     return PartsPoints(tuple(groups))
-
-
-def joined_points(one: P, other: P) -> P:
-    """Points, then others of the same type, whose arrays have entries for one point after the other."""
-    names = [field.name for field in fields(cast(Any, one))]
-    pairs = [(getattr(one, name), getattr(other, name)) for name in names]
-    return type(one)(*(np.concatenate(pair) for pair in pairs))
 
 
 def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:

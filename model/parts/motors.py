@@ -9,9 +9,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.actuators import Coupling
+from tauten.model.numerics import joined
 from tauten.model.parts.part import Part
 from tauten.model.schema import CouplingSettings, check_couplings
-from tauten.model.signals import Actuators, Laws, Limits, Springs, coupled_range, joined_limits
+from tauten.model.signals import Actuators, Laws, Limits, Springs, coupled_range
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +43,7 @@ def parts_motors(parts: Sequence[Part], couplings: Sequence[CouplingSettings]) -
         kinds=tuple(kind for robot in robots for kind in robot.actuators.kinds),
         laws=Laws.joined([robot.actuators.laws for robot in robots]),
     )
-    limits = joined_limits([robot.limits for robot in robots])
+    limits = joined([robot.limits for robot in robots])
     if not couplings:
         return Motors(single, limits, None)
     items = motors_by_place(single, couplings)

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from tauten.model.numerics import Array, Ints, cross, kernel, quaternion, rotate, row, scale
+from tauten.model.numerics import Array, Ints, cross, joined, kernel, quaternion, rotate, row, scale
 from tauten.model.points.entries import Entries, Placed, sparse_units
 from tauten.model.rows import sparse_rows
 
@@ -150,12 +150,7 @@ def no_attached_points() -> AttachedPoints:
 
 def join_attached_points(parts: list[AttachedPoints]) -> AttachedPoints:
     """All points one after the other."""
-    every = [no_attached_points(), *parts]
-    return AttachedPoints(
-        np.concatenate([part.nodes for part in every]),
-        np.concatenate([part.weights for part in every]),
-        np.concatenate([part.offsets for part in every]),
-    )
+    return joined([no_attached_points(), *parts])
 
 
 @kernel

@@ -16,7 +16,7 @@ from tauten.model.signals.effector_layout import (
     joined_layout,
 )
 from tauten.model.signals.laws import Laws, Springs
-from tauten.model.signals.limits import Limits, coupled_range, joined_limits, limits_of
+from tauten.model.signals.limits import Limits, coupled_range, limits_of
 from tauten.model.signals.targets import VALUES, EffectorGoal, Pose, Target
 
 __all__ = [
@@ -39,6 +39,5 @@ __all__ = [
     "cable_actuators",
     "effector_layout",
     "joined_layout",
-    "joined_limits",
     "limits_of",
 ]

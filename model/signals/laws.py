@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.model.numerics import Array, Bools, Ints
+from tauten.model.numerics import Array, Bools, Ints, joined
 from tauten.model.signals.command import Command
 from tauten.model.signals.limits import Limits
 
@@ -68,12 +68,7 @@ class Laws:
         return cls(
             np.concatenate([part.bilateral for part in parts]),
             np.concatenate([part.held_by_force for part in parts]),
-            Springs(
-                np.concatenate([one.flexibility for one in springs]),
-                np.concatenate([one.shift for one in springs]),
-            )
-            if any(part.springs is not None for part in parts)
-            else None,
+            joined(springs) if any(part.springs is not None for part in parts) else None,
         )
 
     def held(self, position: Array, effort: Array) -> Command:

@@ -70,13 +70,6 @@ class Limits:
         )  # fmt: skip
 
 
-def joined_limits(parts: Sequence[Limits]) -> Limits:
-    """The limits of the actuators of several parts, one part after the other."""
-    return Limits(
-        *(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Limits))
-    )
-
-
 def limits_of(config: RobotConfig, source: str = "robot file") -> Limits:
     """Limits of the actuators of a robot file.
 
