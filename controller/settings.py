@@ -40,8 +40,9 @@ class ControllerSettings(Section):
 
     qp_solver: Name = Field(
         default="daqp",
-        description="Name of the QP library: daqp (default), osqp, proxqp and others, or what an installed "
-        "package adds.",
+        description="Name of the QP library, or what an installed package adds. daqp (default) is the "
+        "fastest; with quadprog and osqp nearly all decisions end OK, too, more slowly; with clarabel, "
+        "cvxopt, piqp and proxqp many do not (docs/qpcc.md has the shares).",
     )
     regularisation: Annotated[float, Field(ge=0.0, le=1e6)] = Field(
         default=1e-6,

@@ -23,6 +23,7 @@ from support.robots.bodies import hollow_beam, pneumatic_config
 
 from benchmarks.commands import app as benchmarks_app
 from tauten.controller import Controller
+from tauten.controller.settings import ControllerSettings
 from tauten.model import Simulator
 from tauten.model.load import build_robot
 from tauten.model.schema import RobotConfig
@@ -265,3 +266,16 @@ def test_tables_of_robot_files_have_known_fields(page: Path) -> None:
             rows = value if isinstance(value, list) else [value]
             found = {field for row in rows if isinstance(row, dict) for field in row}
             assert found <= fields_of(known[name]), f"{name}: {found - fields_of(known[name])}"
+
+
+def test_what_is_said_of_qp_libraries_is_what_was_measured() -> None:
+    """The settings named proxqp beside daqp, with which few decisions end OK."""
+    table = (ROOT / "docs" / "qpcc.md").read_text(encoding="utf-8").partition("| library |")[2]
+    lines = [line.split("|") for line in table.partition("\n\n")[0].splitlines()[2:]]
+    least = {
+        line[1].strip(): min(int(one) for one in re.findall(r"(\d+) %", "".join(line[2:])))
+        for line in lines
+    }
+    said = " ".join(str(ControllerSettings.model_fields["qp_solver"].description).split())
+    good, _, poor = said.partition("more slowly")
+    assert least and all(name in (good if share >= 95 else poor) for name, share in least.items())
