@@ -123,5 +123,5 @@ def step_time(
         return Finding(PERIOD, "fine", found)
     advice = faster(commands, seconds, reduced, robot)
     if not slower and not reduced:
-        advice = f"{commands} makes a model whose steps do not grow with the mesh"
+        advice = f"{commands} gives a model whose steps do not grow with the mesh"
     return Finding(PERIOD, "doubtful", found, advice)

@@ -12,8 +12,9 @@ import numpy as np
 
 from tauten.controller import Controller, part_files, target_beside
 from tauten.model import Robot
-from tauten.model.load import command_name
+from tauten.model.load import command_name, shipped_folder
 from tauten.model.schema import ACTUATOR_TABLES, read_toml
+from tauten.reduction.state import SUFFIX as STATES
 from tauten.service.process import busy
 
 log = logging.getLogger(__name__)
@@ -62,23 +63,32 @@ def fits(rate: float, seconds: float) -> bool:
 
 
 def reducing(path: Path) -> str:
-    """The commands that make a reduced model of a robot; one of parts has one for each part with actuators.
+    """What gives a reduced model of a robot: commands, of one of parts one for each part with actuators.
+
+    The file of a shipped robot is not changed, and `--model reduced` takes the state basis that is shipped.
 
     Raises:
         RobotFileError: it cannot be read.
     """
     parts = dict.fromkeys(part_files(read_toml(path), path))
     files = [file for file in parts if not read_toml(file).keys().isdisjoint(ACTUATOR_TABLES)]
-    return " and ".join(
-        f"tauten reduce {command_name(file)} --states --write" for file in files or [path]
-    )
+    return " and ".join(dict.fromkeys(map(_reducing, files or [path])))
+
+
+def _reducing(file: Path) -> str:
+    """What gives a reduced model of the robot of one file."""
+    if file.resolve().parent != shipped_folder().resolve():
+        return f"tauten reduce {command_name(file)} --states --write"
+    if file.with_suffix(STATES).is_file():
+        return "--model reduced"
+    return f"tauten reduce --states --write with a copy of the files of {file.stem}"
 
 
 def faster(commands: str, seconds: float, reduced: bool, robot: Robot | None = None) -> str:
     """How the steps of a robot come to fit its period, in one sentence.
 
     Args:
-        commands: that reduce it (`reducing`).
+        commands: what gives a reduced model (`reducing`).
         seconds: time of a control step.
         reduced: whether its model is reduced already.
         robot: what moves objects by friction throws them where its actuators move farther in a tick; None:
@@ -89,7 +99,7 @@ def faster(commands: str, seconds: float, reduced: bool, robot: Robot | None = N
         rate += " and every max_rate lower by the same factor (else objects are thrown)"
     if reduced:
         return f"set {rate}, or reduce with fewer modes"
-    return f"{commands} makes a model with faster steps; or set {rate}"
+    return f"{commands} gives a model with faster steps; or set {rate}"
 
 
 def faster_here(path: Path, seconds: float, reduced: bool, robot: Robot) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.robots.examples import example
+from support.robots.examples import EXAMPLES, example
 from support.robots.hanging import hanging_beam
 
 from tauten.model import load_robot
@@ -79,6 +79,13 @@ def test_contacts_that_decisions_do_not_know_are_said(tmp_path: Path) -> None:
     assert 'controller.basis = "full"' in found.advice
     left_out = findings(tmp_path, more=f'basis = "none"\n{touching}')
     assert "contacts in decisions" not in left_out
+
+
+def test_a_shipped_robot_is_not_told_to_change_its_file() -> None:
+    """`tauten reduce manipulator --states --write` was advised, which refuses to change a shipped file."""
+    assert reducing(robot_path("manipulator")) == "--model reduced"
+    assert "with a copy" in reducing(robot_path("manipulator_1290"))
+    assert reducing(EXAMPLES / "hand.toml") == "--model reduced"
 
 
 @pytest.mark.parametrize(("seconds", "level"), [(0.015, "fine"), (0.0161, "doubtful")])
