@@ -9,7 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from tauten.model.actuators import inside_out
-from tauten.model.mesh import UNITS, TetMesh, mean_ratios, part_numbers, read_triangles
+from tauten.model.mesh import (
+    UNITS,
+    TetMesh,
+    boundary_triangles,
+    mean_ratios,
+    part_numbers,
+    read_triangles,
+)
 from tauten.model.numerics import Array
 from tauten.model.points import attach
 from tauten.model.schema import Point, RobotConfig
@@ -18,6 +25,7 @@ from tauten.service.check.findings import Finding
 POOR = 0.2  # mean ratio; the deformation of an element below it is badly resolved
 BAD = 0.05  # mean ratio; such an element limits the accuracy of what is around it
 USUAL_SIZE = (0.005, 3.0)  # m; a soft robot smaller or larger is probably in another unit
+THIN = 0.5  # share of the volume; in two layers of elements or more it is less
 LEAST_FILLED = 0.02  # of the mesh's length; cables that reach over less are in another unit
 NEAR = 0.05  # of the mesh's size; how far outside its bounding box a cable may run
 
@@ -120,6 +128,35 @@ def element_shapes(mesh: TetMesh) -> Finding:
             "shape of elements", "wrong" if ratios.min() < BAD else "doubtful", found, advice
         )
     return Finding("shape of elements", "fine", found)
+
+
+def thin_layers(config: RobotConfig, meshes: list[TetMesh]) -> Iterator[Finding]:
+    """Bodies that are mostly walls one element thick, for robots whose meshes are not compared.
+
+    Quadratic elements bend in one layer. The others have one deformation gradient, or averages of neighbours,
+    so that a single layer hardly has different strains at both sides of a wall.
+
+    Args:
+        config: the robot file.
+        meshes: of its bodies that have one.
+    """
+    meshed = [body for body in config.all_bodies if body.mesh is not None]
+    for body, mesh, settings in zip(meshed, meshes, config.meshes, strict=True):
+        outer = np.zeros(len(mesh.nodes), np.bool_)
+        outer[boundary_triangles(mesh.tets)] = True
+        volumes, through = np.abs(mesh.volumes), outer[mesh.tets].all(axis=1)
+        share = float(volumes[through].sum() / max(volumes.sum(), np.finfo(float).tiny))
+        if settings.element != "quadratic" and share > THIN:
+            of = "" if config.mesh else f" of {body.name}"
+            found = (
+                f"{100.0 * share:.0f} % of the volume is in elements whose corners are all on the surface, "
+                "as of walls one element thick"
+            )
+            advice = (
+                'two elements over the thickness, or mesh.element = "quadratic": one layer may be far too '
+                "stiff in bending; without --no-compare the error is measured"
+            )
+            yield Finding(f"elements over the thickness{of}", "doubtful", found, advice)
 
 
 def loose_parts(mesh: TetMesh) -> Finding:

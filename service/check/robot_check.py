@@ -27,7 +27,7 @@ from tauten.service.check.control_findings import control_findings
 from tauten.service.check.extension_findings import extension_findings
 from tauten.service.check.findings import Finding, Level, worst
 from tauten.service.check.mesh_error import MESH_ERROR, MeshErrorEstimate, estimate_error
-from tauten.service.check.mesh_findings import chamber_findings, mesh_findings
+from tauten.service.check.mesh_findings import chamber_findings, mesh_findings, thin_layers
 from tauten.service.check.mesh_variants import (
     LoadedState,
     Variant,
@@ -151,6 +151,7 @@ def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
             return RobotCheck(config.name, findings, digest=robot.digest)
         findings += tuple(actuator_findings(robot, config))
         if not settings.shares:
+            findings += tuple(thin_layers(config, meshes))
             return RobotCheck(config.name, findings, digest=robot.digest)
         variants = chosen_variants(element, settings.refinements)
         make = partial(variant_robot, config, path)
