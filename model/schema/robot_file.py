@@ -125,6 +125,12 @@ class NamedRobot(Section):
     )
 
 
+NO_EFFECTOR = (
+    "a robot needs an effector: a table effectors; the file of a part needs none, and is loaded and checked "
+    "by the file of the robot that names it in parts"
+)
+
+
 class RobotConfig(NamedRobot):
     """The file of a robot of one or several bodies."""
 
@@ -299,6 +305,9 @@ class RobotConfig(NamedRobot):
     def _densities(cls, raw: Any) -> Any:
         if isinstance(raw, dict) and "beams" in raw:
             raise ValueError(AS_BODY)
+        has_body = isinstance(raw, dict) and bool(raw.get("mesh", raw.get("bodies")))
+        if cls.is_driven and has_body and "effectors" not in raw:
+            raise ValueError(NO_EFFECTOR)
         raw = with_densities(raw)
         if isinstance(raw, dict) and isinstance(raw.get("bodies"), list | tuple):
             shared = raw.get("material")

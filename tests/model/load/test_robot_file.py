@@ -252,3 +252,11 @@ def test_our_finger_is_made_by_its_script(tmp_path: Path, shipped_finger) -> Non
     nodes, tets = make_finger(FingerShape())
     mesh = shipped_finger.body.mesh
     assert np.allclose(mesh.nodes, nodes) and np.array_equal(mesh.tets, tets)
+
+
+def test_the_file_of_a_part_is_no_robot_by_itself() -> None:
+    """`tauten check examples/claw.toml` said "effectors: Field required", and no more."""
+    file = Path(__file__).parents[3] / "examples" / "claw.toml"
+    with pytest.raises(RobotFileError, match=r"a robot needs an effector: .* in parts") as refused:
+        load_robot(file)
+    assert str(refused.value).startswith(str(file))
