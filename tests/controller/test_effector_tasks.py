@@ -14,7 +14,7 @@ from support.robots.small_bodies import END as DRIVEN_END
 from support.robots.small_bodies import TURN, constrained
 
 from tauten.controller import Controller, ControllerSettings, Status
-from tauten.controller.damping import Dampings
+from tauten.controller.damping import TICK, Dampings
 from tauten.model import Cluster, Clusters, Pose, Robot, Simulator
 from tauten.model.load import make_robot, robot_path
 from tauten.model.numerics import Array
@@ -349,7 +349,8 @@ def test_a_volume_that_changes_by_much_is_another_target() -> None:
     cavity = layout_of(("air",), ("volume",), np.ones(1), np.array([8e-6 ** (-2.0 / 3.0)]), none)
     one, no = np.zeros(1, np.int64), np.zeros(0, np.int64)
     clusters = Clusters((Cluster(one, one, no, one),), one, no, no, no, one == 0)
-    start = Dampings.at_start(clusters).towards(np.array([8e-6]), 0.1, cavity)
+    now, limits = np.array([8e-6]), (0.1, TICK, cavity)
+    start = Dampings.at_start(clusters).towards(now, *limits)
     held = replace(start, each=(replace(start.each[0], share=0.1),))
-    assert held.towards(np.array([8e-6 + 1e-10]), 0.1, cavity).each[0].share == 0.1
-    assert held.towards(np.array([9e-6]), 0.1, cavity).each[0].share == 1.0
+    assert held.towards(now + 1e-10, *limits).each[0].share == 0.1
+    assert held.towards(np.array([9e-6]), *limits).each[0].share == 1.0

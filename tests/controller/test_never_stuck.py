@@ -237,10 +237,8 @@ def test_cables_that_a_hold_would_tear_do_not_shorten_ways() -> None:
     assert np.linalg.norm(controller.tip - goal) == pytest.approx(best.fun, rel=1e-4)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("links", "raised"), [(1, -0.01), (2, 0.01)])
-def test_links_that_only_springs_hold_come_to_rest(links: int, raised: float) -> None:
-    """Their vibrations, lightly damped, were those of a body that nothing holds: they swung for seconds."""
+def sprung_links(links: int) -> Controller:
+    """Links that two tendons with springs hold on each hinge, in the equilibrium under their weight."""
     spring = {"spring": {"stiffness": 2000.0, "pretension": 1.0}}
     robot = linked(
         links, {"min_pull": -0.004, "max_pull": 0.004, **spring}, gravity=[0.0, 0.0, -9.81],
@@ -248,6 +246,26 @@ def test_links_that_only_springs_hold_come_to_rest(links: int, raised: float) ->
     )  # fmt: skip
     controller = Controller(robot, "none")
     assert controller.settle_start().converged
+    return controller
+
+
+@pytest.mark.long
+def test_links_rest_nearest_to_a_target_out_of_reach_that_trembles() -> None:
+    """By 10 µm: each tick had another target, plans jumped for ever, and the tip came 20 mm from there."""
+    controller, random = sprung_links(2), np.random.default_rng(0)
+    goal, distances = controller.tip + np.array([-0.01, 0.0, 0.06]), []
+    for _ in range(150):
+        controller.step(goal + 1e-5 * random.standard_normal(3))
+        distances.append(np.linalg.norm(controller.tip - goal))
+    nearest = np.linalg.norm(goal - [BASE, 0.005, 0.005]) - 2.0 * LINK
+    np.testing.assert_allclose(distances[-60:], nearest, atol=5e-5)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("links", "raised"), [(1, -0.01), (2, 0.01)])
+def test_links_that_only_springs_hold_come_to_rest(links: int, raised: float) -> None:
+    """Their vibrations, lightly damped, were those of a body that nothing holds: they swung for seconds."""
+    controller = sprung_links(links)
     goal, tips = controller.tip + np.array([0.0, 0.0, raised]), []
     for _ in range(150):
         controller.step(goal)
