@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2]))  # before the benchmarks of the tests
 
 from support.robots.bodies import box_mesh
 from support.robots.solids import face_load

@@ -34,16 +34,15 @@ class Rod:
         speed: ds/dt at rest [m].
         curvature: κ₀ about the axes of the cross-section as a function of t: (3,) [1/m].
         frame: (3, 3) axes of the cross-section at the clamp in its columns: along, 2, 3.
-        C: (3,) stiffness of stretch, and of shear along axes 2 and 3 [N].
-        D: (3,) stiffness of torsion, and of bending about axes 2 and 3 [N m²].
+        section: of t: C (3,), stiffness of stretch, and of shear along axes 2 and 3 [N], and D (3,), of
+            torsion, and of bending about axes 2 and 3 [N m²].
     """
 
     span: float
     speed: Callable[[float], float]
     curvature: Callable[[float], Array]
     frame: Array
-    C: Array
-    D: Array
+    section: Callable[[float], tuple[Array, Array]]
 
     def tip(self, force: Array, guess: Array) -> Array:
         """Position of the end under a dead force.
@@ -55,8 +54,9 @@ class Rod:
 
         def slope(t: float, y: Array) -> Array:
             R, m = matrix(y[3:7]), y[7:]
-            along = R @ (AXIS + (R.T @ force) / self.C)
-            k = self.curvature(t) + (R.T @ m) / self.D
+            C, D = self.section(t)
+            along = R @ (AXIS + (R.T @ force) / C)
+            k = self.curvature(t) + (R.T @ m) / D
             w, v = y[3], y[4:7]
             turn = 0.5 * np.concatenate([[-v @ k], w * k + np.cross(v, k)])
             return self.speed(t) * np.concatenate([along, turn, -np.cross(along, force)])

@@ -66,10 +66,10 @@ def tip(robot: Robot[BeamBody], load: float, increments: int, tolerance: float =
 
 def exact_tip(profile: Profile, load: float, guess: Array) -> Array:
     """Position of the tip (3,) [m] of the circular rod."""
-    C, D = stiffness(profile, MATERIAL)
+    section = stiffness(profile, MATERIAL)
     frame = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     turning = np.array([0.0, 0.0, -0.01])
-    rod = Rod(25.0 * np.pi, lambda t: 1.0, lambda t: turning, frame, C, D)
+    rod = Rod(25.0 * np.pi, lambda t: 1.0, lambda t: turning, frame, lambda t: section)
     return rod.tip(load * Z, guess)
 
 

@@ -66,8 +66,8 @@ def test_tip_converges_to_the_exact_rod(tmp_path: Path) -> None:
     load, angle = 13.345, ANGLES[3]
     found = [moved(strip(tmp_path, count), load, angle) for count in (16, 32, 64)]
     force = load * np.array([0.0, -np.cos(angle), np.sin(angle)])
-    C, D = stiffness(bar(WIDTH, HEIGHT), Material(E, NU, RHO))
-    rod = Rod(LENGTH, lambda s: 1.0, lambda s: np.zeros(3), np.eye(3), C, D)
+    section = stiffness(bar(WIDTH, HEIGHT), Material(E, NU, RHO))
+    rod = Rod(LENGTH, lambda s: 1.0, lambda s: np.zeros(3), np.eye(3), lambda s: section)
     exact = rod.tip(force, found[-1] + [LENGTH, 0.0, 0.0]) - [LENGTH, 0.0, 0.0]
     errors = np.linalg.norm(np.array(found) - exact, axis=1)
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(2.0, abs=0.05)
