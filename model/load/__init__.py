@@ -7,6 +7,7 @@ from tauten.model.load.extensions import check_interface, extension, extension_n
 from tauten.model.load.robot import (
     build_robot,
     command_name,
+    is_shipped,
     load_part,
     load_robot,
     make_robot,
@@ -26,6 +27,7 @@ __all__ = [
     "extension_names",
     "made",
     "groups",
+    "is_shipped",
     "load_part",
     "load_robot",
     "make_robot",

@@ -82,10 +82,14 @@ def shipped_folder() -> Path:
     return Path(str(resources.files("tauten.model.robots")))
 
 
+def is_shipped(path: Path) -> bool:
+    """Whether a file is one of those of the shipped robots."""
+    return path.resolve().parent == shipped_folder().resolve()
+
+
 def command_name(path: Path) -> str:
     """What a command is given for the robot file at `path`: a shipped robot's name, otherwise the path."""
-    shipped = path.resolve().parent == shipped_folder().resolve()
-    return path.stem if shipped else shlex.quote(str(path))
+    return path.stem if is_shipped(path) else shlex.quote(str(path))
 
 
 def load_robot(

@@ -12,7 +12,7 @@ import numpy as np
 
 from tauten.controller import Controller, part_files, target_beside
 from tauten.model import Robot
-from tauten.model.load import command_name, shipped_folder
+from tauten.model.load import command_name, is_shipped
 from tauten.model.schema import ACTUATOR_TABLES, read_toml
 from tauten.reduction.state import SUFFIX as STATES
 from tauten.service.process import busy
@@ -77,7 +77,7 @@ def reducing(path: Path) -> str:
 
 def _reducing(file: Path) -> str:
     """What gives a reduced model of the robot of one file."""
-    if file.resolve().parent != shipped_folder().resolve():
+    if not is_shipped(file):
         return f"tauten reduce {command_name(file)} --states --write"
     if file.with_suffix(STATES).is_file():
         return "--model reduced"

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tauten.model.load import shipped_folder
+from tauten.model.load import is_shipped
 from tauten.model.schema import RobotFileError, read_toml
 from tauten.reduction import atomic_write
 
@@ -43,12 +43,12 @@ def robot_copies(file: Path, basis: str | None, folder: Path) -> Copies:
         RobotFileError: two files would be the same copy, or one is in the folder with other contents.
     """
     source, folder, copies = file.resolve(), folder.resolve(), dict[Path, bytes]()
-    if not _is_shipped(source):
+    if not is_shipped(source):
         _Plan(folder, copies).add_robot(source, folder / source.name)
         basis = basis or read_toml(source).get("controller", {}).get("basis")
     if basis is not None:
         chosen = next((path for path in _candidates(file.parent, basis) if path.is_file()), None)
-        if chosen is not None and not _is_shipped(chosen.resolve()):
+        if chosen is not None and not is_shipped(chosen):
             _add(copies, folder / chosen.name, chosen.read_bytes())
     for target, contents in copies.items():
         if target.exists() and not (target.is_file() and target.read_bytes() == contents):
@@ -92,7 +92,7 @@ class _Plan:
                 if not path.is_file() or path.resolve() == file:
                     continue
                 found, inside = path.resolve(), Path(name)
-                if found.suffix == ".toml" and _is_shipped(found):
+                if found.suffix == ".toml" and is_shipped(found):
                     renamed |= {} if _is_below(inside) else {name: found.stem}
                     continue
                 if not _is_below(inside):
@@ -166,7 +166,3 @@ def _candidates(folder: Path, name: str) -> list[Path]:
 
 def _is_below(path: Path) -> bool:
     return not path.is_absolute() and ".." not in path.parts
-
-
-def _is_shipped(path: Path) -> bool:
-    return path.parent == shipped_folder().resolve()
