@@ -189,7 +189,7 @@ class LoopStatistics:
         for name, kind, sent, wanted in zip(names, kinds, left, model, strict=True):
             unit = kind.effort.unit
             values[f"{name}_{unit.lower()}"] = f"{sent:.4g}"
-            values[f"{name}_model_{unit.lower()}"] = f"{wanted:.4g}"
+            values[f"{name}_{unit.lower()}_model"] = f"{wanted:.4g}"
             if abs(wanted - sent) > ROUNDING * max(abs(sent), abs(wanted), 1.0):
                 changed.append(
                     f"{name}: {sent:.3g} {unit} have left, the model has {wanted:.3g} {unit}"

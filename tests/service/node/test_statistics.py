@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 from support.effectors import ALL_KINDS, solid
-from support.robots.bodies import beam_robot, box_mesh
+from support.robots.bodies import beam_config, beam_robot, box_mesh
 from support.robots.examples import shipped_setup
 
 from tauten.controller import Controller
 from tauten.model import Simulator
+from tauten.model.load import build_robot
+from tauten.model.schema import RobotConfig
 from tauten.service.node import Action, Clock, ControlLoop, Signals
 from tauten.service.node.metrics import prometheus_text
 from tauten.service.node.statistics import SURPRISING, LoopStatistics
@@ -80,9 +82,27 @@ def test_health_has_the_tension_that_left_and_the_models() -> None:
     assert said is not None
     assert float(said[1]) == pytest.approx(needed, rel=0.02)
     assert health.values["tendon2a_n"] == "80"
-    assert float(health.values["tendon2a_model_n"]) == pytest.approx(needed, rel=0.02)
+    assert float(health.values["tendon2a_n_model"]) == pytest.approx(needed, rel=0.02)
     stopped = efforts(replace(action, mode=Mode.STOP), loop)  # it does not move then: no comparison
     assert (stopped.level, stopped.message) == (Level.OK, "released without the model")
+
+
+def test_cables_of_any_names_have_entries_of_their_own() -> None:
+    """Of cables a and a_model the tension of the latter was lost: the model's of the former had its key."""
+    config = beam_config(SIZE)
+    (cable,) = config["cables"]  # type: ignore[misc]
+    config["cables"] = [{**cable, "name": name} for name in ("a", "a_model", "a_n")]
+    robot = build_robot(RobotConfig.model_validate(config), box_mesh(SIZE, (6, 2, 2)), "beam")
+    loop = ControlLoop(Controller(robot))
+    values = efforts(loop.tick(None, Signals(target=False)), loop).values
+    assert list(values) == [
+        "a_n",
+        "a_n_model",
+        "a_model_n",
+        "a_model_n_model",
+        "a_n_n",
+        "a_n_n_model",
+    ]
 
 
 def test_a_level_that_does_not_exist_is_refused() -> None:
