@@ -9,7 +9,7 @@ import numpy as np
 
 from tauten.controller.qpcc import Certificate, Status
 from tauten.controller.winches import ROUNDING
-from tauten.model import Robot
+from tauten.model import Robot, RobotRows
 from tauten.model.numerics import Array
 
 if TYPE_CHECKING:
@@ -31,7 +31,8 @@ class Actuation:
         effector_values: (n_v,) their predicted goal values, see `EffectorLayout`.
         status: how the decision or the hold ended; where it is not usable, the actuators hold.
         certificate: residuals and deepest predicted gap.
-        conflict: names of the limits that conflict.
+        conflict: names of the limits that conflict; where the status is NOT_FINITE, of the actuators,
+            effectors and contacts of which something is not finite.
         clamped: whether limits changed positions or efforts.
     """
 
@@ -66,10 +67,31 @@ class Actuation:
         )  # fmt: skip
 
 
+def unknown_rows(robot: Robot, rows: RobotRows) -> tuple[str, ...]:
+    """Names of the actuators, effectors and contacts whose value or derivative is not finite.
+
+    Args:
+        robot: whose rows these are.
+        rows: of all effectors, and of contacts in range.
+    """
+    actuators, effectors, contacts = (
+        ~(np.isfinite(found.delta) & np.isfinite(found.dense()).all(axis=1))
+        for found in (rows.actuators, rows.effectors, rows.contacts.rows)
+    )
+    layout, pairs = robot.effector_layout, np.unique(rows.contacts.pair[contacts])
+    return (
+        *(robot.actuators.names[i] for i in np.flatnonzero(actuators)),
+        *(name for i, name in enumerate(layout.names) if effectors[layout.rows_of(i)].any()),
+        *(robot.pairs[i].name for i in pairs),
+    )
+
+
 def decided_actuation(
     robot: Robot, decision: Decision, status: Status, conflict: tuple[str, ...]
 ) -> Actuation:
     """What a decision sends, with efforts within their limits."""
+    if status is Status.NOT_FINITE:
+        conflict = unknown_rows(robot, decision.predicted.step.rows)
     rows, layout, limits = robot.layout, robot.effector_layout, robot.limits
     predicted, effectors = decision.predicted, decision.predicted.step.rows.effectors
     values = layout.values_at(effectors.values, predicted.delta[rows.effectors])

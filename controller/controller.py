@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from tauten.controller.actuation import NO_CERTIFICATE, Actuation, decided_actuation
+from tauten.controller.actuation import NO_CERTIFICATE, Actuation, decided_actuation, unknown_rows
 from tauten.controller.carried import nothing_carried
 from tauten.controller.loading import Order
 from tauten.controller.planning import (
@@ -390,5 +390,6 @@ class Controller(RobotModel):
             effector_values=self.effector_values,
             status=Status.NOT_FINITE,
             certificate=NO_CERTIFICATE,
+            conflict=unknown_rows(self._robot, self._robot.rows(self._state)),
         )
         return self._left.copy()

@@ -6,6 +6,7 @@ from bisect import bisect_left
 from collections import Counter, deque
 from math import isnan
 
+from tauten.controller import Status
 from tauten.model import Actuators, EffectorLayout
 from tauten.model.numerics import Array
 from tauten.service.log import LogRecorder
@@ -81,6 +82,7 @@ class LoopStatistics:
         self._modes: Counter[str] = Counter()
         self._statuses: Counter[str] = Counter()
         self._clamped = 0
+        self._unknown: tuple[str, ...] = ()  # what was not finite last
         self._action: Action | None = None
         self._mode = Mode.IDLE
         self._cause = Cause.NO_TARGET
@@ -108,6 +110,8 @@ class LoopStatistics:
         self.times["jitter"].add(tick.lateness)
         self._modes[tick.mode.value] += 1
         self._clamped += tick.clamped
+        if action.wanted.status is Status.NOT_FINITE:
+            self._unknown = action.wanted.conflict
         self._lateness.add(tick.lateness)
         self._latency.add(tick.latency)
         self._deepest = min(self._deepest, tick.deepest_gap)
@@ -163,9 +167,12 @@ class LoopStatistics:
         cut = sum(self._cut)
         often = 2 * cut > len(self._cut)
         values["cut"] = str(cut)
-        level = Level.WARN if bad or self._clamped or surprising or often else Level.OK
+        warned = bad or self._clamped or self._unknown or surprising or often
+        level = Level.WARN if warned else Level.OK
         mode = f"{self._mode} ({self._cause})" if self._cause else self._mode.value
         text = f"{mode}, {bad} not OK"
+        if self._unknown:
+            text += f"; last not finite: {', '.join(self._unknown)}"
         if surprising:
             text += (
                 f"; the model moves {_MS * self._apart:.3g} mm a tick away from what decisions predict: "

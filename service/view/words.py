@@ -33,7 +33,7 @@ _STATUSES = {  # by the names of `Status`
     "NOT_EXACT": "an effector that must reach its target exactly cannot",
     "RELAXED": "limits cannot all be met: actuators come as near to them as they can",
     "SEEKING_CONTACT": "no efforts were found that bring the effectors nearer",
-    "NOT_FINITE": "the target, the model's state or what an extension gives is not finite",
+    "NOT_FINITE": "the target, the model's state or what an extension gives is not finite: health names it",
 }
 _NEAR = 1e-3  # of the distance between limits
 _MOST_TEXT = 400  # characters of a sentence

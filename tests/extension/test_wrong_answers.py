@@ -9,19 +9,22 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.messages import tick_of
 from support.robots.my_package import tables
 from support.robots.small_bodies import small_body
 
+from tauten.controller import Controller
 from tauten.controller.qpcc import Qp, QpAnswer
 from tauten.controller.qpcc.qp import AddedBackend
 from tauten.model import ExtensionError, Robot, RobotFileError
 from tauten.model.load import made
 from tauten.service.drive import Driver
-from tauten.service.node import Estimator
+from tauten.service.node import Clock, ControlLoop, Estimator, Signals
 from tauten.service.node.estimator import make_estimator
 from tauten.service.node.inputs import MeasuredLoop
+from tauten.service.node.statistics import LoopStatistics
 from tauten.service.settings import ServiceSettings
-from tauten.service.wire import EffectorSubscriber, OperatorCommand
+from tauten.service.wire import EffectorSubscriber, Level, OperatorCommand
 
 KINDS = {"transmissions": "McKibben", "effectors": "Spread", "obstacles": "Ring"}
 CALLS = {"McKibben": "at", "Spread": "at", "Ring": "closest"}
@@ -144,6 +147,44 @@ def test_a_second_derivative_that_is_no_number_is_refused(
     monkeypatch.setattr(package.McKibben, "at", nowhere)
     with pytest.raises(RobotFileError, match="'mckibben' is not finite at rest"):
         extended("transmissions")
+
+
+UNKNOWN = {
+    ("transmissions", "value", "muscle"),
+    ("transmissions", "gradient", "muscle"),
+    ("effectors", "delta", "grasp"),
+    ("effectors", "gradient", "grasp"),
+    ("obstacles", "distance", "skin on hoop"),
+}
+
+
+@pytest.mark.parametrize(("kind", "part", "name"), sorted(UNKNOWN))
+def test_health_names_the_extension_whose_numbers_are_not_finite(
+    kind: str, part: str, name: str, package: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The status was NOT_FINITE, and nothing said of what."""
+    robot, call = extended(kind), CALLS[KINDS[kind]]
+    own = getattr(package, KINDS[kind])
+    usual = getattr(own, call)
+
+    def unknown(self: object, y: object) -> object:
+        found = usual(self, y)
+        if kind == "obstacles":
+            return found[0] * np.nan, found[1]
+        return replace(found, **{part: getattr(found, part) * np.nan})
+
+    loop = ControlLoop(Controller(robot))
+    goal = loop.controller.effector_values
+    statistics = LoopStatistics(robot.actuators, robot.effector_layout, robot.size)
+    for answers, conflict in ((usual, ()), (unknown, (name,))):
+        monkeypatch.setattr(own, call, answers)
+        loop.rest()
+        action = loop.tick(goal, Signals(target=True))
+        assert action.wanted.conflict == conflict
+        statistics.add(tick_of(action), action, action.actuation.effector_values)
+        said = statistics.diagnostics(Clock(0.02), [], None, {})[1]
+        assert (said.level is Level.WARN) == bool(conflict)
+        assert said.message.endswith(f"; last not finite: {name}" if conflict else "0 not OK")
 
 
 CORNERS = np.array([[0.1, 0.03, 0.01], [0.1, -0.01, 0.01], [0.1, 0.01, 0.03]])

@@ -13,12 +13,14 @@ from mcap_ros2.decoder import DecoderFactory
 from tauten.model import EffectorLayout
 from tauten.model.schema import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.signals import effector_layout
+from tauten.service.node import Action
 from tauten.service.wire import (
     TEXT,
     DescribedEffector,
     EffectorMessage,
     OperatorOrder,
     Rejection,
+    Tick,
     decode_effector,
     effector_json,
     encode_effector,
@@ -89,3 +91,13 @@ def effector(
     """An effector with goal values at rest; all of its components count where no weight is given."""
     ones = (1.0,) * COMPONENTS[kind]
     return DescribedEffector(name=name, kind=kind, rest=rest, weight=weight or ones, exact=False)
+
+
+def tick_of(action: Action) -> Tick:
+    """A tick of an action, without times."""
+    return Tick(
+        stamp=1, frame="base", index=0, mode=action.mode, cause=action.cause, status="", goal=(),
+        correction=(), target_stamp=0, lateness=0.0, latency=0.0, decide=0.0, step=0.0, slack=0.0,
+        skipped=0, deepest_gap=0.0, complementarity=0.0, stationarity=0.0, extra_columns=0,
+        clamped=action.actuation.clamped,
+    )  # fmt: skip

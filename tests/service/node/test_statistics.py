@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 from support.effectors import ALL_KINDS, solid
+from support.messages import tick_of
 from support.robots.bodies import beam_config, beam_robot, box_mesh
 from support.robots.examples import shipped_setup
 
@@ -26,21 +27,11 @@ from tauten.service.wire import (
     Mode,
     Rejection,
     RejectionReason,
-    Tick,
     decode_health,
     encode_health,
 )
 
 SIZE = (0.1, 0.02, 0.02)
-
-
-def tick_of(action: Action) -> Tick:
-    return Tick(
-        stamp=1, frame="base", index=0, mode=action.mode, cause=action.cause, status="", goal=(),
-        correction=(), target_stamp=0, lateness=0.0, latency=0.0, decide=0.0, step=0.0, slack=0.0,
-        skipped=0, deepest_gap=0.0, complementarity=0.0, stationarity=0.0, extra_columns=0,
-        clamped=action.actuation.clamped,
-    )  # fmt: skip
 
 
 def efforts(action: Action, loop: ControlLoop) -> Diagnostic:
