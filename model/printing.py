@@ -25,7 +25,8 @@ class _Split(io.TextIOBase):
         return (self._kept if ours else self._before).write(text)
 
     def flush(self) -> None:
-        if threading.get_ident() != self._thread:
+        # Python flushes what it deletes, in any thread: the stream before may be closed by then.
+        if threading.get_ident() != self._thread and not self._before.closed:
             self._before.flush()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 import threading
 import time
@@ -197,6 +198,27 @@ def test_what_is_printed_while_meshes_are_read_in_threads_is_not_lost(
     assert sys.stdout is before
     print("and after")
     assert set(capsys.readouterr().out.split()) == {"main", "and", "after"}
+
+
+def test_a_meshs_stream_may_be_deleted_after_the_one_before_is_closed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python closes a stream that it deletes, in whatever thread, and complains where that raises."""
+    before = io.TextIOWrapper(io.BytesIO())
+    monkeypatch.setattr(sys, "stdout", before)
+    streams = []
+
+    def read(_path: Path) -> None:
+        streams.append(sys.stdout)
+        sys.exit(1)
+
+    monkeypatch.setattr(meshio, "read", read)
+    (tmp_path / "a.vtu").write_text("</VTKFile>")
+    with ThreadPoolExecutor(1) as pool, suppress(MeshError):
+        pool.submit(read_mesh, tmp_path / "a.vtu").result()
+    before.close()
+    (stream,) = streams
+    stream.close()
 
 
 def test_attached_points_are_where_they_were_put() -> None:
