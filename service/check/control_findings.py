@@ -49,7 +49,7 @@ def control_findings(path: Path, slower: bool = True) -> Iterator[Finding]:
     controller = warm_controller(setup)
     yield first_decision(controller)
     seconds = step_seconds(controller, TIMED, thread_time)
-    known = reducing(path), bool(setup.states), slower, setup.robot
+    known = path, bool(setup.states), slower, setup.robot
     yield step_time(seconds, controller.period, *known)
 
 
@@ -98,7 +98,7 @@ def first_decision(controller: Controller) -> Finding:
 def step_time(
     seconds: float,
     period: float,
-    commands: str,
+    path: Path,
     reduced: bool,
     slower: bool = True,
     robot: Robot | None = None,
@@ -111,7 +111,7 @@ def step_time(
     Args:
         seconds: time of a control step.
         period: of the controller [s].
-        commands: that reduce the robot (`reducing`).
+        path: of the robot file.
         reduced: whether the model is reduced.
         slower: whether a lower rate may be advised.
         robot: see `faster`.
@@ -121,7 +121,7 @@ def step_time(
     found = f"{1e3 * seconds:.1f} ms of {1e3 * period:.3g} ms on this processor, {model} model"
     if fits(rate, seconds):
         return Finding(PERIOD, "fine", found)
-    advice = faster(commands, seconds, reduced, robot)
+    advice = faster(path, seconds, reduced, robot)
     if not slower and not reduced:
-        advice = f"{commands} gives a model whose steps do not grow with the mesh"
+        advice = f"{reducing(path)} gives a model whose steps do not grow with the mesh"
     return Finding(PERIOD, "doubtful", found, advice)

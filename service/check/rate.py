@@ -84,25 +84,37 @@ def _reducing(file: Path) -> str:
     return f"tauten reduce --states --write with a copy of the files of {file.stem}"
 
 
-def faster(commands: str, seconds: float, reduced: bool, robot: Robot | None = None) -> str:
+def faster(
+    path: Path, seconds: float, reduced: bool, robot: Robot | None = None, option: bool = False
+) -> str:
     """How the steps of a robot come to fit its period, in one sentence.
 
     Args:
-        commands: what gives a reduced model (`reducing`).
+        path: of the robot file; that of a shipped robot is not to be changed.
         seconds: time of a control step.
         reduced: whether its model is reduced already.
         robot: what moves objects by friction throws them where its actuators move farther in a tick; None:
             nothing is known of it.
+        option: whether the command has an option for the rate.
+
+    Raises:
+        RobotFileError: the file cannot be read.
     """
-    rate = f"controller.rate = {rate_for(seconds):g}"
+    shipped, rate = is_shipped(path), f"{rate_for(seconds):g}"
+    if option:
+        rate = f"use --rate {rate}"
+    else:
+        rate = f"serve it with --rate {rate}" if shipped else f"set controller.rate = {rate}"
     if robot is not None and robot.contacts.frictional and robot.contacts.loose:
         rate += " and every max_rate lower by the same factor (else objects are thrown)"
     if reduced:
-        return f"set {rate}, or reduce with fewer modes"
-    return f"{commands} gives a model with faster steps; or set {rate}"
+        return rate if shipped else f"{rate}, or reduce with fewer modes"
+    return f"{reducing(path)} gives a model with faster steps; or {rate}"
 
 
-def faster_here(path: Path, seconds: float, reduced: bool, robot: Robot) -> str:
+def faster_here(
+    path: Path, seconds: float, reduced: bool, robot: Robot, option: bool = False
+) -> str:
     """`faster` of a step that the real clock timed, which is longer where other programs run, and says so.
 
     Args:
@@ -110,30 +122,27 @@ def faster_here(path: Path, seconds: float, reduced: bool, robot: Robot) -> str:
         seconds: time of a control step by the real clock.
         reduced: whether its model is reduced already.
         robot: of the file.
+        option: whether the command has an option for the rate.
     """
-    advice, others = faster(reducing(path), seconds, reduced, robot), busy()
+    advice, others = faster(path, seconds, reduced, robot, option), busy()
     return f"{advice}; {others}" if others else advice
 
 
-def check_rate(rate: float, seconds: float, requested: bool, advice: str = "") -> None:
+def check_rate(rate: float, seconds: float, requested: bool, advice: str) -> None:
     """Make sure that the rate can be held.
 
     Args:
         rate: of the loop [Hz].
         seconds: time of a control step.
         requested: whether the rate was given on the command line; the robot file's gives only a warning.
-        advice: what makes the steps of this robot faster; "" where it is not known.
+        advice: how the steps of this robot come to fit.
 
     Raises:
         RateError: a rate given on the command line cannot be held.
     """
     if seconds * rate <= 1.0:
         return
-    other = advice or "a smaller basis, or pip install -e '.[fast]' in the clone of tauten"
-    text = (
-        f"{rate:g} Hz cannot be held: a control step takes {1e3 * seconds:.1f} ms here; use --rate "
-        f"{rate_for(seconds):g} or less, or: {other}"
-    )
+    text = f"{rate:g} Hz cannot be held: a control step takes {1e3 * seconds:.1f} ms here; {advice}"
     if requested:
         raise RateError(text)
     log.warning("%s", text)

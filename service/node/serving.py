@@ -79,7 +79,7 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
             setup = replace(setup, start="settled" if controller.settled else "rest")
             claim = stack.enter_context(claimed(session, keys))
             step = step_seconds(controller)
-            advice = faster_here(setup.path, step, bool(setup.states), setup.robot)
+            advice = faster_here(setup.path, step, bool(setup.states), setup.robot, option=True)
             check_rate(rate, step, settings.rate_requested, advice)
             loop = ControlLoop(controller, not settings.wait, setup.service, timed=True)
             typestore()

@@ -26,6 +26,7 @@ from support.processes import Served, run_main, start
 from tauten.model import Robot
 from tauten.service.bench import examine
 from tauten.service.check import RateError, check_rate, fits, rate_for
+from tauten.service.check.rate import faster
 from tauten.service.cli.terminal.logs import JsonLines
 from tauten.service.link import (
     Keys,
@@ -264,10 +265,11 @@ def test_a_histogram_counts_what_it_is_given() -> None:
 def test_a_rate_the_computer_cannot_hold_is_refused_when_it_was_requested(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    check_rate(50.0, 0.015, requested=True)
-    with pytest.raises(RateError, match=r"100 Hz cannot be held.* 15.0 ms here; use --rate 53 or"):
-        check_rate(100.0, 0.015, requested=True)
-    check_rate(100.0, 0.015, requested=False)
+    advice = faster(Path("beam.toml"), 0.015, True, option=True)
+    check_rate(50.0, 0.015, True, advice)
+    with pytest.raises(RateError, match=r"100 Hz cannot be held.* 15.0 ms here; use --rate 53, or"):
+        check_rate(100.0, 0.015, True, advice)
+    check_rate(100.0, 0.015, False, advice)
     assert "100 Hz cannot be held" in caplog.text
     assert rate_for(0.015) == 53.0
     for seconds in (0.016, 0.0267, 0.000801, 0.8, 9.0):  # 0.0267 s: 29, not 30, which would not fit

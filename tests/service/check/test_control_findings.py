@@ -39,10 +39,11 @@ def test_a_period_that_is_too_short_is_doubtful_and_says_what_to_do(tmp_path: Pa
     assert step.level == "doubtful"
     assert f"tauten reduce {tmp_path / 'beam.toml'} --states" in step.advice
     assert "controller.rate = " in step.advice
-    reduced = step_time(0.03, 0.02, "finger", reduced=True)
+    file = tmp_path / "beam.toml"
+    reduced = step_time(0.03, 0.02, file, reduced=True)
     assert reduced.advice == "set controller.rate = 26, or reduce with fewer modes"
     push = load_robot(example("11_push")["FILE"])
-    pushing = step_time(0.03, 0.02, "finger", reduced=True, robot=push)
+    pushing = step_time(0.03, 0.02, file, reduced=True, robot=push)
     assert "controller.rate = 26 and every max_rate lower by the same factor" in pushing.advice
 
 
@@ -82,15 +83,20 @@ def test_contacts_that_decisions_do_not_know_are_said(tmp_path: Path) -> None:
 
 
 def test_a_shipped_robot_is_not_told_to_change_its_file() -> None:
-    """`tauten reduce manipulator --states --write` was advised, which refuses to change a shipped file."""
+    """`tauten reduce manipulator --states --write` and another rate in its file were advised."""
     assert reducing(robot_path("manipulator")) == "--model reduced"
     assert "with a copy" in reducing(robot_path("manipulator_1290"))
     assert reducing(EXAMPLES / "hand.toml") == "--model reduced"
+    slow = [step_time(0.03, 0.02, robot_path("manipulator"), reduced) for reduced in (False, True)]
+    assert [one.advice for one in slow] == [
+        "--model reduced gives a model with faster steps; or serve it with --rate 26",
+        "serve it with --rate 26",
+    ]
 
 
 @pytest.mark.parametrize(("seconds", "level"), [(0.015, "fine"), (0.0161, "doubtful")])
 def test_a_fifth_of_the_period_is_left_for_the_rest(seconds: float, level: str) -> None:
-    assert step_time(seconds, 0.02, "finger", reduced=False).level == level
+    assert step_time(seconds, 0.02, robot_path("finger"), reduced=False).level == level
 
 
 @pytest.mark.long
@@ -103,5 +109,5 @@ def test_a_busy_computer_is_said_where_the_robot_file_is_to_be_changed(
     monkeypatch.setattr(os, "sched_getaffinity", lambda _process: {0, 1})
     robot = load_robot("finger")
     advice = faster_here(robot_path("finger"), 0.019, True, robot)
-    assert advice.startswith("set controller.rate = 42, or reduce with fewer modes")
+    assert advice.startswith("serve it with --rate 42")
     assert ("; this computer is busy (load 6.5 on 2 processors), on an idle one" in advice) == said
