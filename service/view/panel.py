@@ -24,7 +24,7 @@ from tauten.service.wire import DescribedEffector, places_of
 
 SPEEDS = {"1": 1.0, "1/2": 0.5, "1/4": 0.25, "1/10": 0.1}
 # Buttons below a text that grows and shrinks would move under the mouse; what does not fit is scrolled to.
-_STATUS = '<div style="height:142px;overflow-y:auto">{}</div>'
+_STATUS = '<div style="height:192px;overflow-y:auto">{}</div>'
 
 
 class Request(Enum):

@@ -38,9 +38,7 @@ _STATUSES = {  # by the names of `Status`
 _NEAR = 1e-3  # of the distance between limits
 _MOST_TEXT = 400  # characters of a sentence
 _MOST_ITEMS = 30
-_BOX = (
-    '<div style="padding:0 12px 8px;font-size:14px;line-height:1.5;overflow-wrap:anywhere">{}</div>'
-)
+_BOX = '<div style="padding:0 12px 8px;font-size:13px;line-height:1.35;overflow-wrap:anywhere">{}</div>'
 _LIST = '<ul style="margin:4px 0;padding-left:20px">{}</ul>'
 
 

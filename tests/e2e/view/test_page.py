@@ -20,6 +20,10 @@ from tauten.service.view.words import Words
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
+LONG = (
+    "the simulated robot moves otherwise than the model that decides: tendon1a 16.3 N, decided 14.9 N",
+    "limits cannot all be met: actuators come as near to them as they can",
+)
 CUT = "one => one.scrollWidth > one.clientWidth"
 
 
@@ -79,6 +83,33 @@ def test_buttons_stay_where_they_are_whatever_is_said(
         assert wait_until(still)
         places.append(place())
     assert max(places) - min(places) < 1.0  # pixels
+
+
+@pytest.mark.long
+def test_four_long_sentences_are_seen_without_scrolling(
+    panel: tuple[ViewPanel, str], page: Page
+) -> None:
+    """The last of them was cut, and headless as on a Mac nothing showed that there is more."""
+    said = ("at the limit: tendon1a, tendon1b, tendon2c, tendon3a", *LONG, "3 contact points push")
+    for words in (
+        Words(
+            "RUN: the target is out of reach", "tip stays 12.3 mm away, at the nearest point", said
+        ),
+        Words(
+            "HOLD: the actuators do not move",
+            "a measurement is not plausible: check the camera, then press “enable”",
+            ("4.5 mm from the target", *LONG),
+        ),
+    ):
+        panel[0].say(words)
+        title = page.get_by_text(words.title)
+        title.wait_for()
+        assert (
+            title.evaluate(
+                "one => (box => box.scrollHeight - box.clientHeight)(one.closest('[style*=overflow-y]'))"
+            )
+            <= 0
+        )
 
 
 @pytest.mark.long
