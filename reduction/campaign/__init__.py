@@ -22,7 +22,7 @@ from tauten.reduction.campaign.executors import (
 )
 from tauten.reduction.campaign.exploring import exploring
 from tauten.reduction.campaign.payload import payload
-from tauten.reduction.campaign.run import run_campaign, time_left
+from tauten.reduction.campaign.run import run_campaign
 from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots, join_snapshots
 from tauten.reduction.campaign.touched import (
     PLACES,
@@ -67,6 +67,5 @@ __all__ = [
     "processes",
     "ramp",
     "run_campaign",
-    "time_left",
     "touched_robot",
 ]

@@ -36,6 +36,7 @@ def run_campaign(
     folder: str | Path,
     executor: Executor | None = None,
     report: Report = lambda share, what: None,
+    announce: Callable[[int, float], None] | None = None,
 ) -> Snapshots:
     """Compute all equilibria of a design, except those that the folder already holds.
 
@@ -50,6 +51,8 @@ def run_campaign(
         executor: see `tauten.reduction.campaign.executors`; None computes in this process.
         report: called with the share of the equilibria that are new, first of those in the folder, then after
             each chunk, and with how many there are in words.
+        announce: called before with the number of equilibria that are not in the folder, and with about the
+            time of one of them in this process by the real clock [s]; not where none is left.
 
     Raises:
         SnapshotError: the folder holds another campaign, or a damaged file.
@@ -59,36 +62,22 @@ def run_campaign(
     def advance(count: int) -> None:
         report(count / design.size, f"snapshots {ledger.size} of {design.size}")
 
+    first = filter(None, map(ledger.next_chunk, range(len(design.runs))))
+    if announce is not None and (chunk := next(first, None)) is not None:
+        report(0.0, "time of an equilibrium")
+        announce(design.size - ledger.size, _equilibrium_seconds(chunk))
     advance(ledger.size)
     _work(ledger, executor or InProcess(), advance)
     return join_snapshots([part for parts in ledger.parts for part in parts])
 
 
-def time_left(robot: Robot, design: Design, folder: str | Path) -> tuple[int, float]:
-    """How much of a campaign is to be computed, and about how long: its next equilibrium is found and timed.
-
-    Args:
-        robot: the robot.
-        design: runs of excitations.
-        folder: of the saved chunks.
-
-    Returns:
-        the number of equilibria that the folder does not hold, and the time of one of them in this process
-        by the real clock [s]; 0 where none is left.
-
-    Raises:
-        SnapshotError: the folder holds another campaign, or a damaged file.
-    """
-    ledger = _Ledger.open(robot, design, Path(folder))
-    left = (ledger.next_chunk(index) for index in range(len(design.runs)))
-    chunk = next((one for one in left if one is not None), None)
-    if chunk is None:
-        return 0, 0.0
+def _equilibrium_seconds(chunk: Chunk) -> float:
+    """Time of the first equilibrium of a chunk in this process, by the real clock [s]."""
     one = replace(chunk, run=chunk.run.piece(0, 1))
     solve_chunk(one)  # kernels are loaded or compiled
     begin = perf_counter()
     solve_chunk(one)
-    return design.size - ledger.size, perf_counter() - begin
+    return perf_counter() - begin
 
 
 @dataclass(frozen=True, slots=True)

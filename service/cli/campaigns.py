@@ -64,22 +64,13 @@ class Campaigns:
         return self.plain if self.spheres is None else self.spheres.robot
 
     def whole(self) -> Snapshots:
-        """All equilibria over the whole range, with progress bars."""
-        from tauten.reduction.campaign import run_campaign, time_left
-
-        with progress_bar("range of each actuator") as report:
-            plan = self._plan(report)
-            report(0.0, "time of an equilibrium")
-            count, seconds = time_left(self.robot, plan, self.folder)
-        workers = self.workers.count(len(plan.runs))
-        if said := expected(count, seconds, workers, self.shorter()):
-            typer.echo(said, err=True)
-        with self.workers.executor(len(plan.runs)) as executor, progress_bar("snapshots") as report:
-            return run_campaign(self.robot, plan, self.folder, executor, report)
+        """All equilibria over the whole range, with a progress bar."""
+        with progress_bar("snapshots") as report:
+            return self._computed(report)
 
     def narrower(self, whole: Snapshots) -> Narrower | None:
         """Campaigns within a share of the positions of the whole range; None: the design has no such."""
-        from tauten.reduction.campaign import narrowed, run_campaign
+        from tauten.reduction.campaign import narrowed
 
         if self.design.endswith(".csv"):
             return None
@@ -97,12 +88,24 @@ class Campaigns:
                 step=share * self.step,
                 folder=self.folder / f"within-{100.0 * share:.0f}",
             )
-            plan = close._plan(lambda _, what: report(0.0, what))
-            with self.workers.executor(len(plan.runs)) as executor:
-                found = run_campaign(close.robot, plan, close.folder, executor, report)
+            found = close._computed(report)
             return found.select(found.converged)
 
         return within
+
+    def _computed(self, report: Callable[[float, str], None]) -> Snapshots:
+        """All equilibria of the design; says before how long they take."""
+        from tauten.reduction.campaign import run_campaign
+
+        plan = self._plan(lambda _, what: report(0.0, what))
+        runs = len(plan.runs)
+
+        def announce(count: int, seconds: float) -> None:
+            said = expected(count, seconds, self.workers.count(runs), self.shorter())
+            typer.echo(f"{self.folder}: {said}", err=True)
+
+        with self.workers.executor(runs) as executor:
+            return run_campaign(self.robot, plan, self.folder, executor, report, announce)
 
     def shorter(self) -> str:
         """What makes the campaign shorter."""
@@ -169,7 +172,7 @@ class Workers:
 
 
 def expected(count: int, seconds: float, workers: int | None, advice: str) -> str:
-    """What is said of a campaign before it begins; "" where nothing is left to compute.
+    """What is said of a campaign before it begins.
 
     Args:
         count: of the equilibria that are to be found.
@@ -177,8 +180,6 @@ def expected(count: int, seconds: float, workers: int | None, advice: str) -> st
         workers: that work at the same time; None: a cluster, of unknown size.
         advice: how a campaign that takes long becomes shorter.
     """
-    if count == 0:
-        return ""
     total = count * seconds / (workers or 1)
     said = f"{count} equilibria of about {seconds:.2g} s each"
     said += f", {workers} at a time" if workers else ", divided by the workers of the cluster"
