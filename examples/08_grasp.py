@@ -58,10 +58,8 @@ def carry(robot: Robot, tension: float = TENSION, until: float = END) -> Iterato
 
 def cube(simulator: Simulator) -> Array:
     """The nodes of the cube: (27, 3) [m]."""
-    part = simulator.robot.body.parts[1]
-    own = simulator.robot.body.states(simulator.state)[1]
-    places: Array = part.placement.points(part.robot.points(own))
-    return places
+    robot = simulator.robot
+    return robot.points(simulator.state)[-robot.body.part_robots[1].n_nodes :]
 
 
 def grip(simulator: Simulator) -> Array:
