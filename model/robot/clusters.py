@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from tauten.model.numerics import Bools, Ints
+from tauten.model.points import Entries
 from tauten.model.robot.robot import Robot
 from tauten.model.rows import Jacobian, dense
 
@@ -54,7 +55,7 @@ class Clusters:
 def clusters_of(robot: Robot) -> Clusters:
     """The clusters of a robot: one, unless it has parts or bodies that nothing joins.
 
-    Whatever a contact may press together is joined, however far it is apart now.
+    All bodies of a contact are joined, however far they are apart now.
 
     Args:
         robot: its bodies and contacts, and its rows at rest.
@@ -63,7 +64,9 @@ def clusters_of(robot: Robot) -> Clusters:
     rows = robot.rows(robot.rest(), contacts=False)
     of_rows, actuators = _touched(rows.effectors.H, number), _touched(rows.actuators.H, number)
     effectors = [of_rows[layout.rows_of(i)].any(axis=0) for i in range(len(layout))]
-    joins = np.array([*effectors, *actuators, *_pressed(robot, number)], dtype=float)  # (j, s)
+    pressed = _pressed(robot, number)
+    limits = [pressed[[*one.pairs]].any(axis=0) for one in robot.contacts.sums]
+    joins = np.array([*effectors, *actuators, *pressed, *limits], dtype=float)  # (j, s)
     _, label = connected_components(sp.csr_array(joins.T @ joins), directed=False)  # (s,)
     of_effector = label[[one.argmax() for one in effectors]] if effectors else label[:0]
     of_actuator = label[actuators.argmax(axis=1)]
@@ -81,12 +84,13 @@ def clusters_of(robot: Robot) -> Clusters:
     )
     places = {found: place for place, found in enumerate(kept.tolist())}
 
-    def of_part(name: str) -> int:
-        within = np.unique(label[number[robot.body.unknowns_of(name)]]).tolist()
-        return places.get(within[0], -1) if len(within) == 1 else -1
+    def within(sets: Bools | Ints) -> int:
+        found = np.unique(label[sets]).tolist()
+        return places.get(found[0], -1) if len(found) == 1 else -1
 
-    of_pairs = np.array([of_part(pair.owner) for pair in robot.contacts.pairs], np.int64)
-    of_parts = np.array([of_part(name) for name in robot.body.part_names], np.int64)
+    of_pairs = np.array([within(sets) for sets in pressed], np.int64)
+    parts = [np.unique(number[robot.body.unknowns_of(name)]) for name in robot.body.part_names]
+    of_parts = np.array([within(sets) for sets in parts], np.int64)
     friction = np.array([pair.friction for pair in robot.contacts.pairs])
     rubbing = np.isin(np.arange(len(each)), of_pairs[friction > 0.0])
     rubbing |= not rubbing.any()
@@ -101,14 +105,10 @@ def _touched(H: Jacobian, number: Ints) -> Bools:
     return found
 
 
-def _pressed(robot: Robot, number: Ints) -> list[Bools]:
-    """The sets (s,) that each contact may press together, and those that a limit of several counts."""
-    found = []
-    for pair in robot.contacts.pairs:
-        sets = np.zeros(int(number.max()) + 1, np.bool_)
-        for part in {pair.owner, pair.other or pair.owner}:
-            sets[number[robot.body.unknowns_of(part)]] = True
-        found.append(sets)
-    limits = [np.array([found[i] for i in one.pairs]) for one in robot.contacts.sums]
-    together = [np.asarray(one.any(axis=0)) for one in limits]
-    return found + together
+def _pressed(robot: Robot, number: Ints) -> Bools:
+    """Whether candidates or target of each contact are on sets of unknowns, of numbers (n,): (q, s)."""
+    points = [np.union1d(one.nodes, one.triangles) for one in robot.contacts.pairs]
+    starts = np.cumsum([0, *map(len, points)])
+    every = np.concatenate([np.zeros(0, np.int64), *points]).astype(np.int64)
+    placed = robot.body.motion(robot.rest()).placed(robot.vertices)
+    return _touched(placed.rows(Entries(starts, every, np.ones((len(every), 3)))), number)
