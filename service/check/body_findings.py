@@ -27,6 +27,7 @@ def body_findings(
     free: tuple[str, ...] = (),
     lone: tuple[str, ...] = (),
     density: float | None = None,
+    shipped: bool = False,
 ) -> Iterator[Finding]:
     """Mass, sag under gravity, natural frequencies.
 
@@ -35,6 +36,7 @@ def body_findings(
         free: bodies that only contact holds.
         lone: those of them that no contact touches.
         density: the least of its materials [kg/m³]; None where none is given.
+        shipped: whether its file is that of a shipped robot, which is not to be changed.
     """
     yield mass(robot, density)
     if free:
@@ -45,7 +47,8 @@ def body_findings(
         hung = sag(robot, alone is not None)
         yield hung
         frequencies = frequencies_of(robot, springs) if len(springs) > 0 else alone
-        yield vibration(robot, frequencies, bool(robot.gravity.any()) and hung.level == "fine")
+        carried = bool(robot.gravity.any()) and hung.level == "fine"
+        yield vibration(robot, frequencies, carried, shipped)
 
 
 def mass(robot: Robot, density: float | None) -> Finding:
@@ -108,13 +111,16 @@ def frequencies_of(robot: Robot, springs: Array | None = None) -> Array | None:
     return found if found[0] > LOWEST else None
 
 
-def vibration(robot: Robot, frequencies: Array | None, carried: bool) -> Finding:
+def vibration(
+    robot: Robot, frequencies: Array | None, carried: bool, shipped: bool = False
+) -> Finding:
     """The lowest natural frequencies against the control rate.
 
     Args:
         robot: the robot.
         frequencies: (k,) [Hz], None where the body is not held, as of `frequencies_of`.
         carried: whether it stands still under gravity.
+        shipped: as of `body_findings`.
     """
     subject = VIBRATION
     if frequencies is None:
@@ -132,11 +138,14 @@ def vibration(robot: Robot, frequencies: Array | None, carried: bool) -> Finding
         return Finding(subject, "fine", found)
     if scheme.rate >= STEPS_A_PERIOD * first:
         return light_damping(subject, scheme, frequencies) or Finding(subject, "fine", found)
-    advice = (
-        f"a period of the first vibration has {scheme.rate / first:.2g} decisions, which do not see it; "
-        f"controller.rate = {STEPS_A_PERIOD * first:.3g} would resolve it, controller.substeps = "
-        f"{math.ceil(STEPS_A_PERIOD * first / scheme.rate)} in the model alone"
-    )
+    advice = f"a period of the first vibration has {scheme.rate / first:.2g} decisions, which do not see it; "
+    if shipped:
+        advice += f"tauten serve --rate {STEPS_A_PERIOD * first:.3g} would resolve it"
+    else:
+        advice += (
+            f"controller.rate = {STEPS_A_PERIOD * first:.3g} would resolve it, controller.substeps = "
+            f"{math.ceil(STEPS_A_PERIOD * first / scheme.rate)} in the model alone"
+        )
     return Finding(subject, "doubtful", found, advice)
 
 

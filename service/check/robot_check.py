@@ -9,7 +9,15 @@ from functools import partial
 from pathlib import Path
 
 from tauten.model import MeshError, Robot, RobotFileError, load_robot, one_blas_thread
-from tauten.model.load import Bodies, build_bodies, mesh_files, part_path, read_bodies, robot_path
+from tauten.model.load import (
+    Bodies,
+    build_bodies,
+    is_shipped,
+    mesh_files,
+    part_path,
+    read_bodies,
+    robot_path,
+)
 from tauten.model.mesh import read_unchecked_mesh
 from tauten.model.schema import (
     ACTUATOR_TABLES,
@@ -141,7 +149,8 @@ def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         progress(0.02, "body")
         free = tuple(body.name for body in config.bodies if body.free)
         lone = untouched(robot, bodies, config)
-        findings += tuple(body_findings(robot, free, lone, least_density(config)))
+        density, shipped = least_density(config), is_shipped(path)
+        findings += tuple(body_findings(robot, free, lone, density, shipped))
         findings += tuple(extension_findings(robot))
         if config.meshes:
             findings += (contact_finding(robot, bodies, config.contact.tolerance),)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -92,6 +93,15 @@ def test_a_shipped_robot_is_not_told_to_change_its_file() -> None:
         "--model reduced gives a model with faster steps; or serve it with --rate 26",
         "serve it with --rate 26",
     ]
+
+
+def test_a_shipped_robot_that_vibrates_fast_is_told_another_rate() -> None:
+    """`controller.rate` and `controller.substeps` of its file were advised."""
+    nothing = CheckSettings("tripod", ())
+    result = check_robot(nothing, StopFlag(), lambda _share, _what="": None)
+    found = {item.subject: item.advice for item in result.findings}
+    assert re.search(r"tauten serve --rate 216 would resolve it$", found["natural frequencies"])
+    assert not [advice for advice in found.values() if "controller." in advice]
 
 
 @pytest.mark.parametrize(("seconds", "level"), [(0.015, "fine"), (0.0161, "doubtful")])
