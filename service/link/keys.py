@@ -25,11 +25,6 @@ class Keys:
         return "/".join((ROOT, self.robot, *parts))
 
     @property
-    def all(self) -> str:
-        """Every key of the robot."""
-        return self._key("**")
-
-    @property
     def token(self) -> str:
         """Liveliness token of the node."""
         return self._key()

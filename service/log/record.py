@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import zenoh
@@ -82,16 +83,18 @@ def record_robot(session: zenoh.Session, robot: str, path: Path, stop: StopFlag)
         OSError: the log cannot be created, or not be written to its end; it has what came before.
     """
     keys, count = Keys(robot), 0
-    source = session.declare_subscriber(keys.all, zenoh.handlers.RingChannel(_RING))
     description = ask_description(session, keys)
     effectors = {one.name: MESSAGE_TYPES[one.kind] for one in description.effectors}
     kinds = message_kinds(keys, effectors)
+    # one for each key: a node makes its surface while anybody subscribes to all keys
+    sources = [session.declare_subscriber(key, zenoh.handlers.RingChannel(_RING)) for key in kinds]
     recorder = LogRecorder(path, description_metadata(description))
     log.info("recording %s to %s", robot, path)
     try:
         while not stop.requested and not recorder.fault:
             time.sleep(_PAUSE)
-            for key, kind, payload in arrived(source, kinds, _RING):
+            news = chain.from_iterable(arrived(source, kinds, _RING) for source in sources)
+            for key, kind, payload in news:
                 seen = time.time_ns()
                 recorder.write(Entry(key, kind, payload, seen, seen, 0))
                 count += 1

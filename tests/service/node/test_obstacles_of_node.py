@@ -228,7 +228,7 @@ def test_a_table_that_is_lifted_pushes_the_model_and_the_log_replays(rig: Rig) -
 def test_a_recorder_beside_the_node_has_contacts_and_obstacles_too(
     rig: Rig, tmp_path: Path
 ) -> None:
-    """It left them out, as it still does with the surface."""
+    """It left them out, as it still does with the surface, which the node need not make for it."""
     log, stop = tmp_path / "beside.mcap", StopFlag()
     recording = threading.Thread(target=record_robot, args=(rig.outside, "beam", log, stop))
     recording.start()
@@ -241,6 +241,8 @@ def test_a_recorder_beside_the_node_has_contacts_and_obstacles_too(
             time.sleep(0.005)
             rig.tick()
         time.sleep(0.2)
+        assert rig.node._outputs._open.has_subscribers
+        assert not rig.node._shape._surface.has_subscribers
     finally:
         stop.request()
         recording.join()
