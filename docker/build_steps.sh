@@ -7,7 +7,7 @@ set -euo pipefail
 
 install_into() {
   python3 -m venv "$1"
-  "$1/bin/pip" install --quiet --no-cache-dir "$2[fast]"
+  "$1/bin/pip" install --quiet --no-cache-dir --constraint "$2/.ci/constraints.txt" "$2[fast]"
 }
 
 warm() {
