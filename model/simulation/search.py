@@ -47,7 +47,7 @@ REACH = 0.1  # of the body, a step at most
 CLOSE = 0.8  # of the reach; a correction that takes more leaves nothing to the load
 GROWTH = 2.0  # of a step of the load, from one to the next
 NEAR = 2e-3  # of the body; shorter steps are linear, and extrapolated where they converge slowly
-DEPTH = 5  # steps that are extrapolated from
+DEPTH = 10  # steps that are extrapolated from: every contact that turns may have a direction that diverges
 # Every second straight step only takes back what the one before has stretched: so many steps may be longer
 # than the shortest before they are searched along.
 PATIENCE = 16
@@ -97,15 +97,17 @@ class EquilibriumSearch:
             if grown:
                 shares = self._shares(load.now)
             length = self._length(found)
+            solved = found.step.split(found.lam, self._space.k)
+            if not solved.of_same_contacts(forces):
+                shares.restart()
             dv = shares.step(found, length, grown) if np.isfinite(length) else found.dv
             after = self._moved(state, step.system, dv)
             if not np.isfinite(length) or not np.isfinite(after.q).all():
                 ending = Ending.NOT_FINITE
                 break
-            state, result, movement = after, found, length
+            state, forces, result, movement = after, solved, found, length
             used = step.system.semidefinite
             semidefinite = smaller_share(used) if used == semidefinite else used
-            forces = found.step.split(found.lam, self._space.k)
             if load.complete and movement < tolerance:
                 ending, push = way_on(robot, result, command.by_position, pushed)
                 if push is None:
@@ -222,6 +224,10 @@ class StepShares:
         self._robot, self._merit, self._reach, self._near = robot, merit, reach, near
         self._shortest, self._anderson = np.inf, Anderson(DEPTH)
         self._patience, self._stalled = patience, 0
+
+    def restart(self) -> None:
+        """Extrapolate from no step before: other contacts push, which are another problem."""
+        self._anderson.restart()
 
     def step(self, found: PredictedStep, length: float, grown: bool) -> Array:
         """The change of velocity (n,) to move by.

@@ -57,6 +57,11 @@ class Forces:
         """Slots of the unit columns with a positive force."""
         return self.extra[self.extra_beta > 0.0]
 
+    def of_same_contacts(self, other: Forces) -> bool:
+        """Whether the same columns of the basis, and the same unit columns, push in both."""
+        columns = np.array_equal(self.beta > 0.0, other.beta > 0.0)
+        return columns and set(self.pushing.tolist()) == set(other.pushing.tolist())
+
     def on(self, found: Contacts, space: ContactSpace) -> ContactForces:
         """The contacts in range with their forces; columns of a basis leave out those with friction.
 
