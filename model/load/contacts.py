@@ -287,7 +287,7 @@ def contact_pair(
     assert isinstance(triangles, np.ndarray)
     nodes, weights = candidates_on(vertices, triangles, contact, where)
     made = partial(
-        ContactPair, f"{contact.candidates or 'skin'} on {contact.against}", nodes, weights,
+        ContactPair, contact.name, nodes, weights,
         friction=contact.friction, bounds=force_bounds(contact),
     )  # fmt: skip
     if contact.against != ITSELF:

@@ -189,7 +189,7 @@ def _contacts(
             triangles = surface(number, settings.surface)
         except RobotFileError as error:
             raise RobotFileError(f"{source}: {field}.surface: {error}") from error
-        return _Side(number, triangles, side_name(settings))
+        return _Side(number, triangles, settings.name)
 
     found = []
     for index, contact in enumerate(config.contacts):
@@ -209,7 +209,7 @@ def _pair_against_nothing(contact: _Touching, vertices: _Vertices) -> ContactPai
     settings, own = contact.settings, vertices.of_side(contact.candidates)
     nodes, weights = candidates_on(vertices.at_rest, own, settings, contact.where)
     return ContactPair(
-        name=f"{contact.candidates.name} on {side_name(settings.against)}",
+        name=settings.name,
         nodes=nodes,
         weights=weights,
         triangles=NO_TRIANGLES,
@@ -254,8 +254,3 @@ def vertices_at_rest(part: Part, ids: Ints) -> Array:
     robot = part.robot
     placed = robot.motion(robot.rest()).placed(robot.body.surface_points(ids))
     return part.placement.points(placed.y)
-
-
-def side_name(side: PartSurfaceSettings | str) -> str:
-    """What one side of a contact is called."""
-    return side if isinstance(side, str) else f"{side.part}.{side.surface or 'skin'}"

@@ -267,6 +267,11 @@ class ContactSettings(TouchSettings):
             raise ValueError('neighbour_distance is used with against = "itself" only')
         return self
 
+    @property
+    def name(self) -> str:
+        """What the pair is called in messages."""
+        return f"{self.candidates or 'skin'} on {self.against}"
+
 
 def one_way_to_place_points(points: int | str | None, spacing: float | None) -> None:
     """Raise a ValueError where a contact has both."""
@@ -332,6 +337,16 @@ def check_surfaces(
                     f"contacts.{index}: surface {name!r} is not defined, "
                     f"known are {', '.join(sorted(allowed)) or 'none'}"
                 )
+
+
+def check_pairs(names: Sequence[str]) -> None:
+    """Raise a ValueError where two contacts are of the same pair, whose forces have one name in messages."""
+    for index, name in enumerate(names):
+        first = names.index(name)
+        if first < index:
+            raise ValueError(
+                f"contacts.{index}: it is {name!r} as contacts.{first} is; write one table for both"
+            )
 
 
 def check_forces(

@@ -18,6 +18,7 @@ from tauten.model.schema.contact import (
     Spacing,
     TouchSettings,
     check_forces,
+    check_pairs,
     one_way_to_place_points,
 )
 from tauten.model.schema.digest import by_content, joined_digest
@@ -54,6 +55,11 @@ class PartSurfaceSettings(Section):
         description="Name of a surface or region of the part's file; by default the whole surface.",
     )
 
+    @property
+    def name(self) -> str:
+        """What it is called in messages."""
+        return f"{self.part}.{self.surface or 'skin'}"
+
 
 class PartContactSettings(TouchSettings):
     """Candidate points spread over a surface of one part against another part or an obstacle."""
@@ -71,6 +77,12 @@ class PartContactSettings(TouchSettings):
     def _points_once(self) -> PartContactSettings:
         one_way_to_place_points(self.points, self.spacing)
         return self
+
+    @property
+    def name(self) -> str:
+        """What the pair is called in messages."""
+        against = self.against
+        return f"{self.candidates.name} on {against if isinstance(against, str) else against.name}"
 
 
 class PartsConfig(NamedRobot):
@@ -104,6 +116,7 @@ class PartsConfig(NamedRobot):
     def _fits_together(self) -> Self:
         touching = [(one, one.against) for one in self.contacts]
         check_forces(touching, self.obstacles, self.contact)
+        check_pairs([one.name for one in self.contacts])
         check_unique("parts", [part.name for part in self.parts])
         check_unique("obstacles", [one.name for one in self.obstacles])
         both = [*(part.name for part in self.parts), *(one.name for one in self.obstacles)]

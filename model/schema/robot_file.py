@@ -20,6 +20,7 @@ from tauten.model.schema.contact import (
     ObstacleSettings,
     SurfaceSettings,
     check_forces,
+    check_pairs,
     check_surfaces,
 )
 from tauten.model.schema.effector import EffectorSettings
@@ -229,6 +230,7 @@ class RobotConfig(NamedRobot):
     def _fits_together(self) -> Self:
         touching = [(one, one.against) for one in self.contacts]
         check_forces(touching, self.obstacles, self.contact)
+        check_pairs([one.name for one in self.contacts])
         check_unique("cables", [cable.name for cable in self.cables])
         check_unique("effectors", [effector.name for effector in self.effectors])
         check_unique("obstacles", [obstacle.name for obstacle in self.obstacles])

@@ -141,6 +141,10 @@ CHANGES = {
         '"bottom"\npoints',
         '"side"\npoints',
     ),
+    r"beam.toml: contacts.1: it is 'top on bottom' as contacts.0 is; write one table for both": (
+        "points = 7",
+        'points = 7\n[[contacts]]\ncandidates = "top"\nagainst = "bottom"',
+    ),
     r"beam.toml: surfaces: name 'top' is used twice": ('name = "bottom"', 'name = "top"'),
     r"controller.rate: allowed is at least 0.01 and at most 10000 Hz, found 1e-300": (
         GOOD,

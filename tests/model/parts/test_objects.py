@@ -176,6 +176,10 @@ def test_a_cube_on_a_plane_is_carried_by_it_and_slides_down_as_on_ice(
         (('robot = "cushion.toml"', 'robot = "cube.toml"'), "no part has one"),
         (('robot = "cube.toml"', 'robot = "table.toml"'), "has no parts of its own"),
         (('name = "table"', 'name = "table"\ncolour = "red"'), "colour"),
+        (
+            ("[[contacts]]", ON_CUSHION + "[[contacts]]"),
+            r"contacts.1: it is 'cube.below on cushion.skin' as contacts.0 is; write one table",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(tmp_path: Path, change: tuple[str, str], message: str) -> None:
