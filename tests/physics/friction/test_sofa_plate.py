@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.robots.sofa_fingers import finger_cable
 from support.robots.sofa_robots import robots_folder
-from support.sofa_elements import MM, points_as_in_sofa
+from support.sofa.elements import MM, points_as_in_sofa
 
 from tauten.model import Robot, Simulator
 from tauten.model.load import build_robot

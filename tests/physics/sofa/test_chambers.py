@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from sofa_robots import port
 from support.robots.sofa_robots import pneumatic_finger, robots_folder
-from support.sofa_elements import MM, cable_forces, corotational_forces, pressure_forces
+from support.sofa.elements import MM, cable_forces, corotational_forces, pressure_forces
 
 from tauten.controller import Controller, ControllerSettings, Status
 from tauten.model import Robot, Simulator

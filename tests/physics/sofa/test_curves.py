@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from support.robots.sofa_fingers import finger_with_gravity
 from support.robots.sofa_robots import robots_folder
-from support.sofa_elements import MM, assemble_with, large_frames, points_as_in_sofa
+from support.sofa.elements import MM, assemble_with, large_frames, points_as_in_sofa
 
 from benchmarks.physics import diamond, trunk
 from tauten.controller import Controller, ControllerSettings

@@ -13,7 +13,7 @@ import pytest
 from sofa_ports import CURVES, Curve, computed, draw
 from sofa_robots import FILES, SOURCES, port
 from support.robots.sofa_robots import robots_folder
-from support.sofa_elements import assemble_with, large_frames
+from support.sofa.elements import assemble_with, large_frames
 
 from tauten.model import load_robot
 from tauten.model.mesh import MeshError, checked, read_mesh

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.sofa_elements import assemble_with, polar_frames
+from support.sofa.elements import assemble_with, polar_frames
 
 from benchmarks.physics import finger
 from tauten.model import Robot, Simulator

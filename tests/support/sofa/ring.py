@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 
-from support.sofa_elements import points_as_in_sofa
+from support.sofa.elements import points_as_in_sofa
 from tauten.model import Robot, load_robot
 from tauten.model.load import contacts
 from tauten.model.numerics import Array, Ints
