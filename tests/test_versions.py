@@ -1,6 +1,8 @@
 """What has to work with every version of Python and libraries; `.ci/versions` runs it with several of them.
 
-Beside these, the shipped bases are loaded there (`tests/reduction/test_shipped.py`).
+Beside these, the shipped bases are loaded there (`tests/reduction/test_shipped.py`), every library for QPs is
+compared (`tests/controller/qpcc/test_qp.py`), hostile messages are decoded or refused
+(`tests/service/wire/test_fuzz_messages.py`), and a served robot is found (`tests/e2e/test_cli.py`).
 """
 
 from __future__ import annotations

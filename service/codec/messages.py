@@ -23,7 +23,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
@@ -134,7 +133,9 @@ def from_cdr(kind: str, payload: bytes, store: Typestore | None = None) -> Any |
     """
     try:
         return (store or typestore()).deserialize_cdr(payload, kind)
-    except (SerdeError, ValueError, IndexError, OverflowError, MemoryError) as error:
+    except (
+        Exception
+    ) as error:  # bytes that anybody may send: whatever the library raises, the loop goes on
         return Rejection(RejectionReason.MALFORMED, f"not a {kind} in CDR: {quoted(error)}")
 
 

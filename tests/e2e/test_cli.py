@@ -280,6 +280,7 @@ def test_targets_of_a_served_robot_need_no_robot_file(served: Served, tmp_path: 
     assert run_main("stream", "line", "--effector", "toe", *arguments) == 2
 
 
+@pytest.mark.versions
 def test_reach_needs_the_file(served: Served) -> None:
     receiver = find_receiver("beam", Network(served.port), StopFlag())
     assert receiver is not None

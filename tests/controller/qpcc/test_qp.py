@@ -15,6 +15,8 @@ from tauten.controller.qpcc import (
     solve_daqp,
 )
 
+pytestmark = pytest.mark.versions
+
 BACKENDS = available_backends()
 ACCURACY = {"daqp": 1e-9, "quadprog": 1e-9}  # the others stop at tolerances of their own
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import random
+import struct
 from collections.abc import Callable
 
 import pytest
 from support.messages import Point, decode_point, encode_command, encode_point, point_json
 
+from tauten.service.codec.messages import typestore
 from tauten.service.wire import (
     CDR,
     JSON,
@@ -30,6 +32,8 @@ from tauten.service.wire import (
     encode_joints,
     encode_tick,
 )
+
+pytestmark = pytest.mark.versions
 
 CABLES = ("lower", "upper")
 POINT = Point(10**18, "base", (0.1, 0.2, 0.3))
@@ -101,6 +105,21 @@ def test_a_damaged_message_is_decoded_or_refused(name: str) -> None:
 @pytest.mark.parametrize("name", list(KINDS))
 def test_many_damaged_messages_are_decoded_or_refused(name: str) -> None:
     check(name, range(10_000, 210_000))
+
+
+@pytest.mark.parametrize("error", [struct.error, AssertionError, RecursionError])
+def test_whatever_the_library_raises_is_a_rejection(
+    monkeypatch: pytest.MonkeyPatch, error: type[Exception]
+) -> None:
+    """Libraries of earlier versions raise other errors than SerdeError for what is cut off."""
+
+    def fail(*_: object) -> None:
+        raise error("unpack requires a buffer of 48 bytes")
+
+    monkeypatch.setattr(type(typestore()), "deserialize_cdr", fail)
+    found = decode_tick(encode_tick(TICK))
+    assert isinstance(found, Rejection)
+    assert found.reason is RejectionReason.MALFORMED
 
 
 def test_json_of_any_shape_is_decoded_or_refused() -> None:
