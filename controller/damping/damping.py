@@ -28,6 +28,9 @@ q_H = q + H v₁ of a step of implicit Euler in which actuators hold, the same f
     dq_H/dt = v₁ = (q_H − q) / H,   dλ_H/dt = (λ_H − λ) / H
 
 as the equations of a linear robot M dv/dt = f − C v − K q + hᵀ λ say, for all M, C, K and whatever moves.
+Where plans resist a momentum that those before have given, they are better than to hold in every tick, and
+the robot swings for ever. Then nothing has decreased in the mean over seconds, though it may at the moment:
+the share shrinks slowly, to one with which the robot comes to rest.
 
 Of forces that redundant actuators share plans change little, so that these would go on for seconds after the
 effectors have stopped. Where a plan changes so little that it makes no difference, the share fades. Actuators
@@ -62,10 +65,13 @@ SETTLED = 3e-6  # of the size of the largest part, a change that makes no differ
 FADING = 0.9  # of the way that is gone, in a tick
 TICK = 0.02  # s, for which these are; a shorter tick takes as much less of the way to them, a longer one all
 LOWERED = 0.5  # of a share with which decreases become poor, that it may grow to again;
-ALLOWED = 0.1  # it may always grow to this one
+ALLOWED = 0.1  # it may grow to this one at first,
+AGAIN = 0.9  # and to as much less each time that it grows too large
 SMALL = 1e-3  # share of the way below which it becomes the largest one again
 MORE = 2.0  # where the gain is this multiple of its mean in two ticks
 RECENT = 0.2  # weight of the last tick in the mean of decreases
+LONG = 0.02  # and in that over seconds, in which swings are gone;
+CALM = 0.03  # where plans decrease nothing over these, the share shrinks to this one
 JUMP = 1e-4  # of that size: a goal that changes by more in a tick is another one,
 JUMP_FAR = 0.1  # unless that is less than this share of the distance that a hold leaves
 STILL = 1e-9  # of that size; smaller changes are rounding
@@ -88,6 +94,7 @@ class Damping:
         apart: and from where holding for the tick would have led, see `Objective.relaxed` [m²].
         predicted: mean of what plans predicted [m²].
         gain: mean of what all of the way would decrease it by [m²].
+        use: mean over seconds of what plans have decreased it by, of what they predicted, -1 to 1.
     """
 
     gamma: float
@@ -101,6 +108,7 @@ class Damping:
     apart: float
     predicted: float
     gain: float
+    use: float
 
     def fading(self, change: Array, size: float, h: float) -> Damping:
         """The damping of a decision whose plan changes effector rows and efforts so (r + a,) [m].
@@ -116,7 +124,7 @@ class Damping:
 
     def starting(self) -> Damping:
         """The same for a goal that nothing is known of: all of the way."""
-        return Damping(self.gamma, self.change, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, 0.0)
+        return Damping(self.gamma, self.change, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,7 +226,7 @@ class Dampings:
 def undamped() -> Damping:
     """The start."""
     none = np.zeros(0)
-    return Damping(0.0, none, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, 0.0)
+    return Damping(0.0, none, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def part_of_tick(h: float) -> float:
@@ -244,12 +252,13 @@ def adapted(
     """
     gamma, last = _gamma_after(damping, change, size), damping.objective
     share, most, grown = damping.share, damping.most, damping.grown
-    actual, apart, predicted = damping.actual, damping.apart, damping.predicted
+    actual, apart, predicted, use = damping.actual, damping.apart, damping.predicted, damping.use
     gain = mean = objective.gain
     if last is not None:
         still, settled = (STILL * size) ** 2, damping.faded < 1.0
         twice = min(gain, last.gain)
         if share < SMALL and not settled and twice > MORE * damping.gain + still:
+            most = max(most, ALLOWED)
             return replace(damping.starting(), share=most, most=most)
         power = part_of_tick(h)
         recent = power * RECENT
@@ -257,11 +266,18 @@ def adapted(
         apart += recent * (last.relaxed - objective.before - apart)
         predicted += recent * (last.predicted - predicted)
         mean = damping.gain + recent * (gain - damping.gain)
+        if last.predicted > still and not settled:
+            reached = (last.holding - objective.before) / last.predicted
+            use += power * LONG * (min(max(reached, -1.0), 1.0) - use)
+            if (
+                use < POOR and actual > 0.0 and share > CALM
+            ):  # it decreases now, but not over seconds
+                share = most = max(SHRINKAGE ** (power * LONG / RECENT) * share, CALM)
         if predicted > still and not settled:
             decrease = max(actual, apart)
             if decrease < POOR * predicted:
                 if grown:
-                    most = min(most, max(LOWERED * share, ALLOWED))
+                    most = max(min(LOWERED * share, most), min(AGAIN * most, ALLOWED))
                 smaller = min(SHRINKAGE**power * share, most)
                 actual, apart, predicted = (
                     smaller / share * value for value in (actual, apart, predicted)
@@ -270,7 +286,7 @@ def adapted(
             elif decrease > GOOD * predicted:
                 share, grown = min(GROWTH**power * share, most), True
     return Damping(
-        gamma, change, share, damping.faded, most, grown, objective, actual, apart, predicted, mean,
+        gamma, change, share, damping.faded, most, grown, objective, actual, apart, predicted, mean, use,
     )  # fmt: skip
 
 

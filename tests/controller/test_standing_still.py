@@ -12,10 +12,12 @@ from support.robots.beam_robots import tendon_arm
 from support.robots.bodies import beam_robot, box_mesh, hollow_beam, pneumatic_robot
 from support.robots.examples import shipped_setup
 
+from benchmarks.control.still import random_goals
 from tauten.controller import Controller, Status
 from tauten.controller.damping import TICK, Damping, Objective, adapted, undamped
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
+from tauten.service.setup import load_setup
 
 OFFSET = np.array([0.03, 0.0, 0.0])  # m, out of reach
 
@@ -354,3 +356,43 @@ def test_a_cable_that_plans_let_go_in_turn_is_let_go_by_a_share_of_the_way(schem
         assert controller.step(goal).status is Status.OK
     best = np.linalg.norm(known.effector_values - goal)
     assert np.linalg.norm(controller.effector_values - goal) < 1.02 * best
+
+
+def test_ways_become_short_where_a_robot_swings_for_ever() -> None:
+    """Each plan was better than to hold, since it resisted the swing that the ones before had begun."""
+    damping, swing = undamped(), [5e-3 * (1.0 + 0.3 * np.sin(0.15 * k)) for k in range(1001)]
+    for k in range(1000):
+        relaxed = swing[k + 1] + 5e-4  # a hold for the tick would have led to more
+        planned = Objective(swing[k], relaxed, swing[k], swing[k] - 5e-4, damping.share)
+        damping = adapted(damping, np.array([1e-3]), 0.1, TICK, planned)
+    assert damping.share == pytest.approx(0.03)
+
+
+def test_the_longest_way_becomes_shorter_each_time_that_it_is_too_long() -> None:
+    """Ways of a tenth that were too long for the trunk at its limits made it tremble for ever by 4 um."""
+    damping, held, most = undamped(), 1e-4, list[float]()
+    for _ in range(400):
+        change = (0.5e-6 if damping.share > 0.02 else -1e-6) * damping.share
+        planned = Objective(held, held, held, held - 1e-6, damping.share)
+        damping = adapted(damping, np.array([1e-3]), 0.1, TICK, planned)
+        held += change
+        most.append(damping.most)
+    assert most[40] > 0.05
+    assert damping.most < 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "contact", "ticks"), [(8, True, 1000), (10, False, 600)])
+def test_the_manipulator_comes_to_rest_out_of_reach(number: int, contact: bool, ticks: int) -> None:
+    """It swung by 60 mm for ever where ribs press on vertebrae, and by 1.5 mm at its limits."""
+    setup = load_setup("manipulator", model="reduced")
+    goals = random_goals(setup.robot, np.random.default_rng(0), number + 1)
+    *_, goal = goals
+    space = setup.contact if contact else "none"
+    controller = Controller(setup.robot, space, settings=setup.controller)
+    controller.settle_start()
+    tips = []
+    for _ in range(ticks):
+        assert controller.step(goal).status.usable
+        tips.append(controller.effector_values)
+    assert (np.ptp(tips[-100:], axis=0) < 1e-3 * setup.robot.size).all()
