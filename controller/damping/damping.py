@@ -269,9 +269,8 @@ def adapted(
         if last.predicted > still and not settled:
             reached = (last.holding - objective.before) / last.predicted
             use += power * LONG * (min(max(reached, -1.0), 1.0) - use)
-            if (
-                use < POOR and actual > 0.0 and share > CALM
-            ):  # it decreases now, but not over seconds
+            swings = use < POOR and actual > 0.0  # it decreases now, but not over seconds
+            if swings and share > CALM:
                 share = most = max(SHRINKAGE ** (power * LONG / RECENT) * share, CALM)
         if predicted > still and not settled:
             decrease = max(actual, apart)
