@@ -27,7 +27,12 @@ parameters = { centre = [0.05, 0.0, -0.1], radius = 0.02 }
 against = "ball"
 points = 10
 
+[[surfaces]]
+name = "below"
+box = { lower = [-1.0, -1.0, -1.0], upper = [1.0, 1.0, 1.0] }
+normal = [0.0, 0.0, -1.0]
 [[contacts]]
+candidates = "below"
 against = "ball"
 points = 20
 """
