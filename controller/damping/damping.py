@@ -99,16 +99,16 @@ class Damping:
 
     gamma: float
     change: Array
-    share: float
-    faded: float
-    most: float
-    grown: bool
-    objective: Objective | None
-    actual: float
-    apart: float
-    predicted: float
-    gain: float
-    use: float
+    share: float = 1.0
+    faded: float = 1.0
+    most: float = 1.0
+    grown: bool = True
+    objective: Objective | None = None
+    actual: float = 0.0
+    apart: float = 0.0
+    predicted: float = 0.0
+    gain: float = 0.0
+    use: float = 1.0
 
     def fading(self, change: Array, size: float, h: float) -> Damping:
         """The damping of a decision whose plan changes effector rows and efforts so (r + a,) [m].
@@ -124,7 +124,7 @@ class Damping:
 
     def starting(self) -> Damping:
         """The same for a goal that nothing is known of: all of the way."""
-        return Damping(self.gamma, self.change, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, 0.0, 1.0)
+        return Damping(self.gamma, self.change)
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,8 +225,7 @@ class Dampings:
 
 def undamped() -> Damping:
     """The start."""
-    none = np.zeros(0)
-    return Damping(0.0, none, 1.0, 1.0, 1.0, True, None, 0.0, 0.0, 0.0, 0.0, 1.0)
+    return Damping(0.0, np.zeros(0))
 
 
 def part_of_tick(h: float) -> float:
@@ -262,13 +261,13 @@ def adapted(
             return replace(damping.starting(), share=most, most=most)
         power = part_of_tick(h)
         recent = power * RECENT
-        actual += recent * (last.holding - objective.before - actual)
+        reached = last.holding - objective.before
+        actual += recent * (reached - actual)
         apart += recent * (last.relaxed - objective.before - apart)
         predicted += recent * (last.predicted - predicted)
         mean = damping.gain + recent * (gain - damping.gain)
         if last.predicted > still and not settled:
-            reached = (last.holding - objective.before) / last.predicted
-            use += power * LONG * (min(max(reached, -1.0), 1.0) - use)
+            use += power * LONG * (min(max(reached / last.predicted, -1.0), 1.0) - use)
             swings = use < POOR and actual > 0.0  # it decreases now, but not over seconds
             if swings and share > CALM:
                 share = most = max(SHRINKAGE ** (power * LONG / RECENT) * share, CALM)

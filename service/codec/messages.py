@@ -133,9 +133,8 @@ def from_cdr(kind: str, payload: bytes, store: Typestore | None = None) -> Any |
     """
     try:
         return (store or typestore()).deserialize_cdr(payload, kind)
-    except (
-        Exception
-    ) as error:  # bytes that anybody may send: whatever the library raises, the loop goes on
+    # bytes that anybody may send: whatever the library raises, the loop goes on
+    except Exception as error:
         return Rejection(RejectionReason.MALFORMED, f"not a {kind} in CDR: {quoted(error)}")
 
 
