@@ -30,6 +30,7 @@ from tauten.model.numerics import (
     solve_in_place,
 )
 
+MASSLESS = 1e-9  # eigenvalue of a scaled mass matrix, relative to the largest, that is rounding
 LEAST = 0.1  # of a matrix with the stiffness of the material, that one with an augmented tangent is
 
 
@@ -127,7 +128,7 @@ def implicit_system(
     """
     n, scheme = len(at.force), integration.numbers
     if at.floats:  # the velocity of all else has no mass: (M + h² K) (v + dv) = h f + M v
-        scheme = scheme._replace(static=False)
+        scheme = scheme._replace(static=False, b_K=0.0)
     v = np.zeros(n) if scheme.static else at.state.v
     force = at.force if at.inertia is None else at.force + at.inertia
     forces, v_free = (force, at.resisting), np.empty(n)
@@ -170,6 +171,21 @@ def implicit_system(
         stiffened=stiffened if scheme.ahead == 0.0 else None,
         inertia=None if integration.static else at.inertia,
     )  # fmt: skip
+
+
+def velocity_of_mass(mass: Array, v: Array) -> Array:
+    """The velocity (r,) with the momentum of another one, v (r,), but none of what has no mass.
+
+    Args:
+        mass: (r, r) positive semidefinite.
+        v: (r,) [m/s], [rad/s].
+    """
+    found, (own,) = np.zeros_like(v), np.nonzero(mass.diagonal() > 0.0)
+    root = np.sqrt(mass.diagonal()[own])
+    scaled = mass[own[:, None], own] / np.outer(root, root)
+    inverse = np.linalg.pinv(scaled, MASSLESS, hermitian=True)
+    found[own] = inverse @ (scaled @ (root * v[own])) / root
+    return found
 
 
 def with_drives_stiffer(

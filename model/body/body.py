@@ -206,9 +206,18 @@ class Body(ABC, Generic[P]):
         """The robots of its parts, where it has several; else none."""
         return ()
 
+    @property
+    def floats(self) -> bool:
+        """Whether nothing holds a part of it, which moves by its inertia in quasi-static steps too."""
+        return False
+
     def floating_mass(self, state: State) -> Array | None:
         """Mass, see `masses`, of what moves by its inertia in quasi-static steps too; None: nothing does."""
         return None
+
+    def floating_velocity(self, state: State) -> Array:
+        """Velocity (n,) of what moves by its inertia in quasi-static steps too, zero of all else."""
+        return np.zeros_like(state.v)
 
     def inertia_at(self, state: State) -> Array | None:
         """Centrifugal and gyroscopic forces (n,) at a state [N]; None where the mass is constant."""

@@ -126,17 +126,26 @@ class SparseBody(Body[P]):
         if not scheme.static:
             mass, inertia = self.masses(state), self.inertia_at(state)
         elif (floating := self.floating_mass(state)) is not None:
-            state = dataclasses.replace(state, v=np.where(self.floating, state.v, 0.0))
+            state = dataclasses.replace(state, v=self.floating_velocity(state))
             mass, inertia = floating, self.inertia_at(state)
         return SparseAssembled(state, effort, force, K, D, mass, inertia)
 
+    @property
+    def floats(self) -> bool:
+        """Whether any degree of freedom is `floating`."""
+        return bool(self.floating.any())
+
     def floating_mass(self, state: State) -> Array | None:
         """Mass, see `masses`, of what moves by its inertia in quasi-static steps too; None: nothing does."""
-        if not self.floating.any():
+        if not self.floats:
             return None
         mass = self.masses(state)
         own = self.floating if len(mass) == self.n else self.floating[self.pattern.indices]
         return np.where(own, mass, 0.0)
+
+    def floating_velocity(self, state: State) -> Array:
+        """Velocity (n,) of what is `floating`, zero of all else."""
+        return np.where(self.floating, state.v, 0.0)
 
     def system(
         self, assembled: Assembled, integration: Integration, added: Augmentation = None
@@ -153,7 +162,7 @@ class SparseBody(Body[P]):
         if not scheme.static:
             remembered, damping = self.damping_with(at.D, at.state, scheme)
             force = force if remembered is None else force + remembered
-        elif self.floating.any():
+        elif self.floats:
             # mass and velocity of all else are zero: its step stays quasi-static
             scheme, damping = dataclasses.replace(scheme, static=False), np.zeros_like(at.K)
             at = dataclasses.replace(at, inertia=None)  # `force` has it

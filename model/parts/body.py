@@ -249,22 +249,19 @@ class PartsBody(Body[PartsPoints]):
         whole, taken = self.integration, given or self.integration
         aheads = taken.aheads or (taken.ahead,) * len(self.bodies)
         pairs = zip(self.bodies, aheads, strict=True)
-        return [scheme_of_part(body.integration, whole, taken, ahead) for body, ahead in pairs]
+        return [
+            scheme_of_part(body.integration, whole, taken, ahead, body.floats)
+            for body, ahead in pairs
+        ]
 
     def assemble(
         self, state: State, effort: Array | None = None, integration: Integration | None = None
     ) -> PartsAssembled:
         """Forces and tangents of every part at a state, see `Body`."""
-        every = zip(
-            self.bodies,
-            self.states(state),
-            self.actuator_set.split(effort),
-            self.schemes(integration),
-            strict=True,
-        )
-        return PartsAssembled(
-            state, effort, tuple(body.assemble(own, lam, one) for body, own, lam, one in every)
-        )
+        efforts, schemes = self.actuator_set.split(effort), self.schemes(integration)
+        every = zip(self.bodies, self.states(state), efforts, schemes, strict=True)
+        found = tuple(body.assemble(own, lam, one) for body, own, lam, one in every)
+        return PartsAssembled(state, effort, found)
 
     def linearise(
         self, state: State, effort: Array | None = None, integration: Integration | None = None

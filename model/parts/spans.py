@@ -51,7 +51,7 @@ def spans_of(bodies: Sequence[Body[Any]]) -> Spans:
 
 @lru_cache(maxsize=256)
 def scheme_of_part(
-    own: Integration, whole: Integration, given: Integration, ahead: float
+    own: Integration, whole: Integration, given: Integration, ahead: float, floats: bool
 ) -> Integration:
     """The scheme of a part in a step of all parts.
 
@@ -62,6 +62,7 @@ def scheme_of_part(
         whole: of the robot.
         given: of the step.
         ahead: of the part in it, see `Integration`.
+        floats: whether nothing holds a body of the part, whose velocity leads it in static steps too.
     """
     static = own.static if given.static == whole.static else given.static
     return dataclasses.replace(
@@ -69,7 +70,7 @@ def scheme_of_part(
         rate=given.rate,
         static=static,
         semidefinite=given.semidefinite,
-        ahead=0.0 if static else ahead,
+        ahead=0.0 if static and not floats else ahead,
     )
 
 
@@ -87,7 +88,7 @@ def start_of_part(body: Body[Any], state: State) -> StepStart:
 
 
 def advanced(body: Body[Any], state: State, v: Array, h: float, straight: bool) -> State:
-    """The state of a part one step later: at standstill where steps are static and nothing floats.
+    """The state of a part one step later: where steps are static, what does not float stands still.
 
     Args:
         body: of the part.
@@ -97,8 +98,8 @@ def advanced(body: Body[Any], state: State, v: Array, h: float, straight: bool) 
         straight: see `Body.advance`.
     """
     after = body.advance(state, v, h, straight)
-    if body.integration.static and body.floating_mass(state) is None:
-        return dataclasses.replace(after, v=np.zeros_like(after.v))
+    if body.integration.static:
+        return dataclasses.replace(after, v=body.floating_velocity(after))
     return after
 
 

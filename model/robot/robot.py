@@ -226,7 +226,7 @@ class Robot(Generic[B_co]):
     def floats(self) -> bool:
         """Whether nothing holds a part of it, which moves by its inertia in quasi-static steps too."""
         parts = self.body.part_robots or (self,)
-        return any(part.body.floating_mass(part.rest()) is not None for part in parts)
+        return any(part.body.floats for part in parts)
 
     def rest(self) -> State:
         """The stress-free state at standstill."""

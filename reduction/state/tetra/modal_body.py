@@ -20,7 +20,7 @@ from tauten.model.constraints import Drums
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import points_at
 from tauten.model.tetra import TetBody
-from tauten.reduction.dense_step import DenseAssembled, implicit_system
+from tauten.reduction.dense_step import DenseAssembled, implicit_system, velocity_of_mass
 from tauten.reduction.reduced_body import ReducedBody
 from tauten.reduction.state.tetra.actuators import ModalCurvature, Wound
 from tauten.reduction.state.tetra.arrays import Response, SampledElements, Work, make_work
@@ -287,16 +287,8 @@ class ModalBody(ReducedBody[ModePoints]):
         if exact and at.apart is not None:
             summed = shares[0] * at.apart[0] + shares[1] * at.apart[1]
         else:
-            combine(
-                beta[:pulled],
-                at.tension,
-                shares,
-                exact,
-                response,
-                self.sampled,
-                tendons,
-                self.work,
-            )
+            sums = self.sampled, tendons, self.work
+            combine(beta[:pulled], at.tension, shares, exact, response, *sums)
         tangent[:pulled, :pulled] = summed
         if self.springs is not None:
             tangent += (shares[0] + shares[1]) * self.springs.K
@@ -348,10 +340,20 @@ class ModalBody(ReducedBody[ModePoints]):
         J = self.motion(state).J
         return self.mass if J is None else self.mass_with(J)
 
+    @property
+    def floats(self) -> bool:
+        """Whether there is a mass that is `floating`."""
+        return self.floating is not None
+
     def floating_mass(self, state: State) -> Array | None:
         """Mass (n, n) of what moves by its inertia in quasi-static steps too; None: nothing does."""
         J = self.motion(state).J
         return self.floating if J is None or self.floating is None else self.mass_with(J, True)
+
+    def floating_velocity(self, state: State) -> Array:
+        """Velocity (n,) of what floats, see `Body`; of all else it is zero as far as no mode moves both."""
+        mass = self.floating_mass(state)
+        return np.zeros_like(state.v) if mass is None else velocity_of_mass(mass, state.v)
 
     def mass_with(self, J: Derivative, floating: bool = False) -> Array:
         """The mass matrix (n, n) where J (R, n) is known, of all or of what floats alone."""

@@ -12,6 +12,7 @@ from support.robots.joined import joined, push, rod
 
 from tauten.model import Robot, Simulator
 from tauten.model.numerics import Array
+from tauten.model.parts import Assembly, Between, Part, Placement, join_parts
 from tauten.reduction.state import pod, reducible
 from tauten.reduction.state.modes import with_own, without_own
 
@@ -87,6 +88,27 @@ def test_what_is_free_falls_beside_a_reduced_robot(make: Callable[[], Robot]) ->
     np.testing.assert_allclose(small.effector[1] - rest[1], [0.0, 0.0, -fall], atol=1e-9)
     np.testing.assert_allclose(small.effector, full.effector, atol=1e-9)
     assert np.linalg.norm(small.effector[0] - rest[0]) > 1e-4
+
+
+@pytest.mark.parametrize("reduced", [False, True])
+def test_beside_a_dynamic_part_what_is_held_rests_and_what_is_free_falls(reduced: bool) -> None:
+    """In steps of second order. The bar went on at the velocity of its last Newton step, and diverged."""
+    robot, none = with_a_wire(), np.zeros(0, dtype=np.int64)
+    static = complete(robot) if reduced else robot
+    dynamic = beside(integration={"scheme": "implicit-euler"})
+    places = (Placement(np.eye(3), np.array([0.0, y, 0.0])) for y in (0.0, 0.5))
+    parts = [Part(*each) for each in zip("ab", (static, dynamic), places, strict=True)]
+    apart = Between((none, none), ())
+    two = join_parts(Assembly("two", "base", "", robot.gravity, 1e-6, 5e-3, 0.0, apart), parts)
+    both, alone = Simulator(two, "none"), Simulator(robot, "none")
+    for _ in range(4):
+        both.move(effort=[0.05, 0.05])
+        alone.step(effort=[0.05])
+    np.testing.assert_allclose(both.effector[0], alone.effector[0], atol=1e-7)
+    fall = 9.81 / 2.0 * (4 / RATE) ** 2
+    for cube in (1, 3):
+        start = two.effector(two.rest())[cube]
+        np.testing.assert_allclose(both.effector[cube] - start, [0.0, 0.0, -fall], atol=1e-9)
 
 
 def test_elements_are_sampled_of_the_bar_beside_a_rigid_cube() -> None:
