@@ -9,7 +9,7 @@ import numpy as np
 
 from tauten.controller.qpcc import Certificate, Status
 from tauten.controller.winches import ROUNDING
-from tauten.model import Robot, RobotRows
+from tauten.model import EffectorRows, Robot, RobotRows
 from tauten.model.numerics import Array
 
 if TYPE_CHECKING:
@@ -67,8 +67,14 @@ class Actuation:
         )  # fmt: skip
 
 
+def values_known(effectors: EffectorRows) -> bool:
+    """Whether the rows, goal values and positions of effectors are finite."""
+    found = effectors.delta, effectors.values, effectors.positions.ravel()
+    return bool(np.logical_and.reduce(np.isfinite(np.concatenate(found))))
+
+
 def unknown_rows(robot: Robot, rows: RobotRows) -> tuple[str, ...]:
-    """Names of the actuators, effectors and contacts whose value or derivative is not finite.
+    """Names of the actuators, effectors and contacts of which something is not finite.
 
     Args:
         robot: whose rows these are.
@@ -79,9 +85,17 @@ def unknown_rows(robot: Robot, rows: RobotRows) -> tuple[str, ...]:
         for found in (rows.actuators, rows.effectors, rows.contacts.rows)
     )
     layout, pairs = robot.effector_layout, np.unique(rows.contacts.pair[contacts])
+    values, positions = rows.effectors.values, rows.effectors.positions
     return (
         *(robot.actuators.names[i] for i in np.flatnonzero(actuators)),
-        *(name for i, name in enumerate(layout.names) if effectors[layout.rows_of(i)].any()),
+        *(
+            name
+            for i, name in enumerate(layout.names)
+            if effectors[layout.rows_of(i)].any()
+            or not (
+                np.isfinite(values[layout.values_of(i)]).all() and np.isfinite(positions[i]).all()
+            )
+        ),
         *(robot.pairs[i].name for i in pairs),
     )
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauten.controller.actuation import Actuation
+from tauten.controller.actuation import Actuation, values_known
 from tauten.controller.carried import (
     Carried,
     change_of,
@@ -207,11 +207,13 @@ def decide(
     plan = make_plan(situation, aim, carried.cuts)
     if layout.any_exact:
         plan = with_exact_rows(situation, aim, plan)
-    if not plan.status.usable:
+    known = values_known(prepared.step.rows.effectors)
+    status = plan.status if known else Status.NOT_FINITE
+    if not status.usable:
         return Decision(
             predicted=plan.predicted,
             position=position,
-            status=plan.status,
+            status=status,
             certificate=plan.certificate,
             conflict=plan.conflict,
             stalled=np.zeros(robot.n_a, np.bool_),
@@ -267,7 +269,7 @@ def decide(
     return Decision(
         predicted=after,
         position=tick.position,
-        status=Status.RELAXED if names or conflicting else plan.status,
+        status=Status.RELAXED if names or conflicting else status,
         certificate=certificate,
         conflict=conflict,
         stalled=stalled,
@@ -355,10 +357,12 @@ def hold(
     reach = reach_held(reach, position, command, prepared.forces.effort, robot.limits)
     tick = take_tick(prepared.step, enrichment, prepared.forces, command, reach, robot.limits)
     conflict = exceeded(robot, tick)
-    status = Status.INFEASIBLE if conflict else Status.OK
+    status, effectors = Status.INFEASIBLE, prepared.step.rows.effectors
+    if not conflict:
+        status = Status.OK if values_known(effectors) else Status.NOT_FINITE
     layout = robot.effector_layout
     if goal is not None and layout.any_exact and not conflict:
-        target = layout.row_targets(prepared.step.rows.effectors.values, goal)
+        target = layout.row_targets(effectors.values, goal)
         conflict = missed_rows(robot, tick.solved, target, layout.exact)
         status = Status.NOT_EXACT if conflict else status
     certificate = hold_certificate(tick.solved, tick.command, robot.limits, robot.actuators)

@@ -13,7 +13,7 @@ from support.messages import tick_of
 from support.robots.my_package import tables
 from support.robots.small_bodies import small_body
 
-from tauten.controller import Controller
+from tauten.controller import Controller, Status
 from tauten.controller.qpcc import Qp, QpAnswer
 from tauten.controller.qpcc.qp import AddedBackend
 from tauten.model import ExtensionError, Robot, RobotFileError
@@ -154,6 +154,8 @@ UNKNOWN = {
     ("transmissions", "gradient", "muscle"),
     ("effectors", "delta", "grasp"),
     ("effectors", "gradient", "grasp"),
+    ("effectors", "values", "grasp"),
+    ("effectors", "position", "grasp"),
     ("obstacles", "distance", "skin on hoop"),
 }
 
@@ -181,10 +183,14 @@ def test_health_names_the_extension_whose_numbers_are_not_finite(
         loop.rest()
         action = loop.tick(goal, Signals(target=True))
         assert action.wanted.conflict == conflict
+        assert action.wanted.status is (Status.NOT_FINITE if conflict else Status.OK)
         statistics.add(tick_of(action), action, action.actuation.effector_values)
         said = statistics.diagnostics(Clock(0.02), [], None, {})[1]
         assert (said.level is Level.WARN) == bool(conflict)
         assert said.message.endswith(f"; last not finite: {name}" if conflict else "0 not OK")
+        loop.rest()
+        held = loop.tick(None, Signals(target=False)).wanted  # what is published is not finite either
+        assert held.conflict == conflict
 
 
 CORNERS = np.array([[0.1, 0.03, 0.01], [0.1, -0.01, 0.01], [0.1, 0.01, 0.03]])
