@@ -77,7 +77,7 @@ class ActuationLimiter:
         position = start.position - self.rest_position  # (n_a,)
         effort = start.effort - self.rest_effort  # (n_a,)
         slowest = float((np.abs(position) / self._step).max(initial=0.0))
-        steps = max(int(np.ceil(release_time / self._h)), int(np.ceil(slowest)), 1)
+        steps = max(int(np.ceil(release_time / self._h)), int(np.ceil(slowest)))
         for step in range(1, steps):
             left = 1.0 - step / steps
             yield start.with_values(

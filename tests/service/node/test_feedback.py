@@ -161,6 +161,20 @@ def test_a_robot_that_starts_three_ticks_after_its_model_is_plausible() -> None:
     assert set(fault) == {""}
 
 
+def test_a_measurement_that_stands_still_now_and_then_is_plausible() -> None:
+    """As where a robot sticks: without progress twice in a row it is a fault, but not with some between."""
+    found, measured, model = MeasurementCheck(BOTH, SIZE, 0.5 * SIZE), REST, REST
+    for tick in range(60):
+        step = 0.001 * np.array([0.0, 0.0, 1.0 if tick < 30 else -1.0])
+        model = model + step
+        measured = measured + (step if tick // 6 % 2 else 0.0)
+        assert found.reason(model.ravel(), measured.ravel(), H) == ""
+    for _ in range(13):
+        model = model + 0.001 * np.array([0.0, 0.0, 1.0])
+        found.reason(model.ravel(), measured.ravel(), H)
+    assert "does not follow" in found.fault
+
+
 @pytest.mark.parametrize(
     ("measure", "text"),
     [

@@ -1,5 +1,8 @@
 """Nothing outside the limits leaves, whatever goes in."""
 
+from dataclasses import replace
+from itertools import islice
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -90,11 +93,35 @@ def test_what_is_within_limits_leaves_unchanged() -> None:
     assert not out.clamped
 
 
-def test_rounding_is_clamped_but_not_reported() -> None:
-    out = limited([-1e-12, 0.0], [0.0, 0.5])
-    assert out.position[0] == 0.0
+@pytest.mark.parametrize(
+    ("position", "effort", "kept"),
+    [
+        ([-2e-8, 0.0], [0.0, 0.5], [0.0, 0.0, 0.0, 0.5]),  # of a range of 0.04 m
+        ([0.0, 0.0], [20.0 + 1e-5, 0.5], [0.0, 0.0, 20.0, 0.5]),
+        ([0.0, 0.0], [0.0, 0.5 - 2e-6], [0.0, 0.0, 0.0, 0.5]),  # of 3 N
+    ],
+)
+def test_rounding_is_clamped_but_not_reported(
+    position: list[float], effort: list[float], kept: list[float]
+) -> None:
+    out = limited(position, effort)
+    assert [*out.position, *out.effort] == kept
     assert not out.clamped
-    assert limited([-1e-5, 0.0], [0.0, 0.5]).clamped
+    far = 4.0 * (np.array([*position, *effort]) - kept)
+    assert limited(*np.split(kept + far, 2)).clamped
+
+
+def test_what_is_not_finite_leaves_as_what_left_last_and_is_reported() -> None:
+    last = REST.with_values(np.array([0.01, 0.002]), np.array([4.0, 1.0]), clamped=False)
+    for values in ([np.nan, 0.0, 1.0, 1.0], [0.0, 0.0, 1.0, np.inf]):
+        out = LIMITER.limit(REST.with_values(*np.split(np.array(values), 2), clamped=False), last)
+        assert [*out.position, *out.effort] == [0.01, 0.002, 4.0, 1.0]
+        assert out.clamped
+
+
+def test_what_a_controller_has_clamped_stays_reported() -> None:
+    assert LIMITER.limit(replace(REST, clamped=True), REST).clamped
+    assert not LIMITER.limit(REST, REST).clamped
 
 
 @given(st.floats(0.0, 0.04), st.floats(0.0, 5.0))
@@ -119,3 +146,33 @@ def test_a_release_takes_its_time_and_at_least_that_of_the_rate(
 
 def test_rest_respects_limits_that_exclude_zero_tension() -> None:
     assert LIMITER.rest_effort == pytest.approx([0.0, 0.5])
+
+
+# neither may be slack: a cable that stays taut, and a chamber whose vacuum is kept
+TAUT = Limits(
+    effort_min=np.array([0.5, -2e4]),
+    effort_max=np.array([3.0, -5e3]),
+    position_min=np.array([0.002, -3e-5]),
+    position_max=np.array([0.01, -1e-5]),
+    rate=np.array([0.1, 1e-4]),
+)
+
+
+@pytest.mark.parametrize(("seconds", "steps"), [(0.1, 5), (0.0, 3)])  # 3: by the rate
+def test_a_release_is_a_straight_ramp_to_the_least_that_the_limits_allow(
+    seconds: float, steps: int
+) -> None:
+    limiter = ActuationLimiter(TAUT, H)
+    rest = np.array([0.002, -1e-5, 0.5, -5e3])
+    start = np.array([0.008, -1.5e-5, 2.5, -1e4])
+    last = REST.with_values(*np.split(start, 2), clamped=False)
+    for number, wanted in enumerate(islice(limiter.release(last, seconds), steps + 3), 1):
+        last = limiter.limit(wanted, last)
+        left = max(1.0 - number / steps, 0.0)
+        expected = rest + left * (start - rest)
+        np.testing.assert_allclose([*last.position, *last.effort], expected, rtol=1e-12)
+        assert not last.clamped
+        if number != steps:  # where rounding may leave it short of rest
+            assert limiter.at_rest(last) == (number > steps)
+    ramp = limiter.release(REST.with_values(*np.split(rest, 2), clamped=False), 0.0)
+    assert limiter.at_rest(next(ramp))

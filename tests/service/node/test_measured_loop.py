@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from support.messages import Point, encode_point
+from support.samples import Ring, Sample
 
 from tauten.controller import Controller
 from tauten.model import Robot, Simulator
@@ -16,26 +15,9 @@ from tauten.model.numerics import Array
 from tauten.service.node import LARGEST, ControlLoop, Signals
 from tauten.service.node.inputs import MeasuredLoop
 from tauten.service.settings import ServiceSettings
-from tauten.service.wire import CDR, Cause, EffectorSubscriber, Level, Mode, OperatorCommand
+from tauten.service.wire import Cause, EffectorSubscriber, Level, Mode, OperatorCommand
 
 Measure = Callable[[Array], Array]
-
-
-@dataclass(frozen=True)
-class Sample:
-    payload: bytes
-    encoding: str = CDR
-    timestamp: None = None
-
-
-class Ring:
-    """Samples of one effector."""
-
-    def __init__(self) -> None:
-        self.samples: deque[Sample] = deque()
-
-    def try_recv(self) -> Sample | None:
-        return self.samples.popleft() if self.samples else None
 
 
 class Rig:

@@ -3,45 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections import deque
-from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 from support.messages import Point, encode_point
 from support.robots.bodies import beam_robot, box_mesh
+from support.samples import Sample, Session
 
 from tauten.service.node.inputs import NodeInputs
 from tauten.service.settings import ServiceSettings
-from tauten.service.wire import CDR, Cause, Keys
+from tauten.service.wire import Cause, Keys
 
 SIZE = (0.1, 0.02, 0.02)
 RATE = 1.2  # Hz
-
-
-@dataclass(frozen=True)
-class Sample:
-    payload: bytes
-    encoding: str = CDR
-    timestamp: None = None
-
-
-@dataclass
-class Session:
-    """Samples by their keys."""
-
-    samples: dict[str, deque[Sample]] = field(default_factory=dict)
-
-    def declare_subscriber(self, key: str, _: object) -> Ring:
-        return Ring(self.samples.setdefault(str(key), deque()))
-
-
-@dataclass
-class Ring:
-    samples: deque[Sample]
-
-    def try_recv(self) -> Sample | None:
-        return self.samples.popleft() if self.samples else None
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,147 @@
+"""What a node does with what arrives for it: counts, records, says in health; without a network."""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from support.messages import Point, encode_point
+from support.samples import Sample, Session
+
+from tauten.model import Robot
+from tauten.service.log import Entry
+from tauten.service.node.inputs import NodeInputs
+from tauten.service.settings import ServiceSettings
+from tauten.service.wire import (
+    JSON,
+    Cause,
+    Keys,
+    Level,
+    OperatorCommand,
+    Rejection,
+    RejectionReason,
+)
+
+KEYS, NAMES = Keys("beam"), ("tip", "middle")
+
+
+@dataclass
+class Kept:
+    """What is handed to the log."""
+
+    entries: list[Entry] = field(default_factory=list)
+
+    def write(self, entry: Entry) -> None:
+        self.entries.append(entry)
+
+
+class Rig:
+    """Inputs of the beam with two effectors, and messages for them."""
+
+    def __init__(self, robot: Robot, closed_loop: bool = False, **settings: float) -> None:
+        self.session, self.kept = Session(), Kept()
+        self.rest = robot.effector_values(robot.rest())
+        self.inputs = NodeInputs(
+            self.session, robot, ServiceSettings(**settings), closed_loop, self.kept
+        )  # type: ignore[arg-type]
+
+    def send(self, keys: tuple[str, ...], offset: float = 0.0, stamp: int = 0) -> None:
+        """A position of each effector, at rest and so far along x [m]."""
+        for key, xyz in zip(keys, self.rest.reshape(-1, 3), strict=False):
+            x, y, z = xyz.tolist()
+            point = Point(stamp, "", (x + offset, y, z))
+            self.session.samples[str(key)].append(Sample(encode_point(point)))
+
+    def health(self, name: str) -> tuple[Level, str]:
+        (found,) = (one for one in self.inputs.diagnostics() if one.name == name)
+        return found.level, found.message
+
+
+def test_health_names_the_effector_whose_targets_no_longer_arrive(beam: Robot) -> None:
+    rig = Rig(beam, target_timeout=0.06)  # three periods, the shortest that counts
+    rig.send(KEYS.targets(NAMES))
+    assert rig.inputs.read_targets(0)
+    assert rig.health("targets")[0] is Level.OK
+    time.sleep(0.1)
+    rig.send(KEYS.targets(NAMES)[:1])
+    assert rig.inputs.read_targets(1)
+    level, text = rig.health("targets")
+    assert level is Level.WARN
+    assert text.startswith("too old: middle; ")
+
+
+def test_targets_are_recorded_with_their_time_or_that_of_the_tick(beam: Robot) -> None:
+    rig, begin = Rig(beam), time.time_ns()
+    rig.send(KEYS.targets(NAMES)[:1], stamp=begin)
+    rig.inputs.read_targets(3)
+    rig.send(KEYS.targets(NAMES)[:1])
+    rig.inputs.read_targets(4)
+    first, second = rig.kept.entries
+    assert {first.key, second.key} == {KEYS.targets(NAMES)[0]}
+    assert (first.sequence, second.sequence) == (3, 4)
+    assert first.published == begin
+    assert begin <= first.logged <= second.published == second.logged <= time.time_ns()
+
+
+def test_commands_are_recorded_and_read_once_in_their_order(beam: Robot) -> None:
+    rig = Rig(beam)
+    for word in ("hold", "enable"):
+        text = f'{{"data": "{word}"}}'.encode()
+        rig.session.samples[KEYS.command].append(Sample(text, JSON))
+    found = rig.inputs.read_commands(7)
+    assert found == [OperatorCommand.HOLD, OperatorCommand.ENABLE]
+    assert rig.inputs.read_commands(8) == []
+    assert [(one.key, one.sequence) for one in rig.kept.entries] == [(KEYS.command, 7)] * 2
+
+
+def test_a_command_that_was_carried_out_is_counted_and_resets_the_correction(beam: Robot) -> None:
+    rig = Rig(beam, closed_loop=True)
+    for _ in range(2):
+        rig.send(KEYS.measurements(NAMES), offset=1e-3)
+        assert rig.inputs.read_measurements(rig.rest, True, 0) is Cause.NONE
+    rig.send(KEYS.targets(NAMES))
+    rig.inputs.read_targets(0)
+    goal = rig.inputs.goal(rig.rest)
+    assert goal is not None and np.abs(goal.correction).max() > 1e-5
+    rig.inputs.count(OperatorCommand.HOLD, None)
+    goal = rig.inputs.goal(rig.rest)
+    assert goal is not None and np.abs(goal.correction).max() > 1e-5
+    rig.inputs.count(OperatorCommand.RESET, None)
+    goal = rig.inputs.goal(rig.rest)
+    assert goal is not None
+    np.testing.assert_array_equal(goal.correction, 0.0)
+    assert rig.health("commands") == (Level.OK, "all accepted")
+    found = {one.name: one.values for one in rig.inputs.diagnostics()}
+    assert found["commands"]["accepted"] == "2"
+    assert found["measurements"]["accepted"] == "4"
+
+
+def test_health_warns_of_a_correction_at_its_limit(beam: Robot) -> None:
+    """The robot is about as far from its model as a correction may be long."""
+    for share, level, said in (
+        (0.9, Level.OK, "plausible"),
+        (0.995, Level.WARN, "the correction is at its limit"),
+        (1.01, Level.WARN, "an effector is measured 26.2 mm from the model, allowed are 26 mm"),
+    ):
+        rig = Rig(beam, closed_loop=True, feedback_gain=1e3)
+        rig.send(KEYS.measurements(NAMES), offset=0.25 * share * beam.size)
+        rig.inputs.read_measurements(rig.rest, True, 0)
+        assert rig.health("feedback") == (level, said)
+
+
+def test_a_refused_command_is_a_line_of_the_log_once_in_a_row(
+    beam: Robot, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig, now = Rig(beam), [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    caplog.set_level(logging.WARNING)
+    for seconds, why, lines in (
+        (0.0, "first", 1), (0.5, "second", 1), (1.0, "second", 1), (2.0, "first", 2),
+    ):  # fmt: skip
+        now[0] = 100.0 + seconds
+        rig.inputs.count(OperatorCommand.ENABLE, Rejection(RejectionReason.NOT_NOW, why))
+        assert len(caplog.records) == lines
+    assert rig.health("commands") == (Level.WARN, "4 refused, last: first")
