@@ -207,8 +207,8 @@ def decide(
     plan = make_plan(situation, aim, carried.cuts)
     if layout.any_exact:
         plan = with_exact_rows(situation, aim, plan)
-    known = values_known(prepared.step.rows.effectors)
-    status = plan.status if known else Status.NOT_FINITE
+    finite = values_known(prepared.step.rows.effectors)
+    status = plan.status if finite else Status.NOT_FINITE
     if not status.usable:
         return Decision(
             predicted=plan.predicted,

@@ -71,7 +71,7 @@ class Goal:
     correction: Array | None
     corrected: Array
     stamp: int
-    delay: float = 0.0
+    delay: float
 
 
 class NodeInputs:
@@ -193,7 +193,7 @@ class NodeInputs:
             self._commands.counts.refuse(refused)
             return
         self._commands.counts.accepted += 1
-        if self._loop is not None and isinstance(command, OperatorCommand):
+        if self._loop is not None:
             self._loop.after_command(command)
 
     def read_measurements(self, effectors: Array, following: bool, tick: int) -> Cause:
@@ -354,7 +354,7 @@ class MeasuredLoop:
         except Exception as error:
             raise extension_error(f"estimator {self._settings.estimator!r}", error) from error
 
-    def after_command(self, command: OperatorCommand) -> None:
+    def after_command(self, command: OperatorOrder) -> None:
         """Start again after a reset, and after an enable where measurements were not plausible.
 
         Raises:

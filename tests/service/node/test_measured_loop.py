@@ -119,13 +119,16 @@ class Late:
         )
         self.loop = MeasuredLoop(robot, settings, subscriber)
 
+    def send(self, measured: float) -> None:
+        """A measurement of each effector, moved along x [m]."""
+        seen = self.rest.reshape(-1, 3) + np.array([measured, 0.0, 0.0])
+        for ring, xyz in zip(self.rings, seen, strict=True):
+            ring.samples.append(Sample(encode_point(Point(0, "", tuple(xyz.tolist())))))
+
     def correction(self, now: float, model: float, measured: float) -> Array:
         """Of a measurement that arrives now [s], along x: one of each effector [m]."""
         along = np.tile([1.0, 0.0, 0.0], len(self.rings))
-        for ring, xyz in zip(
-            self.rings, (self.rest + measured * along).reshape(-1, 3), strict=True
-        ):
-            ring.samples.append(Sample(encode_point(Point(0, "", tuple(xyz.tolist())))))
+        self.send(measured)
         self.loop.subscriber.read(now, 1.8e9)
         assert self.loop.correct(now, self.rest + model * along) is Cause.NONE
         return self.loop.correction[::3]
@@ -170,3 +173,17 @@ def test_a_correction_after_a_pause_counts_the_timeout_and_not_the_pause(beam: R
         expected += (1.0 - np.exp(-2.0 * seconds)) * (-1e-3 - expected)
         found = late.correction(now, 0.0, 1e-3)
         np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def test_measurements_hold_the_robot_once_they_have_not_been_plausible_for_the_timeout(
+    beam: Robot,
+) -> None:
+    """They jump by two sizes of the robot; what is plausible again is followed at once."""
+    late, found = Late(beam, ServiceSettings(measurement_timeout=0.25)), []
+    for tick in range(30):
+        away = 0.2 if 5 <= tick < 25 else 0.0
+        late.send(away)
+        late.loop.subscriber.read(0.02 * tick, 1.8e9)
+        found.append(late.loop.correct(0.02 * tick, late.rest))
+    assert found == [Cause.NONE] * 17 + [Cause.IMPLAUSIBLE] * 8 + [Cause.NONE] * 5
+    assert late.loop.subscriber.counts.refused["not_plausible"] == 20
