@@ -1,9 +1,10 @@
-"""Messages as tests write and read them, and effectors as a description has them."""
+"""Messages as tests write and read them, samples of them without a network, and described effectors."""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from tauten.model.schema import COMPONENTS, EffectorKind, EffectorSettings
 from tauten.model.signals import effector_layout
 from tauten.service.node import Action
 from tauten.service.wire import (
+    CDR,
     TEXT,
     DescribedEffector,
     EffectorMessage,
@@ -101,3 +103,32 @@ def tick_of(action: Action) -> Tick:
         skipped=0, deepest_gap=0.0, complementarity=0.0, stationarity=0.0, extra_columns=0,
         clamped=action.actuation.clamped,
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A message as Zenoh gives it."""
+
+    payload: bytes
+    encoding: str = CDR
+    timestamp: None = None
+
+
+@dataclass
+class Ring:
+    """Samples of one key."""
+
+    samples: deque[Sample] = field(default_factory=deque)
+
+    def try_recv(self) -> Sample | None:
+        return self.samples.popleft() if self.samples else None
+
+
+@dataclass
+class Session:
+    """Samples by their keys."""
+
+    samples: dict[str, deque[Sample]] = field(default_factory=dict)
+
+    def declare_subscriber(self, key: str, _: object) -> Ring:
+        return Ring(self.samples.setdefault(str(key), deque()))

@@ -6,8 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from support.messages import Point, encode_point
-from support.samples import Ring, Sample
+from support.messages import Point, Ring, Sample, encode_point
 
 from tauten.controller import Controller
 from tauten.model import Robot, Simulator
