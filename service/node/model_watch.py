@@ -12,14 +12,14 @@ import os
 import threading
 import time
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from typing import Literal
 
-from tauten.controller import Controller, ModelSettings, warm_up
+from tauten.controller import Controller, ModelSettings, warm_controller
 from tauten.model import ContactSpace, Robot, load_robot, one_blas_thread
 from tauten.reduction.campaign import interrupts_blocked
 from tauten.reduction.state import ReducedBody, ReducedParts, TipCheck
@@ -188,7 +188,7 @@ def make_fall_back(setup: Setup) -> FallBack | None:
     settings, full = setup.model, None
     if settings.fall_back:
         slower = load_robot(setup.path, rate=settings.fall_back_rate)
-        full = warm_up(Controller(slower, setup.contact, settings=setup.controller))
+        full = warm_controller(replace(setup, robot=slower, states=(), reduced=None))
     return FallBack(ModelWatch(robot, setup.contact, settings), robot, full)
 
 

@@ -174,6 +174,12 @@ def test_full_model_watches_and_takes_over(thumb_file: Path) -> None:
         ).all()
         assert not fall_back.wanted
         assert "taken over" in fall_back.watch.diagnostic().message
+        loop.rest()  # as after a stop: it started undeformed and fell
+        sagging = loop.controller.effector
+        for _ in range(3):
+            loop.act(None)
+            loop.prepare()
+        np.testing.assert_allclose(loop.controller.effector, sagging, atol=1e-7)
     finally:
         fall_back.watch.close()
 
