@@ -27,6 +27,7 @@ from tauten.service.wire import (
     Mode,
     Rejection,
     RejectionReason,
+    Window,
     decode_health,
     encode_health,
 )
@@ -236,3 +237,16 @@ def test_cables_whose_names_differ_by_case_have_metrics_of_their_own() -> None:
     assert families["tauten_tensions_right_n"].samples[0].labels == {"robot": "arm"}
     (info,) = families["tauten_tensions_info"].samples
     assert {"one", "other", "arm"} == set(info.labels.values())
+
+
+def test_times_in_health_are_of_the_last_1024_values_and_the_largest_of_all() -> None:
+    window = Window()
+    assert window.entries("lateness_ms", 1e3) == {}
+    for value in (3e-4, 1e-4, 2e-4, float("nan")):
+        window.add(value)
+    expected = {"lateness_ms_p50": "0.2", "lateness_ms_p99": "0.3", "lateness_ms_max": "0.3"}
+    assert window.entries("lateness_ms", 1e3) == expected
+    for _ in range(1024):
+        window.add(1e-4)
+    expected = {"lateness_ms_p50": "0.1", "lateness_ms_p99": "0.1", "lateness_ms_max": "0.3"}
+    assert window.entries("lateness_ms", 1e3) == expected
