@@ -242,10 +242,12 @@ class EffectorSubscriber:
                     f"{distance:.3g} m from the effector at rest, allowed are {self._reach:.3g} m"
                 )
             return ""
-        unit = float(layout.units[layout.rows_of(effector).start])
-        least, most = max(rest[0] - self._reach / unit, 0.0), rest[0] + self._reach / unit
+        kind = layout.kinds[effector]
+        reach = self._reach / float(layout.units[layout.rows_of(effector).start])
+        least, most = rest[0] - reach, rest[0] + reach
+        if kind != "function":  # which may be negative
+            least = max(least, 0.0)
         if not least <= values[0] <= most:
-            kind = layout.kinds[effector]
             size = "m³" if kind == "volume" else "m"
             return (
                 f"a {kind} of {values[0]:.3g} {size}, allowed are {least:.3g} to {most:.3g} {size}"

@@ -291,3 +291,15 @@ def test_a_volume_is_out_of_reach_by_what_it_counts_in_metres(volume: float, acc
     message = EffectorMessage(0, "base", (volume,))
     queue.samples.append(Sample(encode_effector("volume", "air", message)))
     assert len(targets.read(1.0, WALL)) == accepted
+
+
+@pytest.mark.parametrize(("value", "accepted"), [(-0.059, 1), (-0.061, 0), (0.019, 1), (0.021, 0)])
+def test_a_function_of_another_package_may_be_negative(value: float, accepted: int) -> None:
+    """As a height above a table; targets below it were refused."""
+    one = np.ones(1)
+    layout = layout_of(("height",), ("function",), one, one, np.zeros(1, np.bool_))
+    queue = Queue()
+    targets = EffectorSubscriber([queue], "base", layout, np.array([-0.02]), 0.04, 0.5)
+    payload = encode_effector("function", "height", EffectorMessage(0, "base", (value,)))
+    queue.samples.append(Sample(payload))
+    assert len(targets.read(1.0, WALL)) == accepted
