@@ -68,7 +68,10 @@ class Actuation:
 
 
 def values_known(effectors: EffectorRows) -> bool:
-    """Whether the rows, goal values and positions of effectors are finite."""
+    """Whether the rows, goal values and positions of effectors are finite.
+
+    Those of points are rows alone, in which solvers find what is not.
+    """
     found = effectors.delta, effectors.values, effectors.positions.ravel()
     return bool(np.logical_and.reduce(np.isfinite(np.concatenate(found))))
 

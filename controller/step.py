@@ -207,7 +207,7 @@ def decide(
     plan = make_plan(situation, aim, carried.cuts)
     if layout.any_exact:
         plan = with_exact_rows(situation, aim, plan)
-    finite = values_known(prepared.step.rows.effectors)
+    finite = layout.positions_only or values_known(prepared.step.rows.effectors)
     status = plan.status if finite else Status.NOT_FINITE
     if not status.usable:
         return Decision(
@@ -357,10 +357,10 @@ def hold(
     reach = reach_held(reach, position, command, prepared.forces.effort, robot.limits)
     tick = take_tick(prepared.step, enrichment, prepared.forces, command, reach, robot.limits)
     conflict = exceeded(robot, tick)
-    status, effectors = Status.INFEASIBLE, prepared.step.rows.effectors
-    if not conflict:
-        status = Status.OK if values_known(effectors) else Status.NOT_FINITE
-    layout = robot.effector_layout
+    layout, effectors = robot.effector_layout, prepared.step.rows.effectors
+    status = Status.INFEASIBLE if conflict else Status.OK
+    if not (conflict or layout.positions_only or values_known(effectors)):
+        status = Status.NOT_FINITE
     if goal is not None and layout.any_exact and not conflict:
         target = layout.row_targets(effectors.values, goal)
         conflict = missed_rows(robot, tick.solved, target, layout.exact)
