@@ -23,7 +23,7 @@ from tauten.controller.settings import (
     load_model_settings,
     substeps_of,
 )
-from tauten.controller.starting import start_at_rest, target_beside, warm_controller, warm_up
+from tauten.controller.starting import start_at_rest, target_beside, warm_controller
 from tauten.controller.step import Decision, decide, hold, prepare
 
 __all__ = [
@@ -59,5 +59,4 @@ __all__ = [
     "target_beside",
     "substeps_of",
     "warm_controller",
-    "warm_up",
 ]
