@@ -226,9 +226,12 @@ class PartsBody(Body[PartsPoints]):
     def advance(self, state: State, v: Array, h: float, straight: bool = False) -> State:
         """The state one step later, of every part by its body, see `Robot`."""
         every = zip(self.bodies, self.states(state), self.spans.columns, strict=True)
-        return joined_state(
-            [advanced(body, own, v[span], h, straight) for body, own, span in every]
-        )
+        found = [advanced(body, own, v[span], h, straight) for body, own, span in every]
+        return joined_state(found)
+
+    def floating_velocity(self, state: State) -> Array:
+        """Velocity (n,) of what floats in any part, zero of all else, see `Body`."""
+        return np.concatenate([body.floating_velocity(own) for body, own in self.each(state)])
 
     def remembering(self, before: State, after: State, h: float) -> State:
         """The state at the end of a step, with the memory of every part there, see `Body`."""

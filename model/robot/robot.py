@@ -194,8 +194,8 @@ class Robot(Generic[B_co]):
             return self
         linearised_here = end is None
         if end is None:
-            moves = not self.integration.static and bool(state.v.any())
-            end = self.advance(state, state.v, h) if moves else state
+            v = self.body.floating_velocity(state) if self.integration.static else state.v
+            end = self.advance(state, v, h) if v.any() else state
         if end is state and not poses.change:
             return self.with_contacts(self.contacts.placed(poses))
         x, led = (self.motion(at).placed(self.vertices).y for at in (state, end))

@@ -340,7 +340,8 @@ class _Stages:
         at = start if scheme.static else _ahead(robot, start, scheme.h)
         slid = None if scheme.static else scheme.h * start.v
         before, h = (start, scheme.h) if origin is None else (origin, scheme.h / STAGE)
-        robot = robot.stepping(before, h, at, later=(share - 1.0) * robot.h)
+        led, far = (None, robot.floats) if scheme.static else (at, False)
+        robot = robot.stepping(before, h, led, far, (share - 1.0) * robot.h)
         step = condense_step(robot, space, at, forces, contacts, False, scheme, slid)
         if step.system.inertia is not None:
             step = turning_as_at_end(robot, step, forces)

@@ -119,6 +119,25 @@ def test_a_cube_of_a_static_part_lands_as_that_of_a_dynamic_one() -> None:
         np.testing.assert_allclose(fallen, expected, atol=1e-7)
 
 
+@pytest.mark.parametrize("place", [-0.31, -0.37])
+@pytest.mark.parametrize("kind", ["step", "move"])
+def test_a_cube_that_falls_fast_lies_on_a_thin_plate(kind: str, place: float) -> None:
+    """It falls by 25 mm in a period, and went through the plate of 4 mm or stayed halfway in it."""
+    lower, upper = [-0.1, -0.1, place - 0.004], [0.2, 0.2, place]
+    plate: dict[str, object] = {
+        "name": "plate", "shape": "box", "parameters": {"lower": lower, "upper": upper}
+    }  # fmt: skip
+    on_plate: list[dict[str, object]] = [
+        {"candidates": "faces", "against": "plate", "points": "vertices"}
+    ]
+    robot = table_and_cube(0.0, STATIC, on_plate, [plate], rigid=True)
+    simulator = Simulator(robot)
+    for _ in range(30):
+        getattr(simulator, kind)(effort=[0.0])
+    _, cube = parts_of(robot, simulator)
+    np.testing.assert_allclose(cube[:, 2].min(), place, atol=1e-7)
+
+
 def test_what_is_glued_to_a_loose_body_is_loose() -> None:
     """A lid on the cube that is not said to be free falls with it; without the glue it is refused."""
     lid = {
