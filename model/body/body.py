@@ -303,9 +303,19 @@ class Body(ABC, Generic[P]):
         return start.damping
 
     def step_start(self, state: State) -> StepStart:
-        """The start of a step that is iterated, with mass, damping and constant forces there."""
-        scheme, mass = self.integration, self.masses(state)
-        remembered, damping = self.damping_at(state, scheme)
+        """The start of a step that is iterated, with mass, damping and constant forces there.
+
+        In quasi-static steps these are those of what floats.
+        """
+        scheme, remembered = self.integration, None
+        if scheme.static:
+            damping, mass = np.zeros(self.stored_shape), self.floating_mass(state)
+            if mass is None:
+                return StepStart(state, scheme, damping, damping, np.zeros(self.n))
+            state = dataclasses.replace(state, v=self.floating_velocity(state))
+        else:
+            mass = self.masses(state)
+            remembered, damping = self.damping_at(state, scheme)
         self.add_mass(damping, scheme.rayleigh_mass * mass)
         constant = np.zeros(self.n)
         for force in (self.inertia_at(state), remembered):

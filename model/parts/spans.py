@@ -75,16 +75,10 @@ def scheme_of_part(
 
 
 def start_of_part(body: Body[Any], state: State) -> StepStart:
-    """The start of a part in a step that is iterated; in static steps only what floats has inertia."""
-    mass = np.zeros(body.stored_shape)
-    if not body.integration.static:
-        start = body.step_start(state)
-        body.add_mass(mass, start.mass)
-        return dataclasses.replace(start, mass=mass)
-    floating = body.floating_mass(state)
-    if floating is not None:
-        body.add_mass(mass, floating)
-    return StepStart(state, body.integration, mass, np.zeros_like(mass), np.zeros(body.n))
+    """The start of a part in a step that is iterated, with its mass as the body stores a matrix."""
+    start, mass = body.step_start(state), np.zeros(body.stored_shape)
+    body.add_mass(mass, start.mass)
+    return dataclasses.replace(start, mass=mass)
 
 
 def advanced(body: Body[Any], state: State, v: Array, h: float, straight: bool) -> State:

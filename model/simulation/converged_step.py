@@ -118,6 +118,8 @@ def without_gain(
 ) -> State:
     """The end of a step, with a velocity that gains no energy beyond the work of winches and obstacles.
 
+    In quasi-static steps only what floats has a velocity.
+
     Args:
         robot: the robot.
         before: the start of the step.
@@ -125,6 +127,8 @@ def without_gain(
         forces: constraint forces at the end.
         pushed: work of the obstacles [J].
     """
+    if robot.integration.static:
+        after = replace(after, v=robot.body.floating_velocity(after))
     positions = [robot.rows(at, False, False).actuators.delta for at in (before, after)]
     work = pushed + float(forces.effort @ (positions[1] - positions[0]))
     gain = robot.energy(after) - robot.energy(before) - work

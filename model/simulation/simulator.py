@@ -191,7 +191,7 @@ class Simulator(RobotModel):
         """
         command = checked_command(self.robot, position, effort)
         self.set_obstacles(self.obstacles.after(self.robot.h))
-        if converged and self.robot.integration.static:
+        if converged and self.robot.integration.static and not self.robot.floats:
             tolerance = STATIC_TOLERANCE * self.robot.part_size
             return self._attempt(command, command, tolerance, STATIC_ITERATIONS)
         if converged:
