@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tauten.model.points import combinations, make_paths
+from tauten.model.points import add_beam_cable_stiffness, combinations, make_paths
 from tauten.model.points.cable import add_cable_stiffness
 from tauten.model.points.paths import SHORTEST, blunted, path_lengths
+from tauten.reduction.state.beams.loads import effort_rows
 
 WEIGHTS = np.array([[-0.4, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3, 0.4]])
 STARTS, SHORT = np.array([0, 2]), np.array([SHORTEST])
@@ -52,6 +53,29 @@ def test_lengths_gradients_and_curvatures_agree(share: float) -> None:
     tangent = K.reshape(24, 24).T
     assert np.allclose(tangent, slopes, atol=1e-4 * np.abs(tangent).max())
     assert np.linalg.eigvalsh(tangent).min() > -1e-9 * np.abs(tangent).max()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.95, 3.0])
+def test_curvatures_of_beams_agree_with_gradients(share: float) -> None:
+    """Of full bodies, without lever arms, and of reduced ones."""
+    tension, step = np.array([2.0]), 1e-7
+    y = np.array([[0.01, 0.0, 0.02], [0.01, 0.0, 0.02]])
+    y[1] += share * SHORTEST * np.array([2.0, -1.0, 2.0]) / 3.0
+    moves = step * np.eye(6).reshape(6, 2, 3)
+    slopes = [
+        path_lengths(y - move, STARTS, SHORT)[1] - path_lengths(y + move, STARTS, SHORT)[1]
+        for move in moves
+    ]
+    expected = tension[0] * np.array(slopes).reshape(6, 6) / (2.0 * step)
+    Z, Y = np.empty((3, 6)), np.empty((3, 6))
+    effort_rows(y, SEGMENTS, tension, np.eye(6), Z, Y)
+    K, blocks = np.zeros(144), (3 * np.arange(4)[:, None] + 36 * np.arange(4))[None]
+    column_length = np.full((1, 4), 12, dtype=np.int64)
+    places = (blocks, column_length)
+    add_beam_cable_stiffness(y, np.zeros((2, 2, 3)), SEGMENTS, tension, False, places, K)
+    own = np.array([0, 1, 2, 6, 7, 8])  # positions of both nodes
+    for tangent in (Z.T @ Y, K.reshape(12, 12)[own[:, None], own]):
+        np.testing.assert_allclose(tangent, expected, atol=1e-4 * np.abs(expected).max())
 
 
 def test_longer_segments_keep_their_length() -> None:
