@@ -109,6 +109,20 @@ def test_with_all_locked_there_is_nothing_to_decide() -> None:
     np.testing.assert_allclose([follower.position[0], follower.effort[1]], [0.002, 5e3])
 
 
+def test_with_all_locked_an_exact_target_that_is_missed_is_named() -> None:
+    exact = [{"name": "tip", "point": [0.1, 0.01, 0.01], "exact": True}]
+    follower = controller(effectors=exact, integration={"scheme": "quasi-static"})
+    follower.lock("tendon", position=0.002)
+    follower.lock("bellows", force=5e3)
+    for _ in range(10):  # until the locks are there
+        here = follower.step(follower.effector[0])
+    assert here.status is Status.OK
+    away = follower.step(follower.effector[0] + np.array([0.0, 0.0, 1e-4]))
+    assert (away.status, away.conflict) == (Status.NOT_EXACT, ("z of effector tip",))
+    np.testing.assert_allclose(away.position, here.position, rtol=1e-9)
+    assert follower.hold().status is Status.OK  # which was asked for nothing
+
+
 @pytest.mark.long
 def test_a_locked_pressure_beyond_its_limit_stops_the_others() -> None:
     """A sealed chamber that the cable squeezes: no decision lets its pressure leave the limits."""
