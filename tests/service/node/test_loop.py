@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
-from support.robots.bodies import beam_robot, box_mesh
+from support.robots.bodies import CABLE, beam_robot, box_mesh
 
 from tauten.controller import Controller, Status
 from tauten.model import Robot, Simulator
@@ -16,7 +16,7 @@ from tauten.model.numerics import Array
 from tauten.service.node import Action, ControlLoop, Signals
 from tauten.service.node.limiter import ActuationLimiter
 from tauten.service.settings import ServiceSettings
-from tauten.service.wire import Cause, Mode, OperatorCommand
+from tauten.service.wire import Cause, Level, LockOrder, Mode, OperatorCommand
 
 SIZE = (0.1, 0.02, 0.02)
 EFFECTORS = [
@@ -151,22 +151,38 @@ def test_hostile_goals_move_no_cable_out_of_its_limits(wanted: list[Array | None
     np.testing.assert_array_equal(position, 0.0)
 
 
-def one_cable(max_tension: float) -> Robot:
+def one_cable(max_tension: float, *others: dict[str, object]) -> Robot:
     """A beam whose cable below the middle bears that much [N]."""
-    return beam_robot(
-        box_mesh(SIZE, (6, 2, 2)),
-        SIZE,
-        effectors=EFFECTORS,
-        cables=[
-            {
-                "name": "lower",
-                "points": [[0.01, 0.01, 0.002], [0.1, 0.01, 0.002]],
-                "max_tension": max_tension,
-                "max_pull": 0.015,
-                "max_rate": 0.05,
-            }
-        ],
-    )
+    lower = {
+        "name": "lower",
+        "points": [[0.01, 0.01, 0.002], [0.1, 0.01, 0.002]],
+        "max_tension": max_tension,
+        "max_pull": 0.015,
+        "max_rate": 0.05,
+    }
+    mesh = box_mesh(SIZE, (6, 2, 2))
+    return beam_robot(mesh, SIZE, effectors=EFFECTORS, cables=[lower, *others])
+
+
+@pytest.mark.parametrize("others", [0, 1])  # cables that are decided meanwhile
+def test_health_warns_of_a_lock_that_stops_at_its_largest_tension(others: int) -> None:
+    """As far as the cable can be wound with 2 N; where it is locked at less, nothing is said."""
+    upper = {**CABLE, "name": "upper", "points": [[0.01, 0.01, 0.018], [0.1, 0.01, 0.018]]}
+    loop = ControlLoop(Controller(one_cable(2.0, *[upper] * others)))
+    controller, goal = loop.controller, loop.controller.effector
+    assert loop.obey(LockOrder("lower", position=0.015)) is None
+    run(loop, goal, 30)
+    position = float(controller.position[0])
+    assert 5e-4 < position < 0.01
+    assert controller.effort[0] == pytest.approx(2.0, rel=1e-3)
+    assert controller.stalled.tolist() == [True, False][: 1 + others]
+    said = f"lower at pull 0.015 m, stopped at {position:g} m by its limits of tension"
+    assert (loop.locks.level, loop.locks.message) == (Level.WARN, said)
+    assert loop.obey(LockOrder("lower", position=0.5 * position)) is None
+    run(loop, goal, 10)
+    said = f"lower at pull {0.5 * position:g} m"
+    assert (loop.locks.level, loop.locks.message) == (Level.OK, said)
+    assert not controller.stalled.any()
 
 
 def test_a_hold_above_the_largest_tension_reports_both_and_keeps_the_pull() -> None:
