@@ -392,4 +392,5 @@ class Controller(RobotModel):
             certificate=NO_CERTIFICATE,
             conflict=unknown_rows(self._robot, self._robot.rows(self._state)),
         )
+        self._prepared = None  # what an extension gives may be finite in the next one
         return self._left.copy()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from types import ModuleType
 from typing import Any
@@ -160,14 +161,13 @@ UNKNOWN = {
 }
 
 
-@pytest.mark.parametrize(("kind", "part", "name"), sorted(UNKNOWN))
-def test_health_names_the_extension_whose_numbers_are_not_finite(
-    kind: str, part: str, name: str, package: ModuleType, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The status was NOT_FINITE, and nothing said of what."""
-    robot, call = extended(kind), CALLS[KINDS[kind]]
-    own = getattr(package, KINDS[kind])
-    usual = getattr(own, call)
+Answer = Callable[[object, object], Any]
+
+
+def answers(kind: str, part: str, package: ModuleType) -> tuple[type, str, Answer, Answer]:
+    """The class of a kind, its method, and what this gives: as usual, and with a part that is not finite."""
+    own, call = getattr(package, KINDS[kind]), CALLS[KINDS[kind]]
+    usual: Answer = getattr(own, call)
 
     def unknown(self: object, y: object) -> object:
         found = usual(self, y)
@@ -175,11 +175,21 @@ def test_health_names_the_extension_whose_numbers_are_not_finite(
             return found[0] * np.nan, found[1]
         return replace(found, **{part: getattr(found, part) * np.nan})
 
+    return own, call, usual, unknown
+
+
+@pytest.mark.parametrize(("kind", "part", "name"), sorted(UNKNOWN))
+def test_health_names_the_extension_whose_numbers_are_not_finite(
+    kind: str, part: str, name: str, package: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The status was NOT_FINITE, and nothing said of what."""
+    robot = extended(kind)
+    own, call, usual, unknown = answers(kind, part, package)
     loop = ControlLoop(Controller(robot))
     goal = loop.controller.effector_values
     statistics = LoopStatistics(robot.actuators, robot.effector_layout, robot.size)
-    for answers, conflict in ((usual, ()), (unknown, (name,))):
-        monkeypatch.setattr(own, call, answers)
+    for answer, conflict in ((usual, ()), (unknown, (name,))):
+        monkeypatch.setattr(own, call, answer)
         loop.rest()
         action = loop.tick(goal, Signals(target=True))
         assert action.wanted.conflict == conflict
@@ -193,6 +203,22 @@ def test_health_names_the_extension_whose_numbers_are_not_finite(
             None, Signals(target=False)
         ).wanted  # what is published is not finite either
         assert held.conflict == conflict
+
+
+@pytest.mark.parametrize(("kind", "part", "name"), sorted(UNKNOWN))
+def test_numbers_that_are_finite_again_are_followed_again(
+    kind: str, part: str, name: str, package: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After one of an actuator that was not, the robot held until an operator stopped and reset it."""
+    loop = ControlLoop(Controller(extended(kind)))
+    own, call, usual, unknown = answers(kind, part, package)
+    goal, found = loop.controller.effector_values, []
+    for answer in (usual, unknown, unknown, usual, usual, usual):
+        monkeypatch.setattr(own, call, answer)
+        found.append(loop.tick(goal, Signals(target=True)))
+        loop.prepare()
+    assert any(one.wanted.conflict == (name,) for one in found)
+    assert found[-1].status is Status.OK
 
 
 CORNERS = np.array([[0.1, 0.03, 0.01], [0.1, -0.01, 0.01], [0.1, 0.01, 0.03]])
