@@ -7,12 +7,10 @@ from tauten.service.frames.reach import ReachModel, ReachSearch, ReachSet
 from tauten.service.frames.recorded import RecordedRobot
 from tauten.service.frames.served import ServedRobot
 from tauten.service.frames.simulated import SimulatedRobot
-from tauten.service.frames.targets import LARGEST_SCALAR, LEAST_SCALAR, TargetStore
+from tauten.service.frames.targets import ScalarScale, TargetStore, scalar_scale
 from tauten.service.frames.waypoints import WaypointList
 
 __all__ = [
-    "LARGEST_SCALAR",
-    "LEAST_SCALAR",
     "FrameHistory",
     "Miss",
     "ReachModel",
@@ -20,11 +18,13 @@ __all__ = [
     "ReachSet",
     "RecordedRobot",
     "RobotLook",
+    "ScalarScale",
     "ServedRobot",
     "SimulatedRobot",
     "TargetStore",
     "ViewFrame",
     "RESTED",
     "WaypointList",
+    "scalar_scale",
     "missed",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +13,36 @@ from tauten.service.wire import DescribedEffector, places_of, reach_of
 _FAR = 1e6  # m; squares of larger numbers may overflow
 _WITHIN = 0.999  # of the reach, so that rounding on the wire cannot put a target outside
 LEAST_SCALAR, LARGEST_SCALAR = 0.5, 2.0  # times the value at rest: distances, lengths, volumes
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarScale:
+    """How targets of one number are shown.
+
+    Attributes:
+        unit: what they are shown in.
+        one: goal value that is one of these.
+        least: smallest target in this unit.
+        largest: largest one.
+    """
+
+    unit: str
+    one: float
+    least: float
+    largest: float
+
+
+def scalar_scale(effector: DescribedEffector, size: float) -> ScalarScale:
+    """Percent of the value at rest; millimetres of functions, which may be zero there, or negative.
+
+    Args:
+        effector: without a position.
+        size: of the robot [m].
+    """
+    (rest,) = effector.rest
+    if effector.kind == "function":
+        return ScalarScale("mm", 1e-3, 1e3 * (rest - size), 1e3 * (rest + size))
+    return ScalarScale("%", 0.01 * rest, 100.0 * LEAST_SCALAR, 100.0 * LARGEST_SCALAR)
 
 
 class TargetStore:
@@ -25,7 +56,7 @@ class TargetStore:
     def __init__(self, effectors: tuple[DescribedEffector, ...], size: float) -> None:
         """Start disarmed, at rest."""
         self._effectors, self._places = effectors, places_of(effectors)
-        self._reach = _WITHIN * reach_of(size)
+        self._size, self._reach = size, _WITHIN * reach_of(size)
         self._values = np.concatenate([np.array(one.rest) for one in effectors])
         self._armed = False
         self._lock = threading.Lock()
@@ -59,7 +90,8 @@ class TargetStore:
         if not np.isfinite(values).all():
             return None
         if not one.has_position:
-            low, high = LEAST_SCALAR * one.rest[0], LARGEST_SCALAR * one.rest[0]
+            scale = scalar_scale(one, self._size)
+            low, high = scale.one * scale.least, scale.one * scale.largest
             return np.clip(values, low, high) if values.shape == (1,) else None
         if values.shape not in ((3,), (len(one.rest),)):
             return None

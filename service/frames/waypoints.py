@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from tauten.model.numerics import Array
+from tauten.service.frames.targets import scalar_scale
 from tauten.service.plant import (
     PathError,
     TargetPath,
@@ -79,7 +80,8 @@ class WaypointList:
     def _place(self, values: Array) -> str:
         if self._effector.has_position:
             return ", ".join(f"{1e3 * one:.1f}" for one in values[:3]) + " mm"
-        return f"{100.0 * values[0] / self._effector.rest[0]:.1f} %"
+        scale = scalar_scale(self._effector, self._size)
+        return f"{values[0] / scale.one:.1f} {scale.unit}"
 
     @property
     def points(self) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 import viser
 
 from tauten.model.numerics import Array
-from tauten.service.frames import LARGEST_SCALAR, LEAST_SCALAR, ReachSet, RobotLook, TargetStore
+from tauten.service.frames import ReachSet, RobotLook, ScalarScale, TargetStore, scalar_scale
 from tauten.service.process import drained
 from tauten.service.view.charts import Charts
 from tauten.service.view.locks import LockPanel
@@ -79,7 +79,7 @@ class ViewPanel:
         reaches = reaches and any(self._placed)
         self._status = gui.add_html(_STATUS.format(""))
         self._follow: viser.GuiCheckboxHandle | None = None
-        self._scalars: dict[int, viser.GuiSliderHandle[float]] = {}
+        self._scalars: dict[int, tuple[viser.GuiSliderHandle[float], ScalarScale]] = {}
         if targets is not None:
             with gui.add_folder("Operate"):
                 self._follow = gui.add_checkbox(
@@ -87,7 +87,7 @@ class ViewPanel:
                 )
                 self._button(server, Request.STOP, "Release the actuators.")
                 self._scalars = {
-                    i: _scalar_slider(server, one)
+                    i: _scalar_slider(server, one, scalar_scale(one, look.robot.size))
                     for i, one in enumerate(effectors)
                     if not one.has_position
                 }
@@ -142,15 +142,14 @@ class ViewPanel:
 
     def on_scalar(self, moved: Callable[[int, Array], None]) -> None:
         """Call a function with the effector's number and goal value (1,) when a slider is moved."""
-        for i, slider in self._scalars.items():
-            slider.on_update(_slid(i, moved))
+        for i, (slider, scale) in self._scalars.items():
+            slider.on_update(_slid(i, scale, moved))
 
     def show_scalars(self, values: Array, look: RobotLook) -> None:
-        """Show the targets of distances, lengths and volumes."""
-        effectors = look.robot.effectors
-        places = places_of(effectors)
-        for i, slider in self._scalars.items():
-            shown = round(100.0 * float(values[places[i]][0]) / effectors[i].rest[0], 1)
+        """Show the targets of one number."""
+        places = places_of(look.robot.effectors)
+        for i, (slider, scale) in self._scalars.items():
+            shown = round(float(values[places[i]][0]) / scale.one, 1)
             if abs(slider.value - shown) > 0.05:
                 slider.value = min(max(shown, slider.min), slider.max)  # type: ignore[misc]
 
@@ -270,20 +269,22 @@ class ViewPanel:
 
 
 def _scalar_slider(
-    server: viser.ViserServer, effector: DescribedEffector
-) -> viser.GuiSliderHandle[float]:
-    """A slider of the target of a distance, length or volume, in percent of its value at rest."""
-    return server.gui.add_slider(
-        f"{effector.name} [%]", 100.0 * LEAST_SCALAR, 100.0 * LARGEST_SCALAR, 0.1, 100.0,
-        hint=f"Target of the {effector.kind}, in percent of that at rest.",
+    server: viser.ViserServer, effector: DescribedEffector, scale: ScalarScale
+) -> tuple[viser.GuiSliderHandle[float], ScalarScale]:
+    """A slider of a target of one number."""
+    percent = ", in percent of that at rest" * (scale.unit == "%")
+    slider = server.gui.add_slider(
+        f"{effector.name} [{scale.unit}]", scale.least, scale.largest, 0.1, effector.rest[0] / scale.one,
+        hint=f"Target of the {effector.kind}{percent}.",
     )  # fmt: skip
+    return slider, scale
 
 
 def _slid(
-    number: int, moved: Callable[[int, Array], None]
+    number: int, scale: ScalarScale, moved: Callable[[int, Array], None]
 ) -> Callable[[viser.GuiEvent[viser.GuiSliderHandle[float]]], Coroutine[Any, Any, None]]:
     async def callback(event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
         if event.client_id is not None:
-            moved(number, np.array([float(event.target.value)]))
+            moved(number, np.array([scale.one * float(event.target.value)]))
 
     return callback

@@ -99,7 +99,7 @@ class ViewSession:
             server.scene.on_click()(self._clicked)
         self._scene.on_drag(self._dragged)
         self._panel.on_follow(self.targets.arm)
-        self._panel.on_scalar(self._slid)
+        self._panel.on_scalar(self._dragged)
         guard.on_operator_left(self._disarm)
         guard.let_all(self._panel.for_all)
         self._simulated = source if isinstance(source, SimulatedRobot) else None
@@ -274,10 +274,6 @@ class ViewSession:
     def _dragged(self, effector: int, values: Array) -> None:
         self.program.end()
         self.targets.put(effector, values)
-
-    def _slid(self, effector: int, percent: Array) -> None:
-        """Move the target of a distance, length or volume, in percent of its value at rest."""
-        self._dragged(effector, 0.01 * percent * self.source.look.robot.effectors[effector].rest[0])
 
     def _disarm(self) -> None:
         """The dead man's switch: the browser that operated has left, or the node."""

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.messages import effector
 
-from tauten.service.frames import TargetStore
+from tauten.service.frames import TargetStore, WaypointList
 from tauten.service.wire import reach_of
 
 REST, SIZE = np.array([[0.1, 0.0, 0.0], [0.05, 0.0, 0.0]]), 0.1
@@ -81,3 +81,19 @@ def test_a_frame_is_moved_and_turned() -> None:
     targets.arm(True)
     targets.put(0, (0.1, 0.0, 0.01, 0.0, 0.0, 0.0, 2.0))
     assert targets.of(0) == pytest.approx([0.1, 0.0, 0.01, 0.0, 0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("rest", [-0.02, 0.0, 0.03])
+@pytest.mark.parametrize(("asked", "kept"), [(0.004, 0.004), (-0.5, -SIZE), (0.5, SIZE)])
+def test_a_function_of_another_package_may_be_zero_or_negative_at_rest(
+    rest: float, asked: float, kept: float
+) -> None:
+    """Of one that is zero no target but zero could be given, of a negative one only twice that at rest."""
+    one = effector("height", "function", rest)
+    targets = TargetStore((one,), SIZE)
+    targets.arm(True)
+    targets.put(0, np.array([rest + asked]))
+    assert targets.of(0) == pytest.approx([rest + kept])
+    waypoints = WaypointList(one, SIZE)
+    waypoints.add(targets.of(0))
+    assert waypoints.names() == (f"1: {1e3 * (rest + kept):.1f} mm",)

@@ -1,16 +1,20 @@
-"""*reach* is for effectors with a position: others have none to show."""
+"""*reach* is for effectors with a position: others have none to show, but a slider."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
+from support.messages import effector
 from support.processes import ROBOT, write_robot
 
-from tauten.service.frames import ReachSet, SimulatedRobot
+from tauten.service.frames import ReachSet, SimulatedRobot, TargetStore
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
+from tauten.service.view.panel import ViewPanel
 from tauten.service.view.session import ViewSession
 
 TIP, SPAN = (
@@ -70,3 +74,18 @@ def test_there_is_no_box_without_a_position(tmp_path: Path) -> None:
         assert session._panel.viewing._reach is None
         session._show_reach(None)
         assert asked.effectors == []
+
+
+def test_targets_of_one_number_have_a_slider_in_percent_or_millimetres(tmp_path: Path) -> None:
+    """The page ended in a division by zero where the function of another package is zero at rest."""
+    look = robot_of(tmp_path, SPAN).look
+    effectors = (*look.robot.effectors, effector("height", "function", 0.0))
+    look = replace(look, robot=look.robot.model_copy(update={"effectors": effectors}))
+    (rest,) = effectors[0].rest
+    with open_server(0, "test") as (server, _):
+        panel = ViewPanel(server, look, TargetStore(effectors, look.robot.size))
+        sliders = [slider for slider, _ in panel._scalars.values()]
+        assert [one.label for one in sliders] == ["span [%]", "height [mm]"]
+        assert [one.value for one in sliders] == pytest.approx([100.0, 0.0])
+        panel.show_scalars(np.array([1.1 * rest, -0.004]), look)
+        assert [one.value for one in sliders] == pytest.approx([110.0, -4.0])
