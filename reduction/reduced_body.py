@@ -111,9 +111,9 @@ class ReducedBody(Body[P]):
         """No forces of memory, as materials are elastic, and C without a M (r, r)."""
         return None, scheme.rayleigh_stiffness * self.material_stiffness(state)
 
+    @abstractmethod
     def material_stiffness(self, state: State) -> Array:
         """D (n, n), to which damping is proportional: positive semidefinite, without actuators."""
-        return self.forces(state)[1]
 
     def factors(self) -> DenseFactors:
         """A workspace for factors of matrices (r, r)."""

@@ -142,7 +142,8 @@ class StrainBody(ReducedBody[AttachedPoints]):
         """Strain energy minus the work of gravity and outer forces since rest [J]."""
         full, work = self.beams, self.moved(state.q)
         fallen = full.beams.mass @ (work.motion.x - full.beams.nodes) @ full.gravity
-        pushed = np.vdot(self.outer.vectors, work.motion.placed(self.outer.points).y)
+        outer, placed = self.outer.points, work.motion.placed(self.outer.points)
+        pushed = np.vdot(self.outer.vectors, placed.y - outer.at_rest(full.beams.nodes))
         preload = self.actuator_set.preload(work.motion)
         work_done = fallen + pushed + (0.0 if preload is None else preload[1])
         return float(0.5 * state.q @ self.stiffness @ state.q - work_done)
@@ -164,6 +165,10 @@ class StrainBody(ReducedBody[AttachedPoints]):
             force += preload[0]
         actuators = self.actuator_set
         return force, self.tangent(work, actuators.loads(actuators.efforts(effort), exact), exact)
+
+    def material_stiffness(self, state: State) -> Array:
+        """Φᵀ D Φ (r, r), whatever the state."""
+        return self.stiffness
 
     def mass_rows(self, acceleration: Array) -> Array:
         """Forces on all nodes (6 n_nodes,) under an acceleration (3,) of the whole body [N]."""

@@ -22,6 +22,19 @@ def damped(settings: dict[str, Any]) -> None:
     settings["integration"] = {"rayleigh_stiffness": 0.01}
 
 
+@pytest.mark.parametrize("body", ["mesh", "beam body", "network of beams"])
+def test_damping_of_a_reduced_robot_is_that_of_the_material(body: str, tmp_path: Path) -> None:
+    write_networks(tmp_path)
+    found = []
+    for tension in (1.0, 4.0):
+        pair = pair_of_cables("differential", {}, pretensions=[tension, tension])
+        robot = robot_with([("body", body), ("reduction", "state basis")], tmp_path, pair, damped)
+        force, C = robot.body.damping_at(robot.rest(), robot.integration)
+        assert force is None
+        found.append(C)
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-9, atol=1e-9 * np.abs(C).max())
+
+
 @pytest.mark.parametrize("kind", ["mesh", "mesh with a plate", "network of beams"])
 def test_damping_is_that_of_the_material(kind: str, tmp_path: Path) -> None:
     """Pretensions turn with the body and change its tangent, but not the stiffness that damps."""

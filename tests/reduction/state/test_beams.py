@@ -123,6 +123,8 @@ def test_strain_energy_is_that_of_the_beams(
     light = complete.loaded(np.zeros(3), np.zeros(3))
     state = projected(light, bent)
     assert light.potential(state) == pytest.approx(0.5 * state.q @ state.q, rel=1e-9)
+    loaded = complete.loaded(complete.gravity, np.full(3 * len(arm.effector_names), 0.3))
+    assert loaded.potential(loaded.rest()) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_forces_are_those_of_the_full_robot(
