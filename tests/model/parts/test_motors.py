@@ -62,6 +62,15 @@ def test_limits_of_members_hold_for_the_motor(beam_file: Path, tmp_path: Path) -
     assert robot.limits.effort_max[1] == single.effort_max[1]
 
 
+@pytest.mark.parametrize("held", ["position", "force"])
+def test_a_motor_keeps_in_a_hold_what_its_table_says(
+    beam_file: Path, tmp_path: Path, held: str
+) -> None:
+    table = coupling('["a_lower", "b_lower"]', "[1.0, 1.0]", f'held = "{held}"')
+    laws = pair(beam_file, tmp_path, table).actuators.laws
+    assert laws.held_by_force.tolist() == [held == "force", False, False]
+
+
 @pytest.mark.parametrize(
     ("table", "message"),
     [
