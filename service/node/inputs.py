@@ -84,6 +84,7 @@ class NodeInputs:
         settings: ServiceSettings,
         closed_loop: bool,
         recorder: LogRecorder | None,
+        period: float = 0.0,
     ) -> None:
         """Declare the subscribers.
 
@@ -93,8 +94,10 @@ class NodeInputs:
             settings: timeouts, gain and delay.
             closed_loop: whether measurements correct the targets.
             recorder: of the log; None: none is kept.
+            period: of the ticks, if another model with longer ones than the robot's may take over [s].
         """
-        keys, names, settings = Keys(robot.name), robot.effector_names, settings.lasting(robot.h)
+        period = max(period, robot.h)
+        keys, names, settings = Keys(robot.name), robot.effector_names, settings.lasting(period)
         rest, reach = robot.effector_values(robot.rest()), reach_of(robot.size)
         self._layout = layout = robot.effector_layout
         self._kinds = [MESSAGE_TYPES[kind] for kind in layout.kinds]
@@ -117,13 +120,12 @@ class NodeInputs:
         self._commands = CommandSubscriber(
             session.declare_subscriber(keys.command, zenoh.handlers.RingChannel(COMMAND_RING))
         )
-        self._ahead = robot.h
         streams = {
             one.name: (
                 session.declare_subscriber(
                     keys.obstacle(one.name), zenoh.handlers.RingChannel(OBSTACLE_RING)
                 ),
-                replace(one.stream, timeout=lasting_timeout(one.stream.timeout, robot.h)),
+                replace(one.stream, timeout=lasting_timeout(one.stream.timeout, period)),
             )
             for one in robot.obstacles.obstacles
             if one.stream is not None
@@ -219,7 +221,7 @@ class NodeInputs:
         if self._obstacles is None:
             return {}
         now = time.monotonic(), time.time()
-        return self._obstacles.read(*now, self._ahead, controller.depth_of)
+        return self._obstacles.read(*now, controller.robot.h, controller.depth_of)
 
     def record_plant(self, tick: int) -> None:
         """Write a plant's messages into the log; other messages on its keys are left out."""

@@ -159,6 +159,11 @@ class FallBack:
         watch = self.watch
         return self.full is not None and not watch.fallen_back and watch.exceeded >= _IN_A_ROW
 
+    @property
+    def period(self) -> float:
+        """Of the full model's ticks [s]; 0: it never takes over."""
+        return 0.0 if self.full is None else self.full.robot.h
+
     def switch(self, loop: ControlLoop) -> float:
         """Continue with the full model from the state of the reduced one; returns its period [s]."""
         full, reduced = self.full, loop.controller

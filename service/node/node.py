@@ -80,7 +80,8 @@ class Node:
         self._loop = loop
         self._recorder = recorder
         self._fall_back = fall_back
-        self._inputs = NodeInputs(session, robot, setup.service, closed_loop, recorder)
+        period = 0.0 if fall_back is None else fall_back.period
+        self._inputs = NodeInputs(session, robot, setup.service, closed_loop, recorder, period)
         self._outputs = NodeOutputs(session, robot, recorder)
         self._shape = ShapePublisher(session, robot)
         description = describe(setup, loop.controller.effector_values)

@@ -11,6 +11,7 @@ import pytest
 from support.messages import Point, Sample, Session, encode_point
 from support.robots.bodies import beam_robot, box_mesh
 
+from tauten.controller import Controller
 from tauten.model import Robot
 from tauten.service.log import Entry
 from tauten.service.node.inputs import NodeInputs
@@ -18,11 +19,13 @@ from tauten.service.settings import ServiceSettings
 from tauten.service.wire import (
     JSON,
     Cause,
+    EffectorMessage,
     Keys,
     Level,
     OperatorCommand,
     Rejection,
     RejectionReason,
+    encode_effector,
 )
 
 KEYS, NAMES = Keys("beam"), ("tip", "middle")
@@ -190,6 +193,48 @@ def test_measurements_that_are_always_late_have_the_timeout_beside_their_delay(
     point = Point(time.time_ns() - round(1e9 * age), robot.frame, (x, y, z))
     session.samples[str(key)].append(Sample(encode_point(point)))
     assert inputs.read_measurements(rest, True, 0) is cause
+
+
+TABLE = {
+    "name": "table",
+    "shape": "plane",
+    "position": [0.0, 0.0, -0.1],
+    "parameters": {"point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]},
+    "stream": {"largest_speed": 1.0, "timeout": 0.2},
+}
+
+
+def test_a_slower_model_may_take_over() -> None:
+    """At 2 Hz in place of 100: obstacles were those of 10 ms later, and all that arrived was too old."""
+    fast, slow = (
+        beam_robot(
+            box_mesh(SIZE, (4, 1, 1)), SIZE, obstacles=[TABLE],
+            contacts=[{"candidates": "below", "against": "table", "points": "vertices"}],
+            surfaces=[{"name": "below", "box": {"lower": [0.08, -1, -1], "upper": [1, 1, 1]}}],
+            controller={"rate": rate},
+        )
+        for rate in (100.0, 2.0)
+    )  # fmt: skip
+    session, kept = Session(), ServiceSettings()
+    inputs = NodeInputs(session, fast, kept, False, None, slow.h)  # type: ignore[arg-type]
+    controller, keys = Controller(slow, "none"), Keys(fast.name)
+    controller.depth_of("table", controller.obstacles.poses[0])  # compiles its kernels
+    made = []  # s
+    for height in (-0.1, -0.09):
+        made.append(time.time() - 0.5)
+        pose = (0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0)
+        payload = encode_effector(
+            "frame", "table", EffectorMessage(round(1e9 * made[-1]), "", pose)
+        )
+        session.samples[keys.obstacle("table")].append(Sample(payload))
+        placed = inputs.read_obstacles(controller)
+        time.sleep(0.1)
+    expected = -0.09 + 0.01 / (made[1] - made[0]) * (0.5 + slow.h)
+    assert placed["table"].position[2] == pytest.approx(expected, abs=0.02)
+    x, y, z = fast.effector_values(fast.rest()).tolist()
+    point = Point(time.time_ns() - 1_200_000_000, fast.frame, (x, y, z))
+    session.samples[keys.targets(fast.effector_names)[0]].append(Sample(encode_point(point)))
+    assert inputs.read_targets(0)
 
 
 def test_no_effector_is_corrected_whose_target_no_longer_arrives() -> None:

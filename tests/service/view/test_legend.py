@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from tauten.service.describing import describe
 from tauten.service.frames import RobotLook
 from tauten.service.setup import load_setup
 from tauten.service.view.picture import legend_rows
-from tauten.service.wire import RobotDescription
+from tauten.service.wire import DescribedObstacle, RobotDescription
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -57,8 +58,12 @@ def test_the_triangles_of_an_object_are_those_of_its_cube() -> None:
 def test_a_description_names_triangles_of_objects_that_it_has() -> None:
     whole = describe(load_setup(EXAMPLES / "push.toml"))
     assert len(RobotDescription.model_validate_json(whole.as_json()).surface.objects) > 0
-    outside = whole.surface.model_copy(update={"objects": np.array([10**6])})
-    with pytest.raises(ValidationError, match="names number 1000000 of"):
+    count = len(whole.surface.triangles)
+    outside = whole.surface.model_copy(update={"objects": np.array([count])})
+    with pytest.raises(ValidationError, match=f"names number {count} of {count}"):
         RobotDescription.model_validate_json(
             whole.model_copy(update={"surface": outside}).as_json()
         )
+    for last, refused in ((2, False), (3, True)):
+        with pytest.raises(ValidationError, match="3 of 3") if refused else nullcontext():
+            DescribedObstacle(name="one", vertices=np.eye(3), triangles=np.array([[0, 1, last]]))
