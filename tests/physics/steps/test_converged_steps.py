@@ -14,7 +14,9 @@ from tauten.model import Robot, Simulator
 from tauten.model.beams import BeamBody
 from tauten.model.body import SparseBody
 from tauten.model.numerics import Array
+from tauten.model.simulation.converged_step import without_gain
 from tauten.model.state import State
+from tauten.model.step import no_forces
 from tauten.model.tetra import NodalBody
 
 SIZE, CELLS = (0.1, 0.02, 0.02), (6, 2, 2)
@@ -63,6 +65,26 @@ def test_end_of_a_step_balances_the_forces_there() -> None:
     force = robot.forces(state)[0]
     assert np.abs(balance - force).max() < 1e-4 * np.abs(force).max()
     assert np.abs((state.q - robot.rest().q) / robot.h - state.v).max() < 1e-9
+
+
+def test_a_step_gains_no_more_than_the_work_of_winches_and_obstacles() -> None:
+    """What it would gain besides is taken from its velocity, as far as that has it."""
+    robot = undamped(bar_robot())
+    before, rng = robot.rest(), np.random.default_rng(2)
+    v = rng.standard_normal(robot.n)
+    after = robot.advance(before, v, 1e-5)
+    tension = replace(no_forces(robot.n_a, 0), effort=np.full(robot.n_a, 3.0))
+    pulled = robot.rows(after).actuators.delta - robot.rows(before).actuators.delta
+    kinetic, work = robot.body.kinetic_energy(after), float(3.0 * pulled.sum())
+    assert work != 0.0
+    for pushed in (0.25 * kinetic, 0.5 * kinetic):
+        end = without_gain(robot, before, after, tension, pushed)
+        gained = robot.energy(end) - robot.energy(before)
+        assert gained == pytest.approx(pushed + work, abs=1e-9 * kinetic)
+    still = without_gain(robot, before, after, tension, -2.0 * kinetic)
+    assert not still.v.any()
+    free = without_gain(robot, before, after, tension, 2.0 * kinetic)
+    np.testing.assert_array_equal(free.v, after.v)
 
 
 def test_momentum_of_rotating_nodes_is_the_derivative_of_their_kinetic_energy() -> None:
