@@ -95,3 +95,13 @@ def test_coordinates_that_are_left_free_have_no_target() -> None:
     assert np.isnan(targets_of(turned, goal, values)).all()
     with pytest.raises(ValueError, match="6 weights, found 3"):
         effector("plate", "frame", *frame, weight=(0.0, 0.0, 1.0))
+
+
+def test_the_error_that_is_shown_is_the_largest_length() -> None:
+    """Volumes have none in millimetres."""
+    looks = effector("tip", "point", 0.1, 0.0, 0.0), effector("air", "volume", 8e-6)
+    values, goal = np.array([0.1, 0.0, 0.0, 8e-6]), np.array([0.1, 0.001, 0.0, 9e-6])
+    assert distance_between(looks, goal, values) == pytest.approx(0.001)
+    assert np.isnan(distance_between(looks[1:], goal[3:], values[3:]))
+    gap = (effector("gap", "distance", 0.02),)
+    assert distance_between(gap, np.array([0.017]), np.array([0.02])) == pytest.approx(0.003)
