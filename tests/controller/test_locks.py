@@ -7,7 +7,10 @@ import pytest
 from support.robots.bodies import CABLE, CHAMBER, beam_robot, box_mesh, pneumatic_robot
 
 from tauten.controller import Controller, LockError, Status
-from tauten.model import Simulator
+from tauten.controller.planning.inverse import inverse_problem
+from tauten.controller.planning.locks import LockedStep
+from tauten.controller.qpcc import Certificate, Solution
+from tauten.model import Command, EmptySpace, Simulator, condense_step, no_forces
 from tauten.model.numerics import Array
 
 SIZE = (0.1, 0.02, 0.02)
@@ -182,3 +185,50 @@ def test_without_a_lock_nothing_is_solved_differently() -> None:
     other.unlock("tendon")
     for _ in range(10):
         np.testing.assert_array_equal(plain.step(goal).effort, other.step(goal).effort)
+
+
+PUSH = {"name": "push", "point": [0.1, 0.01, 0.01], "direction": [0.0, 3.0, 4.0],
+        "max_force": 1.0, "max_travel": 0.1, "max_rate": 1.0}  # fmt: skip
+
+
+def test_limits_of_what_is_locked_are_those_of_all_rows_of_the_step() -> None:
+    """A chamber locked at a volume, a force at its effort, a cable at a length: by δ = δ_free + W λ."""
+    robot = pneumatic_robot(cables=[CABLE, UPPER], forces=[PUSH])
+    tendon, upper, bellows, push = map(
+        robot.actuators.names.index, ("tendon", "upper", "bellows", "push")
+    )
+    locks = Command(np.full(4, np.nan), np.full(4, np.nan))
+    locks.position[bellows], locks.position[upper], locks.effort[push] = 2e-7, 1e-3, 0.4
+    none, limits = no_forces(4, 0), robot.limits
+    step = condense_step(robot, EmptySpace(robot.n_c), robot.rest(), none, True, True)
+    locked, target = LockedStep(step, locks), np.zeros(step.layout.n_e)
+    assert locked.free.tolist() == [tendon]
+    before = inverse_problem(
+        locked.W, locked.delta_free, target, np.zeros(1), limits.at(locked.free), robot.h, 1e-6
+    )
+    problem = locked.bounded(before, limits, robot.actuators)
+    x = np.array([3.0, 0.7])  # tensions of tendon and upper [N]
+    certificate = Certificate(0.0, 0.0, 0.0, 0.0)
+    taut = np.ones(1, np.bool_)
+    lam = locked.forces(Solution(x[:1], x[1:], Status.OK, certificate, 0.0, 1, taut))
+    delta = (step.compliance.delta_free + step.compliance.W @ lam)[step.layout.actuators]
+    effort = lam[step.layout.actuators]
+    assert effort[[tendon, upper, push]].tolist() == [3.0, 0.7, 0.4]
+    assert abs(effort[bellows]) > 1.0  # Pa, which keep the volume
+    assert delta[bellows] == pytest.approx(2e-7, rel=1e-9)
+    np.testing.assert_allclose(problem.M @ x + problem.m, delta[upper] - 1e-3, rtol=1e-9)
+    rows, added = problem.G @ x, slice(len(before.G), None)
+    room = [
+        delta[push] - limits.position_min[push],
+        effort[bellows] - limits.effort_min[bellows],
+        np.inf,
+    ]
+    np.testing.assert_allclose((rows - problem.g_lo)[added], room, rtol=1e-9)
+    room = [
+        limits.position_max[push] - delta[push],
+        limits.effort_max[bellows] - effort[bellows],
+        limits.effort_max[upper] - effort[upper],
+    ]
+    np.testing.assert_allclose((problem.g_hi - rows)[added], room, rtol=1e-9)
+    said = [name for name, _ in problem.row_names[added]]
+    assert [one.split()[-1] for one in said] == ["push", "bellows", "upper"]
