@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
@@ -33,10 +34,20 @@ UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
+class Arrival:
+    """When Zenoh wrote down that a sample had arrived [s since the epoch]."""
+
+    seconds: float
+
+    def get_time(self) -> datetime:
+        return datetime.fromtimestamp(self.seconds, UTC)
+
+
+@dataclass(frozen=True)
 class Sample:
     payload: bytes
     encoding: str = CDR
-    timestamp: None = None
+    timestamp: Arrival | None = None
 
 
 def depth_in_robot(name: str, pose: ObstaclePose) -> float:
@@ -128,6 +139,25 @@ def test_a_stream_that_stops_leaves_the_obstacle_where_it_is_then(sender: Sender
     sender.put(1.0, (0.1, 0.0, 0.1))  # it may have moved meanwhile, its velocity is not known
     np.testing.assert_allclose(sender.read(1.0), [0.1, 0.0, 0.1, 0.0, 0.0, 0.0], atol=1e-9)
     assert sender.subscriber.diagnostic(1.0).values["silent"] == ""
+
+
+def test_a_pose_without_a_time_was_made_when_it_arrived(sender: Sender) -> None:
+    """Where that is not known either, it is as of now."""
+    for x, now, arrived in ((0.0, 0.0, None), (0.01, 0.1, 0.05), (0.02, 0.2, 0.15)):
+        at = None if arrived is None else Arrival(WALL + arrived)
+        sender.samples.append(Sample(timeless(x), timestamp=at))
+        found = sender.read(now)
+        assert found is not None
+    # 0.01 m in 0.1 s, read 50 ms after it arrived, for the end of the tick
+    assert found[:1] == pytest.approx(0.02 + 0.1 * (0.05 + TICK), abs=1e-6)
+    sender.samples.append(Sample(timeless(0.03), timestamp=Arrival(WALL + 0.25)))
+    assert sender.read(0.25 + 1.1 * STREAM.timeout) is not None  # it stops
+    assert sender.refused == {"too_old": 1}
+
+
+def timeless(x: float) -> bytes:
+    """A pose without a time."""
+    return encode_effector("frame", "ball", EffectorMessage(0, "base", (x, 0.0, 0.1, *UPRIGHT)))
 
 
 def test_many_small_jumps_in_a_tick_are_no_way_round_the_largest_speed(sender: Sender) -> None:
