@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.robots.bodies import CABLE
+from support.robots.combinations import robot_with, write_networks
 from support.robots.short_arm import short_arm
 from support.robots.small_bodies import (
     FIRST,
@@ -27,7 +28,7 @@ from support.robots.small_bodies import (
 )
 from support.state_bases import basis_of, projected, turned_space
 
-from tauten.model import Robot, Simulator, State
+from tauten.model import Integration, Robot, Simulator, State
 from tauten.model.numerics import Array
 from tauten.reduction.state import ReducedBody, reduced_robot, reducible
 
@@ -174,3 +175,25 @@ def test_the_balance_of_a_step_is_the_derivative_of_its_potential(
         )
         slope = (8.0 * (near - behind) - (far - beyond)) / (12.0 * scale)  # of fourth order
         assert -system.v_free @ e / robot.h == pytest.approx(slope, rel=1e-5)
+
+
+@pytest.mark.parametrize("ahead", [0.0, 0.4, 1.0])
+def test_a_step_with_a_hinge_solves_its_equation(ahead: float, tmp_path: Path) -> None:
+    """A dv = h (f − C v − (1 − ahead) h K v), where the springs of the hinge are damped too."""
+    write_networks(tmp_path)
+    robot = robot_with([("map", "hinge"), ("reduction", "state basis")], tmp_path)
+    body, scheme = robot.body, Integration(200.0, False, 0.7, 0.004, ahead=ahead)
+    u, v = np.random.default_rng(0).normal(size=(2, robot.n))
+    moved = robot.advance(
+        robot.rest(), 1e-3 * robot.size / robot.displacement(robot.rest(), u) * u, 1.0
+    )
+    state = State(moved.q, v)
+    system, (force, K) = robot.linearise(state, None, scheme), robot.forces(state, exact=True)
+    inertia, (_, C) = body.inertia_at(state), body.damping_at(state, scheme)
+    assert system.exact
+    assert inertia is not None
+    M, h = body.masses(state), scheme.h
+    C = C + 0.7 * M
+    left = (M + h * C + h * h * K) @ (system.v_free - (1.0 - ahead) * v)
+    right = h * (force + inertia - C @ v - (1.0 - ahead) * h * (K @ v))
+    np.testing.assert_allclose(left, right, atol=1e-8 * np.abs(right).max())
