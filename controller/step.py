@@ -190,7 +190,7 @@ def decide(
     layout, clusters, size = robot.effector_layout, prepared.clusters, robot.part_size
     carried = carried or nothing_carried(settings.forces)
     before = carried.dampings or Dampings.at_start(clusters)
-    dampings = before.towards(goal, size, robot.h, layout)
+    dampings = before.towards(goal, size, robot.h, layout, robot.contacts.frictional)
     values = prepared.farther.rows.effectors.values
     target = layout.row_targets(values, goal)  # (n_e,)
     aim = Aim(

@@ -73,7 +73,13 @@ RECENT = 0.2  # weight of the last tick in the mean of decreases
 LONG = 0.02  # and in that over seconds, in which swings are gone;
 CALM = 0.03  # where plans decrease nothing over these, the share shrinks to this one
 JUMP = 1e-4  # of that size: a goal that changes by more in a tick is another one,
-JUMP_FAR = 0.1  # unless that is less than this share of the distance that a hold leaves
+JUMP_FAR = 0.1  # unless that is less than this share of the distance that a hold leaves,
+GOES_ON = 0.5  # or than this one of a target that moves as it has moved in the tick before:
+BEYOND = 0.25  # of the objective of holding, that a plan leaves where that target is out of reach;
+STEADY = (
+    0.5  # mean product of efforts in changes of two ticks, by their mean square: less turns back
+)
+COUNTS = 5e-3  # where the root of that square is more than this share of the distance
 STILL = 1e-9  # of that size; smaller changes are rounding
 
 
@@ -95,6 +101,8 @@ class Damping:
         predicted: mean of what plans predicted [m²].
         gain: mean of what all of the way would decrease it by [m²].
         use: mean over seconds of what plans have decreased it by, of what they predicted, -1 to 1.
+        along: mean product of the efforts in changes of two ticks one after the other,
+        square: and mean product of their norms [m²].
     """
 
     gamma: float
@@ -109,6 +117,8 @@ class Damping:
     predicted: float = 0.0
     gain: float = 0.0
     use: float = 1.0
+    along: float = 0.0
+    square: float = 0.0
 
     def fading(self, change: Array, size: float, h: float) -> Damping:
         """The damping of a decision whose plan changes effector rows and efforts so (r + a,) [m].
@@ -126,6 +136,19 @@ class Damping:
         """The same for a goal that nothing is known of: all of the way."""
         return Damping(self.gamma, self.change)
 
+    def going_on(self, power: float) -> Damping:
+        """The same for a target that moves on: less of the way where plans for one out of reach turn back.
+
+        Args:
+            power: of the factors of a tick, see `part_of_tick`.
+        """
+        last, share = self.objective, min(GROWTH**power * self.share, 1.0)
+        if last is not None and last.planned > BEYOND * last.holding:
+            counts = self.square > COUNTS**2 * last.holding
+            if counts and self.along < STEADY * self.square:
+                share = max(SHRINKAGE**power * self.share, CALM)
+        return replace(self.starting(), share=share, along=self.along, square=self.square)
+
 
 @dataclass(frozen=True, slots=True)
 class Dampings:
@@ -135,16 +158,18 @@ class Dampings:
         clusters: of the robot.
         each: of every cluster.
         goal: (n_v,) of the decision before; empty: none.
+        moved: (n_e,) by how much that had moved since the one before it [m]; empty: unknown.
     """
 
     clusters: Clusters
     each: tuple[Damping, ...]
     goal: Array
+    moved: Array
 
     @classmethod
     def at_start(cls, clusters: Clusters) -> Dampings:
         """The start."""
-        return cls(clusters, (undamped(),) * len(clusters.each), np.zeros(0))
+        return cls(clusters, (undamped(),) * len(clusters.each), np.zeros(0), np.zeros(0))
 
     @property
     def gamma(self) -> Array:
@@ -162,7 +187,9 @@ class Dampings:
             found[number] = one.share * one.faded
         return found[self.clusters.of_actuators]
 
-    def towards(self, goal: Array, size: float, h: float, layout: EffectorLayout) -> Dampings:
+    def towards(
+        self, goal: Array, size: float, h: float, layout: EffectorLayout, grips: bool
+    ) -> Dampings:
         """The same for another goal: all of the way where it has jumped.
 
         Args:
@@ -170,18 +197,25 @@ class Dampings:
             size: of the robot's largest part [m].
             h: length of a tick [s].
             layout: of the effectors; components without weight may be anywhere.
+            grips: whether contacts have friction: closing on an object takes efforts that turn back.
         """
         if len(self.goal) != len(goal):
             each = tuple(map(Damping.starting, self.each))
-            return Dampings(self.clusters, each, goal)
-        change = layout.units * layout.difference(goal, self.goal)
-        moved = np.abs(change) * (layout.weights > 0.0)  # (n_e,)
-        least, far, made = JUMP * size, JUMP_FAR * part_of_tick(h), []
+            return Dampings(self.clusters, each, goal, np.zeros(len(layout.weights)))
+        moved = layout.units * layout.difference(goal, self.goal) * (layout.weights > 0.0)  # (n_e,)
+        least, power, made = JUMP * size, part_of_tick(h), []
         for one, own in zip(self.each, self.clusters.each, strict=True):
             distance = 0.0 if one.objective is None else math.sqrt(one.objective.holding)
-            largest = max(moved[own.effectors].tolist(), default=0.0)
-            made.append(one.starting() if largest > max(least, far * distance) else one)
-        return Dampings(self.clusters, tuple(made), goal)
+            ways = moved[own.effectors].tolist(), self.moved[own.effectors].tolist()
+            travel, turn = math.hypot(*ways[0]), math.dist(*ways)  # the same in all axes
+            far = JUMP_FAR * power * distance
+            if travel <= max(least, far):
+                made.append(one)
+            elif grips or turn > max(least, far) or travel > GOES_ON * power * distance:
+                made.append(one.starting())
+            else:
+                made.append(one.going_on(power))
+        return Dampings(self.clusters, tuple(made), goal, moved)
 
     def compared(self, before: Array) -> Array:
         """Goals (n_v,) that this decision is compared with: of the one before, unless it has jumped."""
@@ -204,7 +238,7 @@ class Dampings:
         for one, own in zip(self.each, self.clusters.each, strict=True):
             made.append(one.fading(change[own.rows], size, h))
             changed |= made[-1] is not one
-        return Dampings(self.clusters, tuple(made), self.goal) if changed else self
+        return Dampings(self.clusters, tuple(made), self.goal, self.moved) if changed else self
 
     def adapted(
         self, change: Array, size: float, h: float, objectives: list[Objective]
@@ -219,8 +253,8 @@ class Dampings:
         """
         made = []
         for one, own, found in zip(self.each, self.clusters.each, objectives, strict=True):
-            made.append(adapted(one, change[own.rows], size, h, found))
-        return Dampings(self.clusters, tuple(made), self.goal)
+            made.append(adapted(one, change[own.rows], size, h, found, len(own.effectors)))
+        return Dampings(self.clusters, tuple(made), self.goal, self.moved)
 
 
 def undamped() -> Damping:
@@ -238,7 +272,7 @@ def part_of_tick(h: float) -> float:
 
 
 def adapted(
-    damping: Damping, change: Array, size: float, h: float, objective: Objective
+    damping: Damping, change: Array, size: float, h: float, objective: Objective, rows: int = 0
 ) -> Damping:
     """The damping of the next decision.
 
@@ -248,8 +282,10 @@ def adapted(
         size: of the robot's largest part [m].
         h: length of a tick [s].
         objective: that this one predicts.
+        rows: effector rows r that the change begins with.
     """
-    gamma, last = _gamma_after(damping, change, size), damping.objective
+    gamma, along, square = _repeated(damping, change, size, rows)
+    last = damping.objective
     share, most, grown = damping.share, damping.most, damping.grown
     actual, apart, predicted, use = damping.actual, damping.apart, damping.predicted, damping.use
     gain = mean = objective.gain
@@ -285,17 +321,27 @@ def adapted(
                 share, grown = min(GROWTH**power * share, most), True
     return Damping(
         gamma, change, share, damping.faded, most, grown, objective, actual, apart, predicted, mean, use,
+        along, square,
     )  # fmt: skip
 
 
-def _gamma_after(damping: Damping, change: Array, size: float) -> float:
-    """The weight γ of the next decision; arguments as of `adapted`."""
+def _repeated(
+    damping: Damping, change: Array, size: float, rows: int
+) -> tuple[float, float, float]:
+    """The weight γ of the next decision, and the means `along` and `square`; arguments as of `adapted`."""
     before, gamma = damping.change, damping.gamma
-    if len(before) == len(change) and float(before @ before) > (STILL * size) ** 2:
-        repeated = round(GRID * float(change @ before) / float(before @ before)) / GRID
+    along, square = damping.along, damping.square
+    if len(before) != len(change):
+        return gamma, along, square
+    efforts, last = change[rows:], before[rows:]
+    along += RECENT * (float(efforts @ last) - along)
+    square += RECENT * (math.sqrt(float(efforts @ efforts) * float(last @ last)) - square)
+    length = float(before @ before)
+    if length > (STILL * size) ** 2:
+        repeated = round(GRID * float(change @ before) / length) / GRID
         if repeated < REVERSED:
             growth = min(1.0 + REVERSED - repeated, LARGEST_GROWTH)
-            return min((1.0 + gamma) * growth - 1.0, LARGEST)
-        if repeated > REPEATED:
-            return max((1.0 + gamma) * DECREASE - 1.0, 0.0)
-    return gamma
+            gamma = min((1.0 + gamma) * growth - 1.0, LARGEST)
+        elif repeated > REPEATED:
+            gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
+    return gamma, along, square

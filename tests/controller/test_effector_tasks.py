@@ -349,7 +349,7 @@ def test_a_volume_that_changes_by_much_is_another_target() -> None:
     cavity = layout_of(("air",), ("volume",), np.ones(1), np.array([8e-6 ** (-2.0 / 3.0)]), none)
     one, no = np.zeros(1, np.int64), np.zeros(0, np.int64)
     clusters = Clusters((Cluster(one, one, no, one),), one, no, no, no, one == 0)
-    now, limits = np.array([8e-6]), (0.1, TICK, cavity)
+    now, limits = np.array([8e-6]), (0.1, TICK, cavity, False)
     start = Dampings.at_start(clusters).towards(now, *limits)
     held = replace(start, each=(replace(start.each[0], share=0.1),))
     assert held.towards(now + 1e-10, *limits).each[0].share == 0.1

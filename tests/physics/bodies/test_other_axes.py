@@ -129,3 +129,42 @@ def test_neither_axes_nor_numbers_choose_decisions(name: str, axes: str, tmp_pat
     found = decided(name, np.array(AXES[axes], dtype=float), 5, tmp_path / "other")
     for other, one in zip(found, expected, strict=True):
         np.testing.assert_allclose(other, one, atol=1e-7 * np.abs(one).max())
+
+
+def test_a_reduced_part_decides_the_same_wherever_it_stands(tmp_path: Path) -> None:
+    """Its targets move beyond its reach, where decisions take little to become others.
+
+    They once took a target to be another one by its largest coordinate, which is another one in other axes.
+    """
+    turn, place = Rotation.from_rotvec([0.7, -1.1, 0.4]), np.array([0.3, -0.2, 1.1])
+    quaternion = turn.as_quat()[[3, 0, 1, 2]].tolist()
+    gravity = turn.apply([0.0, 0.0, -9.81]).tolist()
+    file = tmp_path / "turned.toml"
+    file.write_text(
+        f"""name = "turned"
+gravity = {gravity}
+
+[[parts]]
+name = "one"
+robot = "diamond"
+rotation = {{ quaternion = {quaternion} }}
+position = {place.tolist()}
+
+[model]
+order = "reduced"
+""",
+        encoding="utf-8",
+    )
+    controllers = [Controller.of(robot) for robot in ("diamond", file)]
+    rest, size = controllers[0].effector[0], controllers[0].robot.part_size
+    for tick in range(60):
+        ahead = [np.sin(0.07 * tick), np.cos(0.05 * tick) - 1.0, 0.5 * np.sin(0.03 * tick)]
+        goal = rest + 0.13 * size * np.array(ahead)
+        one, other = (
+            controller.step(target)
+            for controller, target in zip(
+                controllers, (goal, turn.apply(goal) + place), strict=True
+            )
+        )
+        np.testing.assert_allclose(other.effort, one.effort, rtol=0.0, atol=1e-6)  # of 8 N
+    assert np.linalg.norm(controllers[0].effector[0] - goal) > 0.05 * size, "out of reach"
