@@ -76,10 +76,8 @@ JUMP = 1e-4  # of that size: a goal that changes by more in a tick is another on
 JUMP_FAR = 0.1  # unless that is less than this share of the distance that a hold leaves,
 GOES_ON = 0.5  # or than this one of a target that moves as it has moved in the tick before:
 BEYOND = 0.25  # of the objective of holding, that a plan leaves where that target is out of reach;
-STEADY = (
-    0.5  # mean product of efforts in changes of two ticks, by their mean square: less turns back
-)
-COUNTS = 5e-3  # where the root of that square is more than this share of the distance
+STEADY = 0.5  # mean product of efforts in two changes, by that of their norms: less turns back,
+COUNTS = 5e-3  # where the root of the latter is more than this share of the distance
 STILL = 1e-9  # of that size; smaller changes are rounding
 
 
@@ -102,7 +100,7 @@ class Damping:
         gain: mean of what all of the way would decrease it by [m²].
         use: mean over seconds of what plans have decreased it by, of what they predicted, -1 to 1.
         along: mean product of the efforts in changes of two ticks one after the other,
-        square: and mean product of their norms [m²].
+        norms: and mean product of their norms [m²].
     """
 
     gamma: float
@@ -118,7 +116,7 @@ class Damping:
     gain: float = 0.0
     use: float = 1.0
     along: float = 0.0
-    square: float = 0.0
+    norms: float = 0.0
 
     def fading(self, change: Array, size: float, h: float) -> Damping:
         """The damping of a decision whose plan changes effector rows and efforts so (r + a,) [m].
@@ -144,10 +142,10 @@ class Damping:
         """
         last, share = self.objective, min(GROWTH**power * self.share, 1.0)
         if last is not None and last.planned > BEYOND * last.holding:
-            counts = self.square > COUNTS**2 * last.holding
-            if counts and self.along < STEADY * self.square:
+            counts = self.norms > COUNTS**2 * last.holding
+            if counts and self.along < STEADY * self.norms:
                 share = max(SHRINKAGE**power * self.share, CALM)
-        return replace(self.starting(), share=share, along=self.along, square=self.square)
+        return replace(self.starting(), share=share, along=self.along, norms=self.norms)
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,10 +206,10 @@ class Dampings:
             distance = 0.0 if one.objective is None else math.sqrt(one.objective.holding)
             ways = moved[own.effectors].tolist(), self.moved[own.effectors].tolist()
             travel, turn = math.hypot(*ways[0]), math.dist(*ways)  # the same in all axes
-            far = JUMP_FAR * power * distance
-            if travel <= max(least, far):
+            far = max(least, JUMP_FAR * power * distance)
+            if travel <= far:
                 made.append(one)
-            elif grips or turn > max(least, far) or travel > GOES_ON * power * distance:
+            elif grips or turn > far or travel > GOES_ON * power * distance:
                 made.append(one.starting())
             else:
                 made.append(one.going_on(power))
@@ -284,7 +282,7 @@ def adapted(
         objective: that this one predicts.
         rows: effector rows r that the change begins with.
     """
-    gamma, along, square = _repeated(damping, change, size, rows)
+    gamma, along, norms = _repeated(damping, change, size, rows)
     last = damping.objective
     share, most, grown = damping.share, damping.most, damping.grown
     actual, apart, predicted, use = damping.actual, damping.apart, damping.predicted, damping.use
@@ -321,21 +319,21 @@ def adapted(
                 share, grown = min(GROWTH**power * share, most), True
     return Damping(
         gamma, change, share, damping.faded, most, grown, objective, actual, apart, predicted, mean, use,
-        along, square,
+        along, norms,
     )  # fmt: skip
 
 
 def _repeated(
     damping: Damping, change: Array, size: float, rows: int
 ) -> tuple[float, float, float]:
-    """The weight γ of the next decision, and the means `along` and `square`; arguments as of `adapted`."""
+    """The weight γ of the next decision, and the means `along` and `norms`; arguments as of `adapted`."""
     before, gamma = damping.change, damping.gamma
-    along, square = damping.along, damping.square
+    along, norms = damping.along, damping.norms
     if len(before) != len(change):
-        return gamma, along, square
+        return gamma, along, norms
     efforts, last = change[rows:], before[rows:]
     along += RECENT * (float(efforts @ last) - along)
-    square += RECENT * (math.sqrt(float(efforts @ efforts) * float(last @ last)) - square)
+    norms += RECENT * (math.sqrt(float(efforts @ efforts) * float(last @ last)) - norms)
     length = float(before @ before)
     if length > (STILL * size) ** 2:
         repeated = round(GRID * float(change @ before) / length) / GRID
@@ -344,4 +342,4 @@ def _repeated(
             gamma = min((1.0 + gamma) * growth - 1.0, LARGEST)
         elif repeated > REPEATED:
             gamma = max((1.0 + gamma) * DECREASE - 1.0, 0.0)
-    return gamma, along, square
+    return gamma, along, norms

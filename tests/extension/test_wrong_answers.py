@@ -199,9 +199,7 @@ def test_health_names_the_extension_whose_numbers_are_not_finite(
         assert (said.level is Level.WARN) == bool(conflict)
         assert said.message.endswith(f"; last not finite: {name}" if conflict else "0 not OK")
         loop.rest()
-        held = loop.tick(
-            None, Signals(target=False)
-        ).wanted  # what is published is not finite either
+        held = loop.tick(None, Signals(target=False)).wanted  # is published too
         assert held.conflict == conflict
 
 

@@ -136,7 +136,7 @@ def test_a_reduced_part_decides_the_same_wherever_it_stands(tmp_path: Path) -> N
 
     They once took a target to be another one by its largest coordinate, which is another one in other axes.
     """
-    turn, place = Rotation.from_rotvec([0.7, -1.1, 0.4]), np.array([0.3, -0.2, 1.1])
+    turn, place = Rotation.from_matrix(AXES["oblique"]), np.array([0.3, -0.2, 1.1])
     quaternion = turn.as_quat()[[3, 0, 1, 2]].tolist()
     gravity = turn.apply([0.0, 0.0, -9.81]).tolist()
     file = tmp_path / "turned.toml"
@@ -160,11 +160,7 @@ order = "reduced"
     for tick in range(60):
         ahead = [np.sin(0.07 * tick), np.cos(0.05 * tick) - 1.0, 0.5 * np.sin(0.03 * tick)]
         goal = rest + 0.13 * size * np.array(ahead)
-        one, other = (
-            controller.step(target)
-            for controller, target in zip(
-                controllers, (goal, turn.apply(goal) + place), strict=True
-            )
-        )
+        targets = (goal, turn.apply(goal) + place)
+        one, other = map(Controller.step, controllers, targets)
         np.testing.assert_allclose(other.effort, one.effort, rtol=0.0, atol=1e-6)  # of 8 N
     assert np.linalg.norm(controllers[0].effector[0] - goal) > 0.05 * size, "out of reach"
