@@ -63,6 +63,7 @@ from tauten.model import (
     Robot,
     State,
     condensed,
+    gains_energy,
     moves_far,
     one_blas_thread,
     travel,
@@ -298,16 +299,16 @@ def advance(
     """The state after the tick, in which the actuators move evenly to what left; its last step, with forces.
 
     The decision predicts the tick with one linearisation; the model follows what left in steps of second
-    order (`tauten.model.simulation.travel`). Without sub-steps it moves as the decision predicts, a
-    quasi-static one only where that is not far. So it does where these steps diverge or their matrix has no
-    factor: their linearisation is where the velocity leads, which may be far beyond.
+    order (`tauten.model.simulation.travel`). Without sub-steps it moves as the decision predicts, unless a
+    quasi-static one moves far in it, or another one gains energy. So it does where these steps diverge or
+    their matrix has no factor: their linearisation is where the velocity leads, which may be far beyond.
 
     Raises:
         FactorisationError: the state has diverged.
     """
     given, predicted = decision.command, decision.predicted
     step, forces = predicted.step, predicted.step.split(predicted.lam, space.k)
-    if settings.substeps > 0 or moves_far(robot, predicted):
+    if settings.substeps > 0 or moves_far(robot, predicted) or gains_energy(robot, predicted):
         if given is None:
             command = Command.of(now.position, None)
         else:

@@ -53,6 +53,7 @@ from tauten.model.simulation import (
     RobotModel,
     Simulator,
     Travel,
+    gains_energy,
     moves_far,
     travel,
 )
@@ -164,6 +165,7 @@ __all__ = [
     "extension_error",
     "force_limits",
     "forward_step",
+    "gains_energy",
     "is_own",
     "load_robot",
     "make_pattern",

@@ -41,6 +41,8 @@ from tauten.model.system import System
 
 ITERATIONS = 40  # linearisations of a step at most
 TOLERANCE = 1e-5  # of the robot's size, displacement of a node in the last iteration; its error is far below
+LINEAR = 2e-3  # of the size of the robot's largest part; a step that moves all nodes less is nearly linear
+GAIN = 1e-2  # of the kinetic energy at the end of a step, which one linearisation may add
 CONTRACTION = 0.2  # iterations that shorten by this are in Newton's basin, and taken whole
 
 
@@ -137,3 +139,19 @@ def without_gain(
     kinetic = robot.body.kinetic_energy(after)
     share = max(kinetic - gain, 0.0) / kinetic if kinetic > 0.0 else 0.0
     return replace(after, v=np.sqrt(share) * after.v)
+
+
+def gains_energy(robot: Robot, taken: PredictedStep) -> bool:
+    """Whether a dynamic step with one linearisation gains energy beyond the work of what pushes the robot.
+
+    A linear step loses energy. One that turns parts far stretches them, and what keeps the axes of hinges:
+    where only the steps damp a robot, its energy then grows from step to step.
+    """
+    step, start, v = taken.step, taken.step.state, taken.step.system.v + taken.dv
+    h, size = step.system.h, robot.part_size
+    if robot.integration.static or not LINEAR * size < robot.displacement(start, h * v) < np.inf:
+        return False
+    end = robot.body.advance(start, v, h)
+    work = h * float(taken.lam @ (step.compliance.H @ v))
+    gain = robot.energy(end) - robot.energy(start) - work
+    return not gain <= GAIN * robot.body.kinetic_energy(end)
