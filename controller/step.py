@@ -71,6 +71,8 @@ from tauten.model import (
 from tauten.model.numerics import Array, Bools, FactorisationError
 
 FARTHEST = 0.25  # of the size of the largest part, in a tick; a model that is faster has diverged
+# What is not finite is looked for in results, which have a status for it: numpy does not warn of it before.
+_quiet = np.errstate(over="ignore", invalid="ignore")
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +117,7 @@ class Decision:
 
 
 @one_blas_thread(whole=True)
+@_quiet
 def prepare(
     horizon: Horizon,
     space: ContactSpace,
@@ -163,6 +166,7 @@ def prepare(
 
 
 @one_blas_thread(whole=True)
+@_quiet
 def decide(
     robot: Robot,
     prepared: Prepared,
@@ -288,6 +292,7 @@ def decide(
 
 
 @one_blas_thread(whole=True)
+@_quiet
 def advance(
     robot: Robot,
     space: ContactSpace,
@@ -329,6 +334,7 @@ def advance(
 
 
 @one_blas_thread(whole=True)
+@_quiet
 def hold(
     robot: Robot,
     prepared: Prepared,

@@ -17,6 +17,7 @@ a robot file are unitless factors of these.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -111,9 +112,9 @@ class EffectorLayout:
         return found
 
     def lengths(self, rows: Array) -> Array:
-        """Length of each part (`parts`) of row values (n_e,), in metres by `units`."""
-        metres = self.units * rows
-        return np.array([float(np.linalg.norm(metres[part])) for part in self.parts()])
+        """Length of each part (`parts`) of rows (n_e,), in metres by `units`; inf where that overflows."""
+        metres = (self.units * rows).tolist()
+        return np.array([math.hypot(*metres[part]) for part in self.parts()])
 
     def in_metres(self, rows: Array) -> Array:
         """Rows (n_e, m) in metres by `units`: (3 q, m), three for each part (`parts`), zeros for scalars."""

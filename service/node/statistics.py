@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import Counter, deque
-from math import isnan
+from math import isfinite, isnan
 
 from tauten.controller import Status
 from tauten.model import Actuators, EffectorLayout
@@ -101,7 +101,7 @@ class LoopStatistics:
             values: (n_v,) goal values that the effectors of the model have after it.
         """
         apart = self._effectors.error(values, action.actuation.effector_values)  # m
-        if action.decided and not isnan(apart):
+        if action.decided and isfinite(apart):
             self._apart += (apart - self._apart) / AVERAGED
         self._ticks += 1
         self._action = action
