@@ -127,6 +127,7 @@ class DriveLoop:
         self._silence = max(SILENCE / robot.rate, _LEAST_SILENCE)  # s
         self._heard = 0.0  # monotonic time of the last actuation [s]
         self._next_health = 0.0
+        self._stop = StopFlag()
         self.active = False
 
     def run(self, stop: StopFlag) -> None:
@@ -136,33 +137,27 @@ class DriveLoop:
             DriverError: the hardware fails.
             ExtensionError: the code of the driver does.
             NetworkError: the node serves another robot.
+            Interrupted: a call of the driver has not ended after a request to stop.
         """
-        clock = Clock(1.0 / self._robot.rate)
+        self._stop = stop
         try:
-            with self._calls(stop, _PATIENCE):
-                while not stop.requested:
-                    clock.wait()
-                    self.tick(clock)
-        finally:
-            with self._calls(stop, _LONGEST_DEACTIVATION):
-                wanted = stop.requested
-                self._pause("the loop has ended", logging.INFO if wanted else logging.WARNING)
-
-    @contextmanager
-    def _calls(self, stop: StopFlag, patience: float) -> Iterator[None]:
-        """Calls of the driver: one that does not end after a request to stop is interrupted.
-
-        Raises:
-            Interrupted: a call has not ended.
-        """
-        try:
-            with stop.interruptible(patience):
-                yield
+            self._run_and_pause()
         except Interrupted:
             log.warning(
                 "a call of the driver of %s has not ended: it is interrupted", self._robot.name
             )
             raise
+
+    def _run_and_pause(self) -> None:
+        clock = Clock(1.0 / self._robot.rate)
+        try:
+            with self._stop.interruptible(_PATIENCE):
+                while not self._stop.requested:
+                    clock.wait()
+                    self.tick(clock)
+        finally:
+            wanted = self._stop.requested
+            self._pause("the loop has ended", logging.INFO if wanted else logging.WARNING)
 
     def tick(self, clock: Clock) -> None:
         """One period.
@@ -234,7 +229,8 @@ class DriveLoop:
         if self.active:
             self.active = False
             log.log(level, "%s: the driver of %s is deactivated", why, self._robot.name)
-            with hardware_of(self._robot.name, self._driver):
+            patience = self._stop.interruptible(_LONGEST_DEACTIVATION)
+            with patience, hardware_of(self._robot.name, self._driver):
                 self._driver.deactivate()
 
     def _read_actuation(self) -> Joints | None:

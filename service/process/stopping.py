@@ -76,6 +76,8 @@ class StopFlag:
     def interruptible(self, patience: float = 0.0) -> Iterator[None]:
         """A part of the program that a request ends at once; `stop_on_signals` ends with it.
 
+        One within another has its own patience, and the outer one has all of its own again after it.
+
         Args:
             patience: time [s] that the part has to end by itself, after the request and its own begin.
 
@@ -84,11 +86,13 @@ class StopFlag:
         """
         if self.requested and patience == 0.0:
             raise Interrupted
+        outer = self._patience, self._interruptible
         self._begin, self._patience, self._interruptible = self._now(), patience, True
         try:
             yield
         finally:
-            self._interruptible = False
+            self._begin = self._now()
+            self._patience, self._interruptible = outer
 
 
 @contextmanager

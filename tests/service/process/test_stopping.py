@@ -61,6 +61,21 @@ def test_a_part_that_begins_after_the_request_has_its_own_time() -> None:
     assert reached == ["own end"]
 
 
+def test_a_part_within_another_has_its_own_patience() -> None:
+    """And the outer one all of its own after it: no call of it lasts longer because of the inner one."""
+    reached = []
+    with stop_on_signals() as stop, stop.interruptible(0.3):
+        with stop.interruptible(1.5):
+            signal.raise_signal(signal.SIGTERM)
+            time.sleep(1.0)
+            reached.append("inner")
+        time.sleep(0.1)
+        reached.append("outer")
+        time.sleep(LONG)
+        reached.append("not here")
+    assert reached == ["inner", "outer"]
+
+
 def test_other_exceptions_in_a_callback_are_printed(monkeypatch: pytest.MonkeyPatch) -> None:
     printed = list[object]()
     monkeypatch.setattr(sys, "unraisablehook", lambda one: printed.append(one.exc_type))
