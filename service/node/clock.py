@@ -18,7 +18,7 @@ class Beat:
 
     Attributes:
         index: periods since the start, skipped ones included.
-        lateness: seconds between the scheduled time of this beat and its real one.
+        lateness: seconds between the scheduled time of this beat and its real one, less than a period.
         slack: seconds that were left of the period after its work and the work done ahead of the next beat;
             negative: a deadline was missed by that much.
         skipped: periods lost before this beat.
@@ -39,7 +39,7 @@ class Clock:
 
     Attributes:
         period: seconds between beats.
-        missed: beats whose work was not done when the next one was due.
+        missed: beats that came, or whose work was done, after the next one was due.
         skipped: periods lost.
     """
 
@@ -95,18 +95,18 @@ class Clock:
         elif before is not None and self._awake and slack > _SOON:
             self._watch(_SOON)
             slack -= self._timed(before)
-        skipped = 0
-        if slack < 0.0:
-            skipped = int(-slack / self.period)
-            self.missed += 1
-            self.skipped += skipped
         if (left := self.remaining - (_AHEAD if self._awake else 0.0)) > 0.0:
             self._sleep(left)
         if self._awake:
             self._watch(0.0)
+        overdue = max(-self.remaining, 0.0)
+        skipped = int(overdue / self.period)
+        if skipped > 0:  # by work, or by a thread that was not woken up
+            slack = min(slack, -skipped * self.period)
+        self.missed += slack < 0.0
+        self.skipped += skipped
         self._index += 1 + skipped
-        lateness = max(self._now() - (self._start + self._index * self.period), 0.0)
-        return Beat(self._index, lateness, slack, skipped)
+        return Beat(self._index, overdue - skipped * self.period, slack, skipped)
 
     def _watch(self, left: float) -> None:
         """Read the time until only some seconds are left."""

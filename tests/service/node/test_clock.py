@@ -59,6 +59,30 @@ def test_lost_periods_are_skipped_not_queued(hand: Hand) -> None:
     assert (clock.missed, clock.skipped) == (1, 2)
 
 
+def test_a_thread_that_is_woken_up_late_skips_what_it_slept_through(hand: Hand) -> None:
+    """It ticked twice at once, first for a target as of when the first beat was due, however old that was."""
+    slept = [1.75, 0.0]
+    clock = Clock(0.5, hand.now, lambda seconds: hand.sleep(seconds + slept.pop(0)))
+    beat = clock.wait()
+    assert (beat.index, beat.lateness, beat.slack, beat.skipped) == (4, 0.25, -1.5, 3)
+    beat = clock.wait()
+    assert (beat.index, beat.lateness, beat.slack, beat.skipped) == (5, 0.0, 0.25, 0)
+    assert hand.time == 102.5
+    assert (clock.missed, clock.skipped) == (1, 3)
+
+
+def test_a_beat_is_never_early(hand: Hand) -> None:
+    def now() -> float:
+        hand.time += 1e-6  # watching takes time, or it would never end
+        return hand.time
+
+    for awake in (False, True):
+        begin, clock = hand.time, Clock(0.5, now, hand.sleep, awake=awake)
+        for index in range(1, 4):
+            clock.wait(lambda: None)
+            assert begin + 0.5 * index <= hand.time < begin + 0.5 * index + 1e-4
+
+
 def test_there_is_time_for_something_before_a_beat(hand: Hand) -> None:
     clock, seen = Clock(0.5, hand.now, hand.sleep), []
 
