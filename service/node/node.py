@@ -117,7 +117,7 @@ class Node:
             while not stop.requested:
                 beat = clock.wait(self._read_ahead, self._rehearse)
                 if event and self._loop.state.mode is Mode.RUN:
-                    self._await_target(clock)
+                    self._await_target(clock, beat)
                 self.tick(clock, beat, shutdown=False)
                 if self._fall_back is not None and self._fall_back.wanted:
                     clock = punctual_clock(self._fall_back.switch(self._loop))
@@ -204,13 +204,13 @@ class Node:
         if goal is not None and self._decide_seconds < _QUICK:
             self._loop.rehearse(goal.corrected)
 
-    def _await_target(self, clock: Clock) -> None:
-        """Wait for the target of the tick that is due, and move the grid to the targets."""
+    def _await_target(self, clock: Clock, beat: Beat) -> None:
+        """Wait for the target of the tick that is due, and move the grid to targets and late beats."""
         begin = now = time.monotonic()
         while not self._inputs.read_targets(self._index) and now - begin < 0.5 * clock.period:
             time.sleep(_LOOK)
             now = time.monotonic()
-        clock.delay(now - begin)
+        clock.delay(beat.lateness + now - begin)
 
     def _tick(
         self,
