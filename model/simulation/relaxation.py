@@ -16,6 +16,7 @@ import numpy as np
 from tauten.model.numerics import FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
+from tauten.model.simulation.way_in import WayIn
 from tauten.model.state import State
 from tauten.model.step import ContactSpace, Enrichment, Forces, condense_step, forward_step
 from tauten.model.threads import raise_interrupt
@@ -40,11 +41,14 @@ def relaxed(
     """Move in damped time steps until the robot hardly moves: its state, without velocity, and its forces."""
     state = State(state.q, np.zeros_like(state.v))
     h, contacts = FIRST, space.k > 0 or enrichment.rounds > 0
+    way_in = WayIn(robot, state)
     for _ in range(STEPS):
         raise_interrupt()
         scheme = replace(robot.integration, static=False, rate=1.0 / h)
         try:
-            step = condense_step(robot, space, state, forces, contacts, False, scheme)
+            sided = way_in.robot_at(state) if contacts else robot
+            step = condense_step(sided, space, state, forces, contacts, False, scheme)
+            way_in.observe(step)
             solved = forward_step(step, enrichment, forces, command)
             movement = robot.displacement(state, h * (state.v + solved.dv))
         except FactorisationError:

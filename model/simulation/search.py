@@ -30,6 +30,7 @@ from tauten.model.simulation.equilibrium import (
     make_report,
 )
 from tauten.model.simulation.stability import way_on
+from tauten.model.simulation.way_in import WayIn
 from tauten.model.state import State
 from tauten.model.step import (
     CondensedStep,
@@ -85,11 +86,12 @@ class EquilibriumSearch:
         load, result, movement, taken, pushed = GrowingLoad(start, command), None, np.inf, 0, 0
         shares, ending = self._shares(load.now), Ending.OUT_OF_ITERATIONS
         semidefinite = 0.0  # share in the tangent that is tried first
+        way_in = WayIn(robot, state)
         while taken < max_iterations:
             raise_interrupt()
             taken += 1
             try:
-                step = self._condensed(state, forces, semidefinite)
+                step = self._condensed(way_in, state, forces, semidefinite)
                 found, grown = self._solved(step, forces, load)
             except FactorisationError:
                 ending = Ending.NOT_FINITE
@@ -124,10 +126,14 @@ class EquilibriumSearch:
         report = make_report(robot, state, result, taken, movement, ending)
         return Found(state, forces, report, result)
 
-    def _condensed(self, state: State, forces: Forces, semidefinite: float) -> CondensedStep:
+    def _condensed(
+        self, way_in: WayIn, state: State, forces: Forces, semidefinite: float
+    ) -> CondensedStep:
         contacts = self._space.k > 0 or self._enrichment.rounds > 0
-        static = replace(self.robot.integration, static=True, semidefinite=semidefinite)
-        step = condense_step(self.robot, self._space, state, forces, contacts, False, static)
+        robot = way_in.robot_at(state) if contacts else self.robot
+        static = replace(robot.integration, static=True, semidefinite=semidefinite)
+        step = condense_step(robot, self._space, state, forces, contacts, False, static)
+        way_in.observe(step)
         pushing = bool((forces.beta > 0.0).any()) or len(forces.pushing) > 0
         return replace(step, system=replace(step.system, straight=pushing))
 

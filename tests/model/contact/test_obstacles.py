@@ -13,10 +13,18 @@ from support.robots.blocks import BELOW, block, force_on
 from support.robots.bodies import CABLE
 from support.robots.small_bodies import small_body
 
-from tauten.model import Robot, RobotFileError, Simulator
+from tauten.model import (
+    Command,
+    Robot,
+    RobotFileError,
+    Simulator,
+    default_enrichment,
+    no_forces,
+)
 from tauten.model.contact import SHAPES, ContactPair, ContactSet, Obstacle, Shape, pose_at
 from tauten.model.contact.shapes import DrawnShape
 from tauten.model.numerics import Array
+from tauten.model.simulation.relaxation import relaxed
 from tauten.reduction.campaign import ramp
 from tauten.reduction.contact import ReduceSettings, reduce_robot
 from tauten.service.check.contact_findings import thin_walls
@@ -151,8 +159,16 @@ def test_a_block_slides_down_with_g_sin() -> None:
     np.testing.assert_allclose(force_on(simulator), [0.0, 0.0, across], rtol=1e-4, atol=1e-9)
 
 
-def propped(folder: Path, below: float) -> Robot:
+def propped(folder: Path, below: float, thickness: float = np.inf) -> Robot:
     """A slender beam along x under its weight, clamped at x = 0, its tip above a floor at a distance [m]."""
+    floor: dict[str, Any] = {
+        "name": "floor",
+        "shape": "plane",
+        "parameters": {"point": [0.0, 0.0, -below], "normal": [0.0, 0.0, 1.0]},
+    }
+    if thickness < np.inf:
+        lower, upper = [0.5, -1.0, -below - thickness], [1.5, 1.0, -below]
+        floor = {"name": "floor", "shape": "box", "parameters": {"lower": lower, "upper": upper}}
     nodes = np.outer(np.linspace(0.0, 1.0, 33), [1.0, 0.0, 0.0])
     beams = path_of_beams(nodes, (0.0, 0.0, 1.0), "bar")
     profile = rectangle("bar", 0.02, 0.01)
@@ -160,25 +176,38 @@ def propped(folder: Path, below: float) -> Robot:
         folder, nodes, beams, [profile], (1e9, 0.3, 1000.0), [0], 32,
         gravity=[0.0, 0.0, -1.0],
         contacts=[{"candidates": "foot", "against": "floor", "points": 1}],
-        obstacles=[{"name": "floor", "shape": "plane",
-                    "parameters": {"point": [0.0, 0.0, -below], "normal": [0.0, 0.0, 1.0]}}],
+        obstacles=[floor],
         surfaces=[{"name": "foot", "nodes": [32, 32, 32],
                    "points": [[1.001, 0.0, 0.0], [0.9995, 1e-3, 0.0], [0.9995, -1e-3, 0.0]],
                    "triangles": [[0, 2, 1]]}],
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("below", [0.0, 2e-3])
-def test_a_propped_cantilever_has_the_reaction_of_the_textbook(
-    tmp_path: Path, below: float
-) -> None:
-    """R = 3/8 q L − 3 E I d / L³ where the prop is d below, of Euler and Bernoulli."""
-    robot = propped(tmp_path, below)
-    simulator = Simulator(robot, "full")
-    assert simulator.settle(position=[-0.5], tolerance=1e-12).converged
+def reaction(below: float) -> float:
+    """R = 3/8 q L − 3 E I d / L³ where the prop is d below, of Euler and Bernoulli [N]."""
     q, EI = 1000.0 * 0.02 * 0.01 * 1.0, 1e9 * 0.02 * 0.01**3 / 12.0
-    expected = 0.375 * q - 3.0 * EI * below
-    np.testing.assert_allclose(force_on(simulator), [0.0, 0.0, expected], rtol=2e-3, atol=1e-9)
+    return 0.375 * q - 3.0 * EI * below
+
+
+@pytest.mark.parametrize("below, thickness", [(0.0, np.inf), (2e-3, np.inf), (2e-3, 1e-3)])
+def test_a_propped_cantilever_has_the_reaction_of_the_textbook(
+    tmp_path: Path, below: float, thickness: float
+) -> None:
+    """Without the prop the tip would be 15 mm lower, far below the thin one."""
+    simulator = Simulator(propped(tmp_path, below, thickness), "full")
+    assert simulator.settle(position=[-0.5], tolerance=1e-12).converged
+    expected = [0.0, 0.0, reaction(below)]
+    np.testing.assert_allclose(force_on(simulator), expected, rtol=2e-3, atol=1e-9)
+
+
+def test_a_cantilever_that_relaxes_in_time_comes_to_rest_on_a_thin_prop(tmp_path: Path) -> None:
+    robot = propped(tmp_path, 2e-3, 1e-3)
+    simulator, enrichment = Simulator(robot, "full"), default_enrichment(robot.tolerance)
+    slack, none = Command.of(np.array([-0.5]), None), no_forces(1, simulator.space.k)
+    found = relaxed(robot, simulator.space, enrichment, robot.rest(), none, slack)
+    simulator.start_from(*found)
+    simulator.settle(position=[-0.5], tolerance=1e-12)
+    np.testing.assert_allclose(force_on(simulator), [0.0, 0.0, reaction(2e-3)], rtol=2e-3)
 
 
 @pytest.mark.long
