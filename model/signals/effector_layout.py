@@ -144,7 +144,7 @@ class EffectorLayout:
             return values
         for _, part in self._rotations():
             q = values[part]  # a view
-            size = float(np.linalg.norm(q))
+            size = math.hypot(*q.tolist())
             if abs(size - 1.0) > UNIT_LENGTH:
                 return None
             q /= size

@@ -139,6 +139,7 @@ def test_goals_are_checked() -> None:
         Pose((0.1, 0.0, 0.0), (1.1, 0.0, 0.0, 0.0)),
         Pose((0.1, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)),
         Pose((np.nan, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)),
+        Pose((0.1, 0.0, 0.0), (1e200, 0.0, 0.0, 0.0)),  # whose square is infinite
     ]
     for target in bad:
         assert LAYOUT.goal_values(target) is None
