@@ -94,7 +94,7 @@ def test_a_late_measurement_is_stable_with_the_gain_of_a_stated_delay() -> None:
 
 @given(st.floats(1e-3, 100.0), st.floats(1e-3, 10.0))
 def test_the_gain_is_below_the_limit_of_the_delay(gain: float, delay: float) -> None:
-    assert stable_gain(gain, delay) <= min(gain, 0.5 * pi / (2.0 * delay))
+    assert stable_gain(gain, delay) == pytest.approx(min(gain, pi / (4.0 * delay)))
     assert stable_gain(gain, 0.0) == gain
 
 
