@@ -106,8 +106,6 @@ def _counted(state: NodeState, in_time: bool, limit: int) -> NodeState:
         late = state.late - 1 if in_time else min(state.late + 1, limit)
         return replace(state, late=late, tripped=late > 0)
     late = 0 if in_time else state.late + 1
-    if late == state.late:
-        return state
     return replace(state, late=late, tripped=late >= limit)
 
 
