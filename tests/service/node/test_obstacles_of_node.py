@@ -14,10 +14,12 @@ import zenoh
 from support.messages import decoded_by_mcap
 from support.processes import ROBOT, write_robot
 
-from tauten.controller import warm_controller
+from tauten.controller import Controller, warm_controller
+from tauten.model import load_robot
+from tauten.model.contact import pose_at
 from tauten.service.describing import log_metadata
 from tauten.service.log import LogReader, LogRecorder, record_robot
-from tauten.service.node import Clock, ControlLoop, Node
+from tauten.service.node import Clock, ControlLoop, Node, Signals
 from tauten.service.node.clock import Beat
 from tauten.service.operate import read_contacts
 from tauten.service.operate.contacts import Touched
@@ -33,6 +35,7 @@ from tauten.service.wire import (
     Keys,
     Network,
     ObstacleState,
+    OperatorCommand,
     Role,
     decode_cloud,
     decode_health,
@@ -222,6 +225,24 @@ def test_a_table_that_is_lifted_pushes_the_model_and_the_log_replays(rig: Rig) -
     again = replay(rig.log, 1e-9)
     assert again.same
     assert again.ticks > 50
+
+
+def test_an_obstacle_stays_in_a_reset_where_it_was_seen(tmp_path: Path) -> None:
+    """The model forgets what it did, not what is around it: no pose need arrive for a while."""
+    loop = ControlLoop(Controller(load_robot(write_robot(tmp_path, ROBOT + TABLE))))
+    seen, start = pose_at([0.0, 0.0, -0.003]), loop.controller.obstacles
+    assert start.poses[0].position[2] == -0.004 and not start.given[0]
+    loop.prepare({"table": seen})
+    assert loop.obey(OperatorCommand.STOP) is None
+    while not loop.released:
+        loop.tick(None, Signals(target=False))
+        loop.prepare()
+    assert loop.obey(OperatorCommand.RESET) is None
+    for _ in range(2):
+        assert loop.controller.obstacles.poses[0].position[2] == -0.003
+        assert loop.controller.obstacles.given[0]
+        loop.tick(None, Signals(target=False))
+        loop.prepare()
 
 
 @pytest.mark.long

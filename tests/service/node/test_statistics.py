@@ -51,6 +51,26 @@ def test_health_says_where_the_model_agrees() -> None:
     assert (health.level, health.message) == (Level.OK, "as in the model")
 
 
+def test_health_counts_ticks_by_mode_and_status_and_has_the_deepest_gap() -> None:
+    """Gaps that are open, or that nobody knows, are no depth."""
+    loop = ControlLoop(Controller(beam_robot(box_mesh(SIZE, (6, 2, 2)), SIZE), "none"))
+    robot, goal = loop.controller.robot, loop.controller.effector_values
+    statistics = LoopStatistics(robot.actuators, robot.effector_layout, robot.size)
+    for gap in (np.inf, 1e-3, np.nan, -2e-3, -1e-3):
+        target = None if gap == np.inf else goal
+        action = loop.tick(target, Signals(target is not None))
+        loop.prepare()
+        status = "" if action.status is None else action.status.name
+        tick = replace(tick_of(action), deepest_gap=gap, status=status)
+        statistics.add(tick, action, loop.controller.effector_values)
+        said = statistics.diagnostics(Clock(0.02), [], None, {})[1]
+        depth = 2.0 if gap < 0.0 else 0.0
+        assert float(said.values["deepest_penetration_mm"]) == depth
+    counts = ("ticks_idle", "ticks_run", "status_OK", "clamped")
+    assert [said.values[name] for name in counts] == ["1", "4", "4", "0"]
+    assert (said.level, said.message) == (Level.OK, "run, 0 not OK")
+
+
 def test_health_has_the_tension_that_left_and_the_models() -> None:
     """A hold of the manipulator whose wound tendons would pull with 130 N, where 80 N are allowed."""
     setup = shipped_setup("manipulator")
