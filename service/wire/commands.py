@@ -25,7 +25,7 @@ from tauten.service.codec import (
 from tauten.service.link import LockOrder, OperatorCommand, OperatorOrder
 from tauten.service.wire.effector_subscriber import Ring, payload_of, waiting
 
-COMMAND_RING = 16
+COMMAND_RING = 128  # that are read in a tick; older ones are dropped unread, a stop as well
 _LONGEST_NAME = 100  # characters of an actuator's
 
 

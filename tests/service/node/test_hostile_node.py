@@ -216,6 +216,15 @@ def test_those_runs_did_move_the_cables(rig: Rig) -> None:
     assert all(modes[mode] > 0 for mode in ("idle", "run", "hold", "stop")), modes
 
 
+def test_a_stop_among_many_commands_is_obeyed(rig: Rig) -> None:
+    """Of more than sixteen in a tick, which may be long, the oldest were lost unread, a stop as well."""
+    rig.follow_and_hold()
+    locks = [json.dumps({"data": f"lock upper position {1e-5 * i}"}).encode() for i in range(100)]
+    rig.send([order(OperatorCommand.STOP), *((KEYS.command, one, JSON) for one in locks)])
+    rig.tick()
+    assert rig.node._loop.state.mode is Mode.STOP
+
+
 def test_refused_commands_do_not_fill_the_log(rig: Rig, caplog: pytest.LogCaptureFixture) -> None:
     """A flood of locks with long names: health counts all, the log has a line of bounded length a second."""
     begin, before = time.monotonic(), rig.node._inputs._commands.counts.refused.total()
