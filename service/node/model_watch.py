@@ -169,8 +169,8 @@ class FallBack:
         full, reduced = self.full, loop.controller
         assert full is not None
         full.take_over(reduced, self.reduced.body.lifted(reduced.state))
+        full.prepare()  # where this fails, the loop has the reduced one for the release
         loop.take_over(full)
-        full.prepare()
         self.watch.fallen_back = True
         log.warning(
             "the reduced model has left the states it was trained with: the full one takes over at %g Hz",
