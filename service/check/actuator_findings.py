@@ -21,18 +21,19 @@ HELD_BACK = 0.5  # of its movement, which an actuator keeps where others let out
 NEAR = 0.05  # of the largest tension; how near the share at which a robot buckles is found
 
 
-def actuator_findings(robot: Robot, config: RobotConfig) -> Iterator[Finding]:
+def actuator_findings(robot: Robot, config: RobotConfig, held: bool = True) -> Iterator[Finding]:
     """Cables against their pulls, rates against ways, and the movement of effectors.
 
     Args:
-        robot: of one or several bodies, all of which are held.
+        robot: of one or several bodies.
         config: its file.
+        held: whether all bodies are held; else effectors are not moved, which takes equilibria.
     """
     if config.cables:
         yield cable_lengths(config, robot.size)
     if robot.n_a:
         yield times_of_ways(robot)
-        if robot.effector_layout.kinds:
+        if robot.effector_layout.kinds and held:
             moved = movement(robot)
             share = buckling_share(robot) if moved.level == "fine" else 1.0
             yield moved if share == 1.0 else buckles(moved.subject, share)

@@ -12,7 +12,7 @@ from tauten.model.contact import ContactPair
 from tauten.model.load import Bodies
 from tauten.model.mesh import boundary_triangles, distances_to_triangles, wall_thickness
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.model.schema import RobotConfig
+from tauten.model.schema import PartsConfig, RobotConfig
 from tauten.service.check.findings import Finding
 
 WALLS = "walls that may touch"  # subject of a finding
@@ -119,6 +119,19 @@ def untouched(robot: Robot, bodies: Bodies, config: RobotConfig) -> tuple[str, .
     return tuple(
         name for name in free if not belongs(bodies.selector.nodes_of(name), touched).any()
     )
+
+
+def idle_obstacles(config: RobotConfig | PartsConfig) -> Iterator[Finding]:
+    """Obstacles that no contact of a file names."""
+    touched = [contact.against for contact in config.contacts]
+    idle = [one.name for one in config.obstacles if one.name not in touched]
+    if idle:
+        yield Finding(
+            "obstacles",
+            "doubtful",
+            f"{', '.join(idle)}: named by no contact of the robot file, the robot goes through",
+            f'[[contacts]] with against = "{idle[0]}"',
+        )
 
 
 def thin_walls(robot: Robot, alarm_distance: float) -> Finding:

@@ -30,7 +30,7 @@ from tauten.model.schema import (
 )
 from tauten.service.check.actuator_findings import actuator_findings
 from tauten.service.check.body_findings import VIBRATION, body_findings, not_held
-from tauten.service.check.contact_findings import contact_finding, untouched
+from tauten.service.check.contact_findings import contact_finding, idle_obstacles, untouched
 from tauten.service.check.control_findings import control_findings
 from tauten.service.check.extension_findings import extension_findings
 from tauten.service.check.findings import Finding, Level, worst
@@ -154,8 +154,10 @@ def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
         findings += tuple(extension_findings(robot))
         if config.meshes:
             findings += (contact_finding(robot, bodies, config.contact.tolerance),)
+        findings += tuple(idle_obstacles(config))
         progress(0.08, own.name)
         if free:
+            findings += tuple(actuator_findings(robot, config, held=False))
             findings += (Finding("error of the mesh", "fine", not_held(free)),)
             return RobotCheck(config.name, findings, digest=robot.digest)
         findings += tuple(actuator_findings(robot, config))
@@ -198,6 +200,7 @@ def check_parts(
         parts_findings(robot, config, {one.name: configs[one.robot] for one in config.parts})
     )
     findings += extension_findings(robot, {one.name for one in config.obstacles})
+    findings += idle_obstacles(config)
     complete = True
     for written, file in files.items():
         name, given = written.removesuffix(".toml"), contents[written]

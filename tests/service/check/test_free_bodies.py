@@ -86,6 +86,8 @@ def test_a_free_body_on_a_floor_is_not_wrong(tmp_path: Path) -> None:
     said = "not looked at: by the robot file nothing holds cube but contact"
     assert found["sag and natural frequencies"] == found["error of the mesh"] == said
     assert result.estimate is None
+    assert found["cables against their pulls"] == "the largest pull is 45.5 % of the cable"
+    assert found["rates of actuators"] == "from rest to the farthest position in 0.5 s"
     simulator = Simulator(load_robot(path), contact="full")
     for _ in range(100):
         simulator.step(position=[0.0])
@@ -99,6 +101,20 @@ def test_a_free_body_that_no_contact_names_is_doubtful(tmp_path: Path) -> None:
     finding = {item.subject: item for item in result.findings}["sag and natural frequencies"]
     assert finding.level == "doubtful"
     assert finding.found == "cube: free, and touched by no contact of the robot file"
+
+
+@pytest.mark.parametrize("against", ["top", "table"])
+def test_an_obstacle_that_no_contact_names_is_doubtful(against: str, tmp_path: Path) -> None:
+    obstacle = """
+[[obstacles]]
+name = "table"
+shape = "plane"
+parameters = { point = [0.0, 0.0, -0.5], normal = [0.0, 0.0, 1.0] }
+"""
+    text = ROBOT.replace('against = "top"', f'against = "{against}"') + obstacle
+    result = check_model(CheckSettings(str(write(tmp_path, text))), StopFlag(), lambda *_: None)
+    found = [item for item in result.findings if item.subject == "obstacles"]
+    assert [item.level for item in found] == ["doubtful"] * (against == "top")
 
 
 @pytest.mark.parametrize(("lower", "level"), [(0.5, "fine"), (1.5, "doubtful"), (5.5, "wrong")])
