@@ -15,6 +15,7 @@ from tauten.model import (
     Enrichment,
     ForceLimits,
     Robot,
+    RobotFileError,
     force_limits,
     of_kind,
 )
@@ -138,6 +139,10 @@ def controller_settings(contents: dict[str, Any], path: Path) -> ControllerSetti
         RobotFileError: a field that is not allowed.
     """
     table = validated(ControllerTable, contents.get("controller", {}), path, "controller")
+    try:
+        qp_backend(table.qp_solver)
+    except RobotFileError as error:
+        raise RobotFileError(f"{path}: controller.qp_solver: {error}") from None
     return ControllerSettings(**table.model_dump(exclude={"rate"}, exclude_unset=True))
 
 

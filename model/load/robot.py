@@ -154,6 +154,8 @@ def make_parts(contents: dict[str, Any], path: Path, changes: Changes) -> Robot[
     @cache
     def read(name: str) -> LoadedPart:
         file = part_path(name, path)
+        if not file.exists():
+            raise RobotFileError(f"{path}: parts: robot: no such file {name!r}")
         return make_part(read_toml(file), file, own, PartRobotConfig)
 
     return build_parts(config, read, str(path))

@@ -325,7 +325,7 @@ def check_surfaces(
         if contact.candidates is None and contact.against not in (ITSELF, *obstacles):
             raise ValueError(
                 f'contacts.{index}: candidates are missing; only against = "itself" or an obstacle goes '
-                "without them"
+                f"without them, found {contact.against!r}, obstacles are {', '.join(obstacles) or 'none'}"
             )
         named: list[tuple[str | None, set[str]]] = [
             (contact.candidates, known),

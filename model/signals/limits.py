@@ -99,10 +99,14 @@ def coupled_range(item: CouplingSettings, members: Sequence[Range]) -> Range:
     for gain, offset, member in zip(item.gains, item.offsets, members, strict=True):
         ends = sorted([(member.least_effort - offset) / gain, (member.most_effort - offset) / gain])
         least, most = max(least, ends[0]), min(most, ends[1])
-    if not least <= 0.0 <= most or least == most:
+    change = "change pretensions, gains or the members' limits"
+    if least == most == 0.0:
+        raise ValueError(
+            f"couplings.{item.name}: the limits of its members allow no effort of its motor but 0: {change}"
+        )
+    if not least <= 0.0 <= most:
         raise ValueError(
             f"couplings.{item.name}: the limits of its members allow efforts of the motor from {least:g} to "
-            f"{most:g}; zero, the value at rest, must be between them: change pretensions, gains or the "
-            "members' limits"
+            f"{most:g}; zero, the value at rest, must be between them: {change}"
         )
     return Range(least, most, own.least_position, own.most_position, own.rate)

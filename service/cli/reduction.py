@@ -279,8 +279,6 @@ def _resumable(folder: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        typer.echo(
-            f"stopped: {folder} keeps the finished part, the same command continues from there",
-            err=True,
-        )
+        kept = f"{folder} keeps the finished part, the same command continues from there"
+        typer.echo(f"stopped: {kept if folder.exists() else 'nothing is finished yet'}", err=True)
         raise typer.Exit(130) from None

@@ -69,7 +69,8 @@ def test_a_robot_file_with_an_unknown_qp_library_is_refused(
         tmp_path, ROBOT.replace("rate = 50.0 }", 'rate = 50.0, qp_solver = "nope" }')
     )
     assert run_main("serve", str(file), "--port", str(free_ports())) == 2
-    assert "QP solver 'nope' is not installed, found are daqp" in capsys.readouterr().err
+    said = f"{file.name}: controller.qp_solver: QP solver 'nope' is not installed, found are daqp"
+    assert said in capsys.readouterr().err
 
 
 @pytest.mark.long

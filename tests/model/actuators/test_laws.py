@@ -91,6 +91,11 @@ def test_springs_of_a_coupling_count_with_its_gains_and_pretensions() -> None:
 def test_pretensions_that_exclude_rest_are_refused() -> None:
     with pytest.raises(RobotFileError, match=r"couplings\.drum: the limits of its members allow"):
         antagonists(pretensions=[2.0, -1.0])
+    only_zero = (
+        r"couplings\.drum: the limits of its members allow no effort of its motor but 0: change "
+    )
+    with pytest.raises(RobotFileError, match=only_zero):
+        antagonists(pretensions=None)
 
 
 def test_two_chambers_on_one_supply_share_its_pressure() -> None:

@@ -160,7 +160,11 @@ def test_neighbours_are_the_same_in_every_pose(robot: Robot[NodalBody]) -> None:
     ("table", "message"),
     [
         ('candidates = "notch"\nagainst = "itself"', "contacts.0: surface 'notch' is not defined"),
-        ('against = "skin_of_it"', 'contacts.0: candidates are missing; only against = "itself"'),
+        (
+            'against = "skin_of_it"',
+            'contacts.0: candidates are missing; only against = "itself" or an obstacle goes without them, '
+            "found 'skin_of_it', obstacles are none",
+        ),
         (
             'candidates = "a"\nagainst = "b"\nneighbour_distance = 1e-3',
             'contacts.0: neighbour_distance is used with against = "itself" only',

@@ -230,6 +230,13 @@ def test_unknown_robots_are_refused_with_the_shipped_ones() -> None:
         load_robot("nowhere.toml")
 
 
+def test_a_part_without_a_file_is_refused_in_the_file_that_names_it(tmp_path: Path) -> None:
+    file = tmp_path / "pair.toml"
+    file.write_text('name = "pair"\n[[parts]]\nname = "left"\nrobot = "arm.toml"\n', "utf-8")
+    with pytest.raises(RobotFileError, match=r"pair.toml: parts: robot: no such file 'arm.toml'$"):
+        load_robot(file)
+
+
 def test_digest_follows_contact_physics_and_nothing_else() -> None:
     mesh = box_mesh(SIZE, (4, 2, 2))
 
