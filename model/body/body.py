@@ -23,7 +23,7 @@ from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
 from tauten.model.points import Motion
 from tauten.model.state import Assembled, Augmentation, State, StepStart
-from tauten.model.system import Integration, System, make_iterate
+from tauten.model.system import RATES, Integration, System, make_iterate
 
 P = TypeVar("P", default=Any)
 
@@ -332,7 +332,8 @@ class Body(ABC, Generic[P]):
     def linearise_iterate(self, state: State, start: StepStart, effort: Array) -> System:
         """The system of one iteration of a step that started elsewhere, without velocity of its own.
 
-        Its solution dv moves the iterate by h dv.
+        Its solution dv moves the iterate by h dv. What nothing holds in a quasi-static step, as a rigid body
+        that may turn about its pin, is held by its mass, which changes no end of the iterations.
 
         Args:
             state: the iterate.
@@ -346,13 +347,16 @@ class Body(ABC, Generic[P]):
         accelerated = self.matrix(start.mass) @ (v - start.state.v) / self.h
         resisting = accelerated + self.matrix(start.damping) @ v - start.force
         inertia = self.at_end(start.state, state, resisting)
-        for exact in (True, False):
-            force, K = self.forces(state, effort, exact)
+        failed = FactorisationError("no tangent was tried")
+        for exact, rate in ((True, 0.0), (False, 0.0), *((False, rate) for rate in RATES)):
+            if rate == 0.0:
+                force, K = self.forces(state, effort, exact)
             A = self.h * self.h * K + self.h * self.damping_at_end(start, K)
             self.add_mass(A, start.mass)
+            if rate > 0.0:
+                self.add_mass(A, (self.h * rate) ** 2 * self.masses(state))
             try:
                 return make_iterate(self.factors(), self.h, A, force - inertia, exact)
-            except FactorisationError:
-                if not exact:
-                    raise
-        raise AssertionError("unreachable")
+            except FactorisationError as error:
+                failed = error
+        raise failed

@@ -15,16 +15,14 @@ from tauten.model.constraints.frames import Frames
 from tauten.model.constraints.joints import FrameJoints
 from tauten.model.materials import EXACT, MATERIAL
 from tauten.model.mesh import boundary_triangles
-from tauten.model.numerics import Array, FactorisationError, Ints, longest
+from tauten.model.numerics import Array, FactorisationError, Ints, longest, positive_part
 from tauten.model.points import NodeMotion
 from tauten.model.rows import Rows
 from tauten.model.state import State
-from tauten.model.system import Integration, Tangent, tried_tangents
+from tauten.model.system import RATES, Integration, Tangent, tried_tangents
 from tauten.model.tetra import TetBody
 
 LEAST = 1e-9  # of the mass over the square of a time step: less stiffness is rounding
-# 1/s; with them a mass counts as stiffness where nothing else holds it
-RATES = (1.0, 10.0, 100.0, 1e3, 1e4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -170,11 +168,11 @@ class ConstrainedBody(TetBody):
         preload = actuators.preload(motion)
         if preload is not None:
             mapped = mapped + preload[0]
-        if exact and len(self.frames.nodes):
+        if pulled and len(self.frames.nodes):
             if efforts is not None and len(efforts) > 0:
                 others = actuators.other_rows(self.tetrahedra.motion(motion.x))
                 force = force + others.weighed(efforts)
-            self.add_lever_stiffness(through.levers, force, tangent)
+            self.add_lever_stiffness(through.levers, force, tangent, exact)
         return mapped, tangent
 
     @property
@@ -194,16 +192,19 @@ class ConstrainedBody(TetBody):
         size = len(self.pattern.indices)
         return np.zeros(size) if is_zero else self.product.tangent.apply(K, T, size)
 
-    def add_lever_stiffness(self, levers: Array, force: Array, K: Array) -> None:
+    def add_lever_stiffness(self, levers: Array, force: Array, K: Array, exact: bool) -> None:
         """Add what turning levers contribute under forces on the nodes to a tangent K (nnz,).
 
         Args:
             levers: (k, 3) of frame nodes [m].
             force: (3 n_nodes,) on the nodes that are not fixed [N].
             K: CSC values, added to.
+            exact: whether all of it is added, or only what is positive semidefinite.
         """
         on_frames = (self.coordinates.gather @ force).reshape(-1, 3)
         blocks, drives = self.frames.stiffness(levers, on_frames)
+        if not exact:
+            blocks, drives = positive_part(blocks), np.maximum(drives, 0.0)
         K[self.product.rigid_places] += blocks
         K[self.product.drive_places] += drives
 
@@ -248,7 +249,8 @@ class ConstrainedBody(TetBody):
         along whole the tangent is singular, and its factors may be those of rounding. Links that only cables
         hold on their hinges have a negative one at given tensions, which no tangent of elements makes
         positive. Then the mass over the square of a time is added, of a long time first, as in the
-        pseudo-transient continuation of `tauten.model.simulation.relaxation`.
+        pseudo-transient continuation of `tauten.model.simulation.relaxation`; of a second first where bodies
+        on pins turn freely, as about the line from the pin to their centre, and all else is exact.
 
         See `SparseBody`.
         """
@@ -256,11 +258,36 @@ class ConstrainedBody(TetBody):
         tried = tried_tangents(scheme, at.K, semidefinite)
         if len(self.driven):
             tried = self._with_drives_stiffer(tried, at, scheme, semidefinite)
+        if scheme.static and self.frames.n_pinned > 0:
+            tried = self._with_pins_held(tried, at)
         yield from tried
         if scheme.static:
             M = self.masses(at.state)
             for rate in RATES:
                 yield Tangent(semidefinite() + rate**2 * M, False, 1.0)
+
+    def _with_pins_held(self, tried: Iterator[Tangent], at: SparseAssembled) -> Iterator[Tangent]:
+        """What a static step tries, and after the exact tangent, which may be singular, it with the mass.
+
+        Args:
+            tried: without it.
+            at: where the step starts.
+        """
+        mass, first = RATES[0] ** 2 * self.masses(at.state), self.frames.n_rigid
+        places = self.product.rigid_places[first:, np.arange(3), np.arange(3)]
+        held = np.abs(at.K[places]).sum(axis=1) + mass[places].sum(axis=1)  # (n_pinned,) N m
+        turns = 3 * len(self.coordinates.free) + self.frames.rotations[first:, None] + np.arange(3)
+        for one in tried:
+            if not one.exact:
+                yield one
+                continue
+            unknowns, stiffness = one.unheld or (np.zeros(0, np.int64), np.zeros(0))
+            both = (
+                np.concatenate([unknowns, turns.ravel()]),
+                np.concatenate([stiffness, held.repeat(3)]),
+            )
+            yield one._replace(unheld=both)
+            yield Tangent(one.values + mass, False, 0.0)
 
     def _with_drives_stiffer(
         self,

@@ -2,7 +2,16 @@
 
 from tauten.model.numerics.active_set import active_set_forces
 from tauten.model.numerics.anderson import Anderson
-from tauten.model.numerics.arrays import Array, Bools, Ints, diameter, joined, longest, row_keys
+from tauten.model.numerics.arrays import (
+    Array,
+    Bools,
+    Ints,
+    diameter,
+    joined,
+    longest,
+    positive_part,
+    row_keys,
+)
 from tauten.model.numerics.dense_cholesky import DenseFactors, cholesky, solve_in_place, solve_rows
 from tauten.model.numerics.elimination import eliminate, solve_transposed, solve_upper
 from tauten.model.numerics.factorisation import (
@@ -98,6 +107,7 @@ __all__ = [
     "normalised",
     "polar_lanes",
     "polar_rotations",
+    "positive_part",
     "product",
     "quaternion",
     "rotate",

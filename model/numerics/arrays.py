@@ -73,3 +73,12 @@ def diameter(points: Array) -> float:
     for some in np.array_split(outer, len(outer) ** 2 // PAIRS + 1):
         largest = max(largest, float(cdist(some, outer).max(initial=0.0)))
     return largest
+
+
+def positive_part(blocks: Array) -> Array:
+    """The nearest positive semidefinite matrices (m, k, k) to symmetric ones; what is not finite is kept."""
+    if not np.isfinite(blocks).all():
+        return blocks
+    values, vectors = np.linalg.eigh(blocks)
+    part: Array = (vectors * np.maximum(values, 0.0)[:, None]) @ vectors.swapaxes(1, 2)
+    return part

@@ -291,6 +291,22 @@ def test_a_pin_bears_no_moment() -> None:
     assert robot.effector(simulator.state)[0] == pytest.approx(expected, abs=1e-5)
 
 
+@pytest.mark.parametrize("aside", [[0.0, 0.0, 0.0], [1.0, 2.0, 0.0], [-2.0, 0.3, 0.0]])
+def test_a_body_on_a_pin_hangs_at_rest_in_the_plane_of_force_and_weight(
+    aside: list[float],
+) -> None:
+    """About the line to its pin it turns freely, and the tangent is singular there: no search found rest."""
+    direction = [1.0, 0.0, 0.0] if not any(aside) else aside
+    robot = arms({"kind": "pin"}, direction)
+    force = 0.2 * WEIGHT * float(np.linalg.norm(aside))
+    simulator = Simulator(robot, contact="none")
+    report = simulator.settle(position=[0.0, np.nan], effort=[np.nan, force])
+    assert report.converged and report.iterations < 60
+    along = np.array([0.0, 0.0, -0.5]) + 0.2 * np.array(aside)  # of the weight
+    expected = [L, 0.0, 0.0] + L * along / np.linalg.norm(along)
+    assert robot.effector(simulator.state)[0] == pytest.approx(expected, abs=1e-6)
+
+
 def test_a_double_pendulum_has_the_frequencies_of_its_links() -> None:
     """Both arms hang; the upper one turns on a hinge at the frame, the lower one on a hinge at the upper."""
     bar = ((0.1, 0.02, 0.02), (2, 1, 1))

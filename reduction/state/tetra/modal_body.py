@@ -301,12 +301,12 @@ class ModalBody(ReducedBody[ModePoints]):
             return tangent
         tangent = J.congruent(tangent)
         map_ = self.own_motion
-        if exact and len(map_.turning) + map_.frames > 0:
+        if len(map_.turning) + map_.frames > 0:
             others = at.over_beta
             if members is not None and len(members) > 0:
                 over_beta = ModeMotion(beta, None, at.motion.travel)
                 others = others + members @ self.actuator_set.other_rows(over_beta).dense()
-            map_.add_curvature(beta, others, shares[1], tangent)
+            map_.add_curvature(beta, others, shares[1], tangent, exact)
         if self.beams is not None:
             both = shares if exact else (shares[0] + shares[1], 0.0)
             tangent += self.beams.tangent(map_, at.state.q, beta, J, both)

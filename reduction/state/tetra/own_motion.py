@@ -21,6 +21,7 @@ from tauten.model.numerics import (
     kernel,
     longest,
     moments_at_end,
+    positive_part,
     rotations_between,
     turned,
 )
@@ -236,7 +237,7 @@ class OwnMotion:
             rate[first:] = (spun @ rotations).ravel()
         return rate if self.order is None else rate[self.order]
 
-    def add_curvature(self, beta: Array, force: Array, share: float, K: Array) -> None:
+    def add_curvature(self, beta: Array, force: Array, share: float, K: Array, exact: bool) -> None:
         """Add a share of −Σ f ∂²β/∂q² to a tangent; of rotations the symmetric part.
 
         Args:
@@ -244,15 +245,19 @@ class OwnMotion:
             force: (R,) f for β.
             share: of it.
             K: (n, n), added to.
+            exact: whether all of it is added, or only what is positive semidefinite.
         """
         columns, f = self.modes + self.turning, self.in_order(force)
         first, (sine, cosine, rotations) = self.straight + len(self.turning), self.turned(beta)
-        K[columns, columns] -= share * (f[self.straight : first] * cosine - f[columns] * sine)
+        drives = f[columns] * sine - f[self.straight : first] * cosine
         N = rotations @ f[first:].reshape(-1, 3, 3).swapaxes(1, 2)  # (f, 3, 3)
         trace = np.trace(N, axis1=1, axis2=2)
-        blocks = 0.5 * (N + N.swapaxes(1, 2)) - trace[:, None, None] * np.eye(3)
+        blocks = trace[:, None, None] * np.eye(3) - 0.5 * (N + N.swapaxes(1, 2))
+        if not exact:
+            drives, blocks = np.maximum(drives, 0.0), positive_part(blocks)
         rows = self.straight + np.arange(3 * self.frames).reshape(-1, 3)
-        K[rows[:, :, None], rows[:, None, :]] -= share * blocks
+        K[columns, columns] += share * drives
+        K[rows[:, :, None], rows[:, None, :]] += share * blocks
 
     def moved(self, q: Array, step: Array) -> Array:
         """Coordinates (n,) after a step (n,): velocities times its length."""

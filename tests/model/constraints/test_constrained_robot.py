@@ -30,7 +30,7 @@ from tauten.controller import Controller, Status
 from tauten.model import Robot, Simulator, State
 from tauten.model.constraints import ConstrainedBody
 from tauten.model.constraints.coordinates import Congruence
-from tauten.model.materials import NO_TANGENT
+from tauten.model.materials import EXACT, NO_TANGENT
 from tauten.model.numerics import Array, FactorisationError
 from tauten.model.schema import RobotFileError
 
@@ -183,20 +183,28 @@ def test_the_tangent_is_the_derivative_of_the_forces(
     assert np.abs(difference).max() < 1e-6 * np.abs(found).max()
 
 
-def test_the_semidefinite_tangent_is_that_of_the_nodes(
+def test_the_semidefinite_tangent_is_that_of_the_nodes_and_of_levers_that_forces_hold(
     robot: Robot[ConstrainedBody], state: State
 ) -> None:
+    """Of what turning levers add under forces, the nearest matrix without negative eigenvalues."""
     q, through = robot.body.placed(state)
     T = robot.body.coordinates.matrix(through.T).toarray()
-    held, actuators = robot.body.tetrahedra, robot.actuator_set
-    loads = actuators.loads(actuators.efforts(None), exact=False)
-    _, raw_values = held.forces(held.elements.semidefinite, held.placed(q), loads)
-    nodes = held.pattern.matrix(raw_values).toarray()
-    _, values = robot.forces(state)
-    pattern = robot.body.pattern
-    found = sp.csc_array((values, pattern.indices, pattern.indptr), shape=(robot.n,) * 2).toarray()
-    expected = T.T @ nodes @ T
-    assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+    held, actuators, pattern = robot.body.tetrahedra, robot.actuator_set, robot.body.pattern
+
+    def of_levers(exact: bool) -> tuple[Array, Array]:
+        """The tangent (n, n), and the part of it that is not that of the nodes."""
+        loads = actuators.loads(actuators.efforts(None), exact=exact)
+        kind = EXACT if exact else held.elements.semidefinite
+        nodes = held.pattern.matrix(held.forces(kind, held.placed(q), loads)[1]).toarray()
+        found = pattern.matrix(robot.forces(state, exact=exact)[1]).toarray()
+        return found, found - T.T @ nodes @ T
+
+    values, vectors = np.linalg.eigh(of_levers(True)[1])
+    assert values.min() < -0.1 and values.max() > 0.1  # N m
+    found, added = of_levers(False)
+    expected = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    assert np.abs(added - expected).max() < 1e-12 * np.abs(found).max()
+    assert np.linalg.eigvalsh(found).min() > -1e-12 * np.abs(found).max()
 
 
 def test_the_mass_is_lumped_where_elements_deform_and_consistent_where_they_do_not(

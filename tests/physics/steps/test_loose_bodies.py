@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.robots.bodies import beam_config, box_mesh
+from support.robots.joined import joined
 
 from tauten.model import Robot, Simulator
 from tauten.model.load import build_robot
@@ -77,6 +78,38 @@ def test_a_loose_cube_falls_beside_a_table_that_is_always_at_rest(
     alone = Simulator(held, contact="none")
     assert alone.settle(effort=[0.0], tolerance=1e-10).converged
     np.testing.assert_allclose(table, parts_of(held, alone)[0], atol=1e-9)
+
+
+@pytest.mark.parametrize("gravity", [0.0, G])
+@pytest.mark.parametrize("joint", [{"kind": "pin"}, {"kind": "hinge", "axis": [0.0, 1.0, 0.0]}])
+def test_an_iterated_step_beside_a_loose_cube_takes_what_nothing_holds(
+    joint: dict[str, object], gravity: float
+) -> None:
+    """What may turn about its pin has no stiffness there: steps raised that their matrix has no factor."""
+    bar, whole = (
+        (0.1, 0.02, 0.02),
+        {name: {"kind": "all", "body": name} for name in ("bar", "link")},
+    )
+    robot = joined(
+        [
+            {"name": "bar", "fixed": [{"lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}]},
+            {"name": "link", "rigid": True, "position": [0.1, 0.0, 0.0]},
+            {"name": "cube", "rigid": True, "free": True, "position": [0.0, 0.0, 0.1]},
+        ],
+        {"bar": (bar, (3, 2, 2)), "link": (bar, (2, 1, 1)), "cube": ((SIDE,) * 3, (1, 1, 1))},
+        attachments=[
+            {"region": whole["link"], "to": whole["bar"], "through": [0.1, 0.01, 0.01], **joint}
+        ],
+        gravity=[0.0, 0.0, -gravity],
+        effectors=[
+            {"name": name, "point": [x, 0.01, 0.01]} for name, x in (("pin", 0.1), ("end", 0.2))
+        ],
+    )
+    simulator = Simulator(robot, contact="none")
+    for _ in range(2):
+        assert simulator.step(effort=[0.0], converged=True).converged
+    pin, end = simulator.effector
+    np.testing.assert_allclose(end - pin, [0, 0, -0.1] if gravity else [0.1, 0, 0], atol=2e-4)
 
 
 def test_a_cube_that_lies_on_a_quasi_static_table_presses_with_its_weight() -> None:
