@@ -22,10 +22,10 @@ STIFFNESS, PRETENSION = 5e3, 2.0
 LIMITS = {"max_tension": 50.0, "max_pull": 0.05, "max_rate": 1.0}
 
 
-def tendon(name: str, z: float, **changes: object) -> dict[str, object]:
+def tendon(name: str, z: float, y: float = 0.01, **changes: object) -> dict[str, object]:
     """A cable along a bar of 0.1 m x 0.02 m x 0.02 m at the height z."""
     spring = {"stiffness": STIFFNESS, "pretension": PRETENSION}
-    points = [[0.01, 0.01, z], [0.05, 0.01, z], [0.1, 0.01, z]]
+    points = [[0.01, y, z], [0.05, y, z], [0.1, y, z]]
     return {"name": name, "points": points, "spring": spring, **LIMITS, **changes}
 
 
@@ -49,9 +49,10 @@ def pulled(robot: Robot[ConstrainedBody], simulator: Simulator) -> tuple[Array, 
     return rows.delta, efforts
 
 
-def test_forces_and_tangent_are_derivatives_of_the_energy() -> None:
-    """At a state with one cable taut and one slack, rows of the motor included."""
-    robot = antagonists()
+@pytest.mark.parametrize("y", [0.01, 0.001])
+def test_forces_and_tangent_are_derivatives_of_the_energy(y: float) -> None:
+    """At a state with one cable taut and one slack, rows of the motor included; also along the first node."""
+    robot = antagonists(cables=[tendon("lower", 0.002, y), tendon("upper", 0.018, y)])
     rng = np.random.default_rng(3)
     dq = 5e-4 * rng.standard_normal(robot.n)
     dq[-1] = 3e-3

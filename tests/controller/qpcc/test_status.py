@@ -10,7 +10,15 @@ from reference.linear_programs import has_feasible_point
 from support.qpcc_checks import EXACT, RECORDED, assert_solves, recorded, violation, worst
 
 from benchmarks.qpcc import known_stationary, nonsense, robot_like, scip_optimum
-from tauten.controller.qpcc import Qpcc, QpccSettings, Start, Status, solve_qpcc
+from tauten.controller.qpcc import (
+    Qpcc,
+    QpccSettings,
+    Solution,
+    Start,
+    Status,
+    solve_qpcc,
+    solve_relaxed,
+)
 
 
 def two_cables(**changes: object) -> Qpcc:
@@ -207,3 +215,35 @@ def test_a_degenerate_start_of_a_stationary_point_keeps_it() -> None:
     for piece in (np.zeros(6, dtype=np.bool_), np.ones(6, dtype=np.bool_)):
         solution = solve_qpcc(known.problem, Start(known.lam_a, piece))
         assert_solves(known.problem, solution)
+
+
+@pytest.mark.parametrize(
+    ("reached", "gives_way"), [((0.5, 0.5), False), ((0.5, 2.0), True), ((1.0, 2.0), False)]
+)
+def test_a_smallest_force_gives_way_where_a_largest_one_is_exceeded_too(
+    reached: tuple[float, float], gives_way: bool
+) -> None:
+    """Of the first tension the smallest is 1 N, of the second the largest; one that is missed alone is kept.
+
+    What cannot be met is then relaxed by as little as the nearest point misses it.
+    """
+    G, limits = np.eye(2, 3), (np.array([1.0, -np.inf]), np.array([np.inf, 1.0]))
+    problem = two_cables(G=G, g_lo=limits[0], g_hi=limits[1], row_names=())
+    nearest = solve_qpcc(two_cables())
+    nearest = replace(nearest, lam_a=np.array(reached), status=Status.INFEASIBLE)
+    asked = list[Qpcc]()
+
+    def solve(posed: Qpcc, start: Solution | None) -> Solution:
+        asked.append(posed)
+        return replace(nearest, status=Status.OK)
+
+    solve_relaxed(problem, nearest, 0, solve, (Status.INFEASIBLE,))
+    (posed,) = asked
+    assert np.isfinite(posed.Q).all() and np.isfinite(posed.c).all()
+    if gives_way:
+        assert posed.g_lo.tolist() == [-np.inf, -np.inf] and posed.g_hi.tolist() == [np.inf, 1.0]
+        assert posed.Q[0, 0] > problem.Q[0, 0]
+    else:
+        assert posed.g_lo[0] == pytest.approx(min(reached[0], 1.0))
+        assert posed.g_hi[1] == pytest.approx(max(reached[1], 1.0))
+        np.testing.assert_array_equal(posed.Q, problem.Q)

@@ -16,10 +16,10 @@ EDGE = 0.02  # m
 FACE = {"lower": [EDGE - 1e-6, -1.0, -1.0], "upper": [EDGE + 1e-6, 1.0, 1.0], "body": "body_other"}
 
 
-def two_cubes(gap: float, rigid: bool, **changes: Any) -> Robot:
+def two_cubes(gap: float, rigid: bool, cells: int = 2, **changes: Any) -> Robot:
     """Two cubes, one behind the other along x, of which the first one may touch the other."""
-    cube = (EDGE, EDGE, EDGE)
-    bodies = {"one": box(cube, (0.0, 0.0, 0.0)), "other": box(cube, (EDGE + gap, 0.0, 0.0))}
+    cube, places = (EDGE, EDGE, EDGE), {"one": 0.0, "other": EDGE + gap}
+    bodies = {name: box(cube, (x, 0.0, 0.0), cells) for name, x in places.items()}
     return free_bodies(bodies, [touching("one", "other")], 50.0, rigid, **changes)
 
 
@@ -70,3 +70,18 @@ def test_within_the_alarm_distance_a_longer_reach_changes_nothing() -> None:
     near, far = robot.contacts.detect(x), robot.contacts.reaching(0.009).detect(x)
     for field in ("slots", "gap", "normal", "vertices", "coefficients"):
         np.testing.assert_array_equal(getattr(near, field), getattr(far, field))
+
+
+@pytest.mark.parametrize("thickness", [0.0, 2e-3])
+@pytest.mark.parametrize(("gap", "within"), [(4.9e-3, True), (5.1e-3, False)])
+def test_the_alarm_distance_is_that_of_the_surfaces_of_loose_bodies(
+    gap: float, within: bool, thickness: float
+) -> None:
+    """Whatever the distance from which they push each other: beyond it not all of a face is found."""
+    contact = {"alarm_distance": 5e-3, "distance": thickness}
+    robot = two_cubes(gap, rigid=True, cells=8, contact=contact)
+    x = robot.motion(robot.rest()).placed(robot.vertices).y
+    found = robot.contacts.reaching(0.006).detect(x)
+    np.testing.assert_allclose(found.gap, gap - thickness, rtol=1e-9)
+    assert (len(found.slots) == 9 * 9) is within
+    assert len(found.slots) > 0 and (within or len(found.slots) <= NEAREST)

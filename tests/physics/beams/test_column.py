@@ -102,6 +102,14 @@ def test_a_column_that_is_left_no_iterations_is_named_buckled(tmp_path: Path) ->
     assert report.ending is Ending.BUCKLED
 
 
+def test_a_column_that_comes_to_no_equilibrium_is_not_named_buckled(tmp_path: Path) -> None:
+    """Only one that has come to an equilibrium, and has left it, is known to be unstable."""
+    robot = column(tmp_path, 16).loaded(np.zeros(3), 0.01 * DEAD * np.eye(3)[0])
+    simulator = Simulator(robot, contact="none")
+    report = simulator.settle(effort=[0.0], max_iterations=1, load_steps=False)
+    assert report.ending is Ending.OUT_OF_ITERATIONS
+
+
 def test_below_eulers_load_the_straight_column_is_settled(tmp_path: Path) -> None:
     robot = column(tmp_path, 16).loaded(np.zeros(3), down(0.98))
     simulator = Simulator(robot, contact="none")
