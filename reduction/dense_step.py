@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from scipy.linalg import eigh
@@ -29,6 +30,7 @@ from tauten.model.numerics import (
     kernel,
     solve_in_place,
 )
+from tauten.model.system import RATES
 
 MASSLESS = 1e-9  # eigenvalue of a scaled mass matrix, relative to the largest, that is rounding
 LEAST = 0.1  # of a matrix with the stiffness of the material, that one with an augmented tangent is
@@ -106,6 +108,7 @@ def implicit_system(
     L: Array,
     driven: Ints | None = None,
     added: Augmentation = None,
+    loose: Array | None = None,
 ) -> System:
     """The system of one step, with the exact tangent where A is positive definite.
 
@@ -122,6 +125,7 @@ def implicit_system(
         L: (r, r) memory of the factor.
         driven: (d,) unknowns that drives move; None: there are none.
         added: (r, r) to the tangent; None: nothing.
+        loose: (r, r) mass of a body of which nothing may hold a part, read in static steps; None: it is held.
 
     Raises:
         FactorisationError: neither matrix is positive definite (a state that has blown up).
@@ -137,22 +141,21 @@ def implicit_system(
     others: Iterator[Tangent] | None = None  # tried where the exact tangent has no factor
     S, exact, share = derivative, True, 0.0
     stiffened: tuple[Ints, Array] | None = None
-    unheld: tuple[Ints, Array] | None = None
-    if integration.static and driven is not None and len(driven) > 0:
-        unheld = driven, derivative[driven, driven] / scheme.h**2
+    unheld = unheld_in(derivative, scheme.h, driven, loose) if integration.static else None
+    attempts = partial(with_mass, integration, derivative, lambda: stiffness(False), loose)
     if added is not None:
         added = integration.shares[1] * added
         rest = added if scheme.static else (1.0 + scheme.h * scheme.a) * at.mass + added
         (S, exact, share), others = bounded_tangent(derivative, material(), rest), iter(())
     elif integration.semidefinite > 0.0:
-        others = tried_tangents(integration, derivative, lambda: stiffness(False))
+        others = attempts()
         S, exact, share = next(others)[:3]
     A_K = S if added is None else S + added
     while not implicit_step(scheme, at.mass, forces, A_K, v, L, v_free) or (
         exact and unheld is not None and has_lost_digits(DenseFactors(L), scheme.h, n, unheld)
     ):
         if others is None:
-            others = tried_tangents(integration, derivative, lambda: stiffness(False))
+            others = attempts()
             if driven is not None and len(driven) > 0:
                 others = with_drives_stiffer(others, integration, at.mass, material, driven)
             next(others)  # the exact one
@@ -215,6 +218,50 @@ def with_drives_stiffer(
             more += mass[driven, driven]
             S[driven, driven] += more
             yield Tangent(S, False, 0.0, (driven, more / stiffness))
+
+
+def unheld_in(
+    S: Array, h: float, driven: Ints | None, loose: Array | None
+) -> tuple[Ints, Array] | None:
+    """Unknowns of a static step that may go along with all else, see `Tangent`.
+
+    Args:
+        S: (r, r) of `implicit_step`, with the exact tangent.
+        h: time step [s].
+        driven: (d,) and
+        loose: (r, r) as of `implicit_system`.
+    """
+    if loose is not None:
+        held = np.abs(S.diagonal()) / h**2 + RATES[0] ** 2 * loose.diagonal()
+        return np.arange(len(S)), held
+    if driven is None or len(driven) == 0:
+        return None
+    return driven, S[driven, driven] / h**2
+
+
+def with_mass(
+    integration: Integration,
+    exact: Array,
+    semidefinite: Callable[[], Array],
+    loose: Array | None,
+) -> Iterator[Tangent]:
+    """What a step tries, with the mass of what is loose after what is exact, and last.
+
+    As a full body of tetrahedra adds it (`tauten.model.constraints.ConstrainedBody.tangents`).
+
+    Args:
+        integration: of the step.
+        exact: (r, r) S of `implicit_step` with the derivative.
+        semidefinite: gives S with the semidefinite tangent.
+        loose: (r, r) mass; None: nothing is loose.
+    """
+    for one in tried_tangents(integration, exact, semidefinite):
+        yield one
+        if one.exact and loose is not None:
+            yield Tangent(exact + (integration.h * RATES[0]) ** 2 * loose, False, 0.0)
+    if loose is not None:
+        for rate in RATES:
+            yield Tangent(semidefinite() + (integration.h * rate) ** 2 * loose, False, 1.0)
 
 
 def bounded_tangent(exact: Array, material: Array, others: Array) -> tuple[Array, bool, float]:

@@ -395,4 +395,6 @@ class ModalBody(ReducedBody[ModePoints]):
         at, tangent = assembled, partial(self.tangent, assembled, integration.shares)
         material = partial(self.unstrained, assembled, integration.shares)
         L = self.work.L if at.motion.J is None else np.zeros((self.n, self.n))
-        return implicit_system(integration, at, tangent, material, L, self.driven, added)
+        turns = integration.static and self.own_motion.frames > 0
+        loose = self.masses(at.state) if turns else None
+        return implicit_system(integration, at, tangent, material, L, self.driven, added, loose)

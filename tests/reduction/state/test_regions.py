@@ -238,6 +238,32 @@ def complete(robot: Robot) -> Robot:
     return body.reduced(with_own(body, Phi), every, np.ones(len(every)))
 
 
+@pytest.mark.parametrize("aside", [[0.0, 0.0], [0.3, -0.2], [3.0, -9.0]])
+def test_a_body_on_a_pin_hangs_in_modes_where_the_full_one_does(aside: list[float]) -> None:
+    """It turns freely about the line to its pin, and no search found where it rests."""
+    box = {"kind": "all", "body": "box"}
+    robot = joined(
+        [
+            {"name": "soft", "fixed": [{"lower": [0.0, 0.0, 0.0], "upper": [0.0, 0.02, 0.02]}]},
+            {"name": "box", "rigid": True, "position": [0.06, 0.0, 0.0]},
+        ],
+        {"soft": SOFT, "box": BOX},
+        attachments=[
+            {
+                "kind": "pin", "region": box, "to": {"kind": "all", "body": "soft"},
+                "through": [0.06, 0.01, 0.01],
+            }
+        ],
+        gravity=[9.81, *aside],
+        effectors=[{"name": "centre", "kind": "centre", "region": box}],
+    )  # fmt: skip
+    full, small = Simulator(robot, "none"), Simulator(complete(robot), "none")
+    for simulator in (full, small):
+        report = simulator.settle(effort=[0.0])
+        assert report.converged and report.iterations < 60
+    np.testing.assert_allclose(small.effector, full.effector, atol=1e-7)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("make", [chain, drum_and_hinge])
 def test_a_complete_basis_is_the_full_robot(make: Callable[[], Robot]) -> None:
