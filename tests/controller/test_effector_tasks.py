@@ -231,6 +231,18 @@ def test_an_exact_target_out_of_reach_is_named_and_approached() -> None:
     assert controller.step(rest).status is Status.OK
 
 
+def test_what_an_exact_target_out_of_reach_leaves_is_for_the_others() -> None:
+    """Also where these have components that are left free."""
+    tip = {"name": "tip", "point": [0.2, 0.01, 0.01], "weight": [0.0, 1.0, 0.0], "exact": True}
+    middle = {"name": "middle", "point": [0.1, 0.01, 0.01], "weight": [0.0, 0.0, 1.0]}
+    robot = trunk(tip, middle)
+    goal = robot.effector_values(robot.rest()) + np.array([0.0, 0.3, 0.0, 0.0, 0.0, -0.002])
+    found, controller = errors(robot, goal)
+    assert controller.status is Status.NOT_EXACT
+    assert abs(found[1]) > 0.05
+    assert abs(found[5]) < 1e-3  # half of the way; it is bent by 6 mm where it does not count
+
+
 def test_an_exact_orientation_names_its_component() -> None:
     robot = trunk({**TOOL, "weight": [0.0, 0.0, 0.0, 1.0, 1.0, 1.0], "exact": True})
     rest = robot.effector_values(robot.rest())
