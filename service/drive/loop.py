@@ -197,6 +197,13 @@ class DriveLoop:
             found: object = self._driver.read()
         if not isinstance(found, Measured):
             raise self._failure(f"its read() returns {type(found).__name__}, expected Measured")
+        for name, given, kind in (
+            ("facts", found.facts, Mapping),
+            ("warning", found.warning, str),
+        ):
+            if not isinstance(given, kind):
+                said = f"{name} of type {type(given).__name__}, expected {kind.__name__}"
+                raise self._failure(f"its read() gives {said}")
         n_a, effectors, gap = len(self._names), found.effectors, found.gap
         if effectors is not None:
             effectors = self._checked("effectors", effectors, (self._n_v,))

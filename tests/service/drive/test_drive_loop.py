@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from support.nodes import answering
 
 from tauten.model.numerics import Array
 from tauten.service.describing import describe
-from tauten.service.drive import Driver, Measured
+from tauten.service.drive import Driver, DriverError, Measured
 from tauten.service.drive.loop import DriveLoop
 from tauten.service.node import Clock
 from tauten.service.plant import free_ports
@@ -96,6 +97,25 @@ def test_only_what_is_within_the_limits_of_its_robot_reaches_a_driver(
     np.testing.assert_array_equal(one, [[0.001, 0.002], [most[0], least[1]]])
     np.testing.assert_array_equal(other, [[limits[0, 0], limits[1, 1]], [least[0], most[1]]])
     assert driver.calls == ["activate"]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"facts": None}, "facts of type NoneType, expected Mapping"),
+        ({"warning": np.zeros(2)}, "warning of type ndarray, expected str"),
+    ],
+)
+def test_facts_and_warnings_that_are_none_are_named(
+    given: dict[str, Any], said: str, robot: RobotDescription
+) -> None:
+    """Each was a traceback from the report of the loop's health."""
+    driver, network = Winches(), Network(free_ports())
+    driver.read = lambda: Measured(*np.zeros((2, 2)), **given)  # type: ignore[method-assign]
+    with session_of(network, Role.PLANT, "beam", connected=False) as session:
+        loop = DriveLoop(session, robot, driver, measure=False)
+        with pytest.raises(DriverError, match=f"the driver of beam fails: its read.. gives {said}"):
+            loop.tick(Clock(0.02, lambda: 0.0))
 
 
 def test_a_driver_is_deactivated_when_nothing_has_arrived_for_ten_periods(
