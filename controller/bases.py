@@ -10,7 +10,7 @@ from typing import Any, Literal
 from tauten.controller.settings import ModelSettings, load_controller_settings, load_model_settings
 from tauten.model import Robot
 from tauten.model.constraints import ConstrainedBody
-from tauten.model.load import part_path
+from tauten.model.load import command_name, part_path
 from tauten.model.schema import read_toml
 from tauten.reduction import BasisError, ContactBasis
 from tauten.reduction.contact import SUFFIX as BASIS
@@ -85,10 +85,12 @@ def beside(path: Path, name: str, suffix: str) -> Path | str:
 
 
 def _or_beside(found: Path | str, path: Path, suffix: str) -> str:
-    """The file that could have had the name of a basis which is not there; "" of a path."""
+    """The file that could have had the name of a missing basis, and what makes one; "" of a path."""
     if isinstance(found, Path) or found.endswith(suffix):
         return ""
-    return f"; no file {found}{suffix} is beside {path} either"
+    states = " --states" * (suffix == STATES)
+    makes = f"`tauten reduce {command_name(path)}{states}` makes one"
+    return f"; no file {found}{suffix} is beside {path} either; {makes}"
 
 
 def part_files(contents: dict[str, Any], path: Path) -> list[Path]:

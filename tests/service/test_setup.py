@@ -139,9 +139,12 @@ def test_bases_of_other_names_are_found_with_and_without_suffix(tmp_path: Path) 
         setup = load_setup(tmp_path / "other.toml", None, basis, "reduced", accept_error=True)
         assert isinstance(setup.contact, ContactBasis)
         assert setup.states
-    said = f"no contact basis 'thumb'.*; no file thumb.basis is beside {path} either"
+    said = f"no contact basis 'thumb'.*; no file thumb.basis is beside {path} either; `tauten reduce {path}`"
     with pytest.raises(BasisError, match=said):
         load_setup(path, basis="thumb")
+    said = f"no state basis 'thumb'.*; no file thumb.states .*; `tauten reduce {path} --states` makes one$"
+    with pytest.raises(StateBasisError, match=said):
+        load_setup(path, model="reduced")
 
 
 @pytest.mark.long
