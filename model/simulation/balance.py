@@ -7,11 +7,13 @@ equilibrium for so long that decisions hold back, because nothing comes of them.
 
 from __future__ import annotations
 
-from tauten.model.numerics import FactorisationError
+import numpy as np
+
+from tauten.model.numerics import Array, FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.simulation.equilibrium import Ending
-from tauten.model.simulation.search import EquilibriumSearch
+from tauten.model.simulation.search import REACH, EquilibriumSearch
 from tauten.model.state import State
 from tauten.model.step import ContactSpace, Enrichment, Forces, PredictedStep
 
@@ -30,6 +32,28 @@ def moves_far(robot: Robot, taken: PredictedStep) -> bool:
     system = taken.step.system
     moved = robot.displacement(taken.step.state, system.h * (system.v + taken.dv))
     return not (moved <= FAR * robot.part_size or robot.floats)
+
+
+def within_reach(robot: Robot, state: State, dv: Array, h: float) -> tuple[Array, float]:
+    """A change of the velocity (n,) in a step of dynamic parts, and the largest displacement by it [m].
+
+    Quasi-static parts beside these take a step of Newton's method in it, here no farther than in a search
+    for an equilibrium: longer ones led to and fro.
+
+    Args:
+        robot: the robot.
+        state: where the step is linearised.
+        dv: (n,) change in the step [m/s].
+        h: its length [s].
+    """
+    found, body = dv.copy(), robot.body
+    for name, part in zip(body.part_names, body.part_robots, strict=True):
+        if part.integration.static and not part.floats:
+            own, span = np.zeros_like(dv), body.unknowns_of(name)
+            own[span] = h * dv[span]
+            way, most = body.displacement(state, own), REACH * part.size
+            found[span] *= most / max(way, most)
+    return found, body.displacement(state, h * found)
 
 
 def balanced(

@@ -41,7 +41,7 @@ import numpy as np
 from tauten.model.numerics import Array, Bools, FactorisationError, Ints, kernel
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
-from tauten.model.simulation.balance import balanced, moves_far
+from tauten.model.simulation.balance import balanced, moves_far, within_reach
 from tauten.model.simulation.turning import turning_as_at_end
 from tauten.model.state import State
 from tauten.model.step import (
@@ -345,10 +345,11 @@ class _Stages:
         step = condense_step(robot, space, at, forces, contacts, False, scheme, slid)
         if step.system.inertia is not None:
             step = turning_as_at_end(robot, step, forces)
-        solved = forward_step(step, self.enrichment, forces, command)
-        h = step.system.h
-        v = (step.system.v if scheme.static else start.v) + solved.dv
-        correction = robot.body.displacement(at, h * solved.dv)
+        solved, h = forward_step(step, self.enrichment, forces, command), scheme.h
+        dv, correction = solved.dv, robot.body.displacement(at, h * solved.dv)
+        if correction > FARTHEST_CORRECTION * self.size and not scheme.static:
+            dv, correction = within_reach(robot, at, dv, h)
+        v = (step.system.v if scheme.static else start.v) + dv
         state = robot.body.advance(start, v, h)
         after = solved.step.split(solved.lam, space.k)
         return Travel(state, after, solved, start, h * v, correction, solved.converged)

@@ -165,6 +165,26 @@ def test_a_static_part_has_no_inertia_beside_a_dynamic_one(more: Options, tmp_pa
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-9)
 
 
+@pytest.mark.long
+@pytest.mark.parametrize(("option", "periods"), [(("map", "hinge"), 3), (("row", "drum"), 20)])
+def test_a_static_part_comes_to_rest_beside_a_dynamic_one(
+    option: tuple[str, str], periods: int, tmp_path: Path
+) -> None:
+    """Under its weight and 0.4 rad at once: steps of Newton's method of any length led to and fro."""
+    kinds = ([option], "quasi-static"), ([], "implicit-euler")
+    static, dynamic = (robot_with(kind, tmp_path, with_scheme(one, 1e3)) for kind, one in kinds)
+    static = static.loaded(GRAVITY, np.zeros(3))
+    parts = [Part(*each) for each in zip("ab", (static, dynamic), PLACES, strict=True)]
+    both, alone = Simulator(join_parts(assembly(static), parts)), Simulator(static)
+    pulled = np.array([0.006 if option[0] == "map" else -0.4])  # m, rad
+    for _ in range(periods):
+        both.move(np.concatenate([pulled, np.zeros(dynamic.n_a)]))
+    assert alone.settle(position=pulled).converged
+    assert np.linalg.norm(alone.effector[0] - static.effector(static.rest())[0]) > 0.01
+    np.testing.assert_allclose(both.effector[0], alone.effector[0], atol=1e-7)
+    np.testing.assert_allclose(both.effort[:1], alone.effort, rtol=1e-5)
+
+
 def with_scheme(scheme: str, density: float) -> Option:
     """The option that a robot takes steps of a scheme and has a density [kg/m³]."""
 
