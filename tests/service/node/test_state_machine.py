@@ -124,3 +124,12 @@ def test_it_runs_only_when_everything_allows_it(
             assert event is OperatorCommand.RESET
         if state.mode is Mode.IDLE:
             assert before.mode is Mode.IDLE or event is OperatorCommand.RESET
+
+
+def test_a_let_go_changes_no_mode_and_is_refused_in_a_stop() -> None:
+    """A node that follows goes on, and one that is held is not enabled by it."""
+    for enabled in (True, False):
+        state = NodeState(enabled=enabled)
+        assert commanded(state, OperatorCommand.LET_GO, released=False) == state
+    stopped = NodeState(mode=Mode.STOP, cause=Cause.OPERATOR)
+    assert commanded(stopped, OperatorCommand.LET_GO, released=True) is None
