@@ -32,8 +32,6 @@ from tauten.model.schema import RobotConfig
 # Shares of the semidefinite tangent that a step tries. The smaller it is, the faster steps converge.
 SHARES = (0.0, 0.25, 1.0)
 STATIC_SHARES = (0.0, 1.0 / 64.0, 1.0 / 8.0, 1.0)
-# 1/s; with them a mass counts as stiffness where nothing else holds it
-RATES = (1.0, 10.0, 100.0, 1e3, 1e4)
 
 
 class Scheme(NamedTuple):

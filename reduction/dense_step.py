@@ -20,7 +20,7 @@ from tauten.model import (
     Tangent,
     tried_tangents,
 )
-from tauten.model.body import has_lost_digits
+from tauten.model.body import RATES, has_lost_digits
 from tauten.model.numerics import (
     Array,
     DenseFactors,
@@ -30,7 +30,6 @@ from tauten.model.numerics import (
     kernel,
     solve_in_place,
 )
-from tauten.model.system import RATES
 
 MASSLESS = 1e-9  # eigenvalue of a scaled mass matrix, relative to the largest, that is rounding
 LEAST = 0.1  # of a matrix with the stiffness of the material, that one with an augmented tangent is

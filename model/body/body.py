@@ -23,9 +23,12 @@ from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Factorisation, FactorisationError, Ints
 from tauten.model.points import Motion
 from tauten.model.state import Assembled, Augmentation, State, StepStart
-from tauten.model.system import RATES, Integration, System, make_iterate
+from tauten.model.system import Integration, System, make_iterate
 
 P = TypeVar("P", default=Any)
+
+# 1/s; with them a mass counts as stiffness where nothing else holds it
+RATES = (1.0, 10.0, 100.0, 1e3, 1e4)
 
 # The displacement (n,) instead of a straight one (n,) from a state [m].
 Turning = Callable[[State, Array], Array]

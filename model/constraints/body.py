@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from tauten.model.body import SparseAssembled
+from tauten.model.body import RATES, SparseAssembled
 from tauten.model.constraints.coordinates import CoordinateMap, NodeMap, ProductPattern
 from tauten.model.constraints.drums import Drums
 from tauten.model.constraints.frames import Frames
@@ -19,7 +19,7 @@ from tauten.model.numerics import Array, FactorisationError, Ints, longest, posi
 from tauten.model.points import NodeMotion
 from tauten.model.rows import Rows
 from tauten.model.state import State
-from tauten.model.system import RATES, Integration, Tangent, tried_tangents
+from tauten.model.system import Integration, Tangent, tried_tangents
 from tauten.model.tetra import TetBody
 
 LEAST = 1e-9  # of the mass over the square of a time step: less stiffness is rounding
