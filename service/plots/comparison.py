@@ -13,6 +13,10 @@ from tauten.service.bench import Equilibrium
 from tauten.service.plots.body import Side, draw_body, draw_forces, frame
 from tauten.service.plots.saving import save_figure
 
+_WIDTH = 13.0 / 3.0  # of a panel, with its margins [inch]
+_MARGINS = 0.7, 0.9  # beside the axes of a panel, and above and below them [inch]
+_HEIGHTS = 2.2, 6.4  # least and largest of a figure [inch]
+
 
 def draw_comparison(
     robot: Robot, touching: Equilibrium, passing: Equilibrium, side: Side, path: Path
@@ -44,7 +48,10 @@ def draw_comparison(
 def draw_states(robot: Robot, states: dict[str, State], side: Side) -> tuple[Figure, list[Axes]]:
     """Draw states of a robot side by side on one scale: the figure and its panels."""
     everything = np.concatenate([robot.points(state) for state in states.values()])
-    figure = Figure(figsize=(13.0 / 3.0 * len(states), 6.4), layout="constrained")
+    extent = np.ptp(everything, axis=0)
+    height = (_WIDTH - _MARGINS[0]) * extent[side.up] / extent[side.right] + _MARGINS[1]
+    size = _WIDTH * len(states), float(np.clip(height, *_HEIGHTS))
+    figure = Figure(figsize=size, layout="constrained")
     panels = list(figure.subplots(1, len(states), sharey=True))
     for axes, (title, state) in zip(panels, states.items(), strict=True):
         draw_body(axes, robot.points(state), robot.triangles, side)
