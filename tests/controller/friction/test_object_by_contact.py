@@ -16,7 +16,7 @@ from tauten.controller import Controller
 from tauten.controller.friction import FrictionInverse, PlanSearch, with_slip
 from tauten.controller.friction.problem import cones_at
 from tauten.controller.friction.search import effort_search
-from tauten.controller.planning import Aim, Situation, make_plan
+from tauten.controller.planning import FRICTION_SHARE, Aim, Situation, make_plan
 from tauten.controller.qpcc import Budget, Qpcc, Solution, TimeLimit
 from tauten.model import load_robot, unit_start
 from tauten.model.friction import error_of
@@ -213,15 +213,16 @@ def test_a_search_begins_at_the_forces_of_holding(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("share", "least", "most"), [(None, 7e-4, 9e-4), (1.0, -2e-4, 2e-4)])
+@pytest.mark.parametrize(
+    ("share", "least", "most"), [(FRICTION_SHARE, 7e-4, 9e-4), (1.0, -2e-4, 2e-4)]
+)
 @pytest.mark.parametrize("way", [3e-3, 9e-3])
 def test_a_block_ends_before_its_target_where_friction_that_resists_is_left_out(
-    share: float | None, least: float, most: float, way: float
+    share: float, least: float, most: float, way: float
 ) -> None:
     """The finger is bent by what it has to push with and the plan leaves out; as docs/grasping.md says."""
     controller = Controller.of(EXAMPLES / "push.toml")
-    if share is not None:
-        controller.settings = replace(controller.settings, friction_share=share)
+    controller.settings = replace(controller.settings, friction_share=share)
     start = controller.effector_values
     for tick in range(100):
         goal = start + np.array([way, 0.0, 0.0]) * min(tick, 40) / 40
