@@ -295,13 +295,13 @@ def adapted(
             return replace(damping.starting(), share=most, most=most)
         power = part_of_tick(h)
         recent = power * RECENT
-        reached = last.holding - objective.before
+        reached, promised = last.holding - objective.before, last.predicted
         actual += recent * (reached - actual)
         apart += recent * (last.relaxed - objective.before - apart)
-        predicted += recent * (last.predicted - predicted)
+        predicted += recent * (promised - predicted)
         mean = damping.gain + recent * (gain - damping.gain)
-        if last.predicted > still and not settled:
-            use += power * LONG * (min(max(reached / last.predicted, -1.0), 1.0) - use)
+        if promised > still and not settled:
+            use += power * LONG * (min(max(reached / promised, -1.0), 1.0) - use)
             swings = use < POOR and actual > 0.0  # it decreases now, but not over seconds
             if swings and share > CALM:
                 share = most = max(SHRINKAGE ** (power * LONG / RECENT) * share, CALM)
