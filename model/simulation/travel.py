@@ -188,7 +188,7 @@ def _in_steps(
         if end.correction > farthest:
             break
         state, forces = end.state, end.forces
-    return replace(end, correction=correction, converged=converged, effort=mean)
+    return Travel(end.state, end.forces, end.last, end.start, end.way, correction, converged, mean)
 
 
 def _second(
