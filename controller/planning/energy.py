@@ -60,8 +60,6 @@ def scale_of_all(scales: Array, clusters: Clusters, scale: Array) -> float:
         clusters: of the robot.
         scale: (n_e,) weights times units of the effector rows.
     """
-    if len(scales) == 1:
-        return float(scales[0])
     counted = np.zeros(len(scales), np.bool_)
     counted[clusters.of_effectors[scale > 0.0]] = True
     found: list[float] = scales[counted & (scales > 0.0)].tolist()

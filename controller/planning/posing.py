@@ -69,9 +69,13 @@ def weights_of(situation: Situation, aim: Aim, step: CondensedStep) -> Weights:
         scales = capped_scales(scales, W_aa, robot.limits, robot.part_size, clusters)
     if prepared.farther.frictional:
         held_to = _held_back_to(prepared, aim)
-    scale = scale_of_all(scales, clusters, aim.scale)
-    back, counted = aim.gamma / (1.0 + aim.gamma), aim.scale  # (c,), (n_e,)
+    back, counted, scale = (
+        aim.gamma / (1.0 + aim.gamma),
+        aim.scale,
+        float(scales[0]),
+    )  # (c,), (n_e,)
     if len(back) > 1:
+        scale = scale_of_all(scales, clusters, aim.scale)
         counted = counted * relative_weights(scales, scale)[clusters.of_effectors]
     target = aim.target + back[clusters.of_effectors] * (held_to - aim.target)
     energy = situation.settings.epsilon * scale
