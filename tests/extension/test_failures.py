@@ -12,7 +12,7 @@ import pytest
 from support.messages import encode_point
 from support.nodes import point_at
 from support.processes import ROBOT, write_robot
-from support.robots.my_package import write_package
+from support.robots.my_package import MUSCLE, SPREAD, write_package
 
 from tauten.controller import warm_controller
 from tauten.controller.qpcc import Qp, qp_backend
@@ -41,25 +41,6 @@ from tauten.service.wire import (
     open_session,
 )
 
-SPREAD = """
-[[effectors]]
-name = "grasp"
-kind = "function"
-measure = "spread"
-points = [[0.1, 0.0, 0.01], [0.1, 0.02, 0.01], [0.08, 0.01, 0.015]]
-"""
-MUSCLE = """
-[[transmissions]]
-name = "muscle"
-function = "mckibben"
-points = [[0.0, 0.01, 0.002], [0.1, 0.01, 0.002]]
-parameters = { fibre = 0.12, turns = 1.5 }
-unit = "m3"
-max_position = 1e-5
-min_effort = 0.0
-max_effort = 3e3
-max_rate = 1e-4
-"""
 RING = """
 [[obstacles]]
 name = "hoop"

@@ -15,6 +15,7 @@ import pytest
 from support.messages import encode_point, tick_of
 from support.nodes import point_at
 from support.processes import ROBOT, write_robot
+from support.robots.my_package import MUSCLE, SPREAD
 
 from tauten.controller import Controller, Status, warm_controller
 from tauten.model import load_robot
@@ -28,26 +29,6 @@ from tauten.service.plant import free_ports
 from tauten.service.replay import read_run, replay
 from tauten.service.setup import load_setup
 from tauten.service.wire import CDR, Cause, Keys, Mode, Network, Role, open_session
-
-SPREAD = """
-[[effectors]]
-name = "grasp"
-kind = "function"
-measure = "spread"
-points = [[0.1, 0.0, 0.01], [0.1, 0.02, 0.01], [0.08, 0.01, 0.015]]
-"""
-MUSCLE = """
-[[transmissions]]
-name = "muscle"
-function = "mckibben"
-points = [[0.0, 0.01, 0.002], [0.1, 0.01, 0.002]]
-parameters = { fibre = 0.12, turns = 1.5 }
-unit = "m3"
-max_position = 1e-5
-min_effort = 0.0
-max_effort = 3e3
-max_rate = 1e-4
-"""
 
 
 class Wrong:

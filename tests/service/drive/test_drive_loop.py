@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import signal
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,9 +16,11 @@ from support.nodes import answering
 from tauten.model.numerics import Array
 from tauten.service.describing import describe
 from tauten.service.drive import Driver, DriverError, Measured
+from tauten.service.drive import loop as drive_loop
 from tauten.service.drive.loop import DriveLoop
 from tauten.service.node import Clock
 from tauten.service.plant import free_ports
+from tauten.service.process import stop_on_signals
 from tauten.service.setup import load_setup
 from tauten.service.wire import (
     JOINTS,
@@ -33,6 +36,7 @@ from tauten.service.wire import (
 
 NAMES, ACTUATION = ("lower", "upper"), Keys("beam").actuation
 SILENCE = 0.2  # s: ten periods of the robot
+LONG = 30.0  # s, if nothing interrupts it
 
 
 class Winches(Driver):
@@ -56,6 +60,19 @@ class Winches(Driver):
 
     def deactivate(self) -> None:
         self.calls.append("deactivate")
+
+
+class SlowWinches(Winches):
+    """Hardware that takes its time to come to rest, and is asked to end meanwhile."""
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__()
+        self.seconds, self.at_rest = seconds, False
+
+    def deactivate(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(self.seconds)
+        self.at_rest = True
 
 
 @pytest.fixture
@@ -134,3 +151,20 @@ def test_a_driver_is_deactivated_when_nothing_has_arrived_for_ten_periods(
         loop.tick(clock)
     assert driver.calls == ["deactivate"]
     assert not loop.active
+
+
+@pytest.mark.parametrize("seconds", [0.8, LONG])
+def test_a_deactivation_for_want_of_actuation_has_time_to_end(
+    seconds: float, robot: RobotDescription, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was interrupted like any call, and not called again: the robot kept what it had half let go."""
+    monkeypatch.setattr(drive_loop, "_PATIENCE", 0.3)
+    monkeypatch.setattr(drive_loop, "_LONGEST_DEACTIVATION", 1.5)
+    driver, network = SlowWinches(seconds), Network(free_ports())
+    with session_of(network, Role.PLANT, "beam", connected=False) as session:
+        loop = DriveLoop(session, robot, driver, measure=False)
+        loop.active, begin = True, time.monotonic()  # and nothing arrives
+        with stop_on_signals() as stop:
+            loop.run(stop)
+    assert driver.at_rest == (seconds < LONG)
+    assert time.monotonic() - begin < LONG

@@ -13,6 +13,25 @@ from types import ModuleType
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "extend.md"
 MODULE = "my_package"
+SPREAD = """
+[[effectors]]
+name = "grasp"
+kind = "function"
+measure = "spread"
+points = [[0.1, 0.0, 0.01], [0.1, 0.02, 0.01], [0.08, 0.01, 0.015]]
+"""
+MUSCLE = """
+[[transmissions]]
+name = "muscle"
+function = "mckibben"
+points = [[0.0, 0.01, 0.002], [0.1, 0.01, 0.002]]
+parameters = { fibre = 0.12, turns = 1.5 }
+unit = "m3"
+max_position = 1e-5
+min_effort = 0.0
+max_effort = 3e3
+max_rate = 1e-4
+"""
 
 
 def blocks(language: str) -> list[str]:
