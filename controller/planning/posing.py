@@ -69,11 +69,8 @@ def weights_of(situation: Situation, aim: Aim, step: CondensedStep) -> Weights:
         scales = capped_scales(scales, W_aa, robot.limits, robot.part_size, clusters)
     if prepared.farther.frictional:
         held_to = _held_back_to(prepared, aim)
-    back, counted, scale = (
-        aim.gamma / (1.0 + aim.gamma),
-        aim.scale,
-        float(scales[0]),
-    )  # (c,), (n_e,)
+    back, counted = aim.gamma / (1.0 + aim.gamma), aim.scale  # (c,), (n_e,)
+    scale = float(scales[0])
     if len(back) > 1:
         scale = scale_of_all(scales, clusters, aim.scale)
         counted = counted * relative_weights(scales, scale)[clusters.of_effectors]

@@ -18,7 +18,7 @@ from tauten.model.robot import Robot
 from tauten.model.signals import Command
 from tauten.model.simulation.way_in import WayIn
 from tauten.model.state import State
-from tauten.model.step import ContactSpace, Enrichment, Forces, condense_step, forward_step
+from tauten.model.step import ContactSpace, Enrichment, Forces, forward_step
 from tauten.model.threads import raise_interrupt
 
 FIRST = 0.1  # s; of the time steps
@@ -46,9 +46,7 @@ def relaxed(
         raise_interrupt()
         scheme = replace(robot.integration, static=False, rate=1.0 / h)
         try:
-            sided = way_in.robot_at(state) if contacts else robot
-            step = condense_step(sided, space, state, forces, contacts, False, scheme)
-            way_in.observe(step)
+            step = way_in.condensed(space, state, forces, contacts, scheme)
             solved = forward_step(step, enrichment, forces, command)
             movement = robot.displacement(state, h * (state.v + solved.dv))
         except FactorisationError:

@@ -38,7 +38,6 @@ from tauten.model.step import (
     Enrichment,
     Forces,
     PredictedStep,
-    condense_step,
     forward_step,
 )
 from tauten.model.system import System, smaller_share
@@ -130,10 +129,8 @@ class EquilibriumSearch:
         self, way_in: WayIn, state: State, forces: Forces, semidefinite: float
     ) -> CondensedStep:
         contacts = self._space.k > 0 or self._enrichment.rounds > 0
-        robot = way_in.robot_at(state) if contacts else self.robot
-        static = replace(robot.integration, static=True, semidefinite=semidefinite)
-        step = condense_step(robot, self._space, state, forces, contacts, False, static)
-        way_in.observe(step)
+        static = replace(self.robot.integration, static=True, semidefinite=semidefinite)
+        step = way_in.condensed(self._space, state, forces, contacts, static)
         pushing = bool((forces.beta > 0.0).any()) or len(forces.pushing) > 0
         return replace(step, system=replace(step.system, straight=pushing))
 

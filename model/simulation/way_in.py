@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from tauten.model.robot import Robot
 from tauten.model.state import State
-from tauten.model.step import CondensedStep
+from tauten.model.step import CondensedStep, ContactSpace, Forces, condense_step
+from tauten.model.system import Integration
 
 
 class WayIn:
-    """What a long step takes into an obstacle or another body is led out where it came in.
+    """Steps in which what a long one takes into an obstacle or another body is led out where it came in.
 
     The way in starts at the last state in which nothing was deeper in others than the tolerance of contact
     (`tauten.model.contact.sides`): farther inside, the nearest point of a plate may be on its other side.
@@ -18,11 +19,17 @@ class WayIn:
         """At the first state."""
         self._robot, self._outside = robot, state
 
-    def robot_at(self, state: State) -> Robot:
-        """The robot with contacts at a state on the sides where it came from."""
-        return self._robot.stepping(self._outside, 0.0, state)
-
-    def observe(self, step: CondensedStep) -> None:
-        """Start the way at the start of a step, where nothing is inside there."""
+    def condensed(
+        self,
+        space: ContactSpace,
+        state: State,
+        forces: Forces,
+        contacts: bool,
+        scheme: Integration,
+    ) -> CondensedStep:
+        """The step from a state, with contacts on the sides where it came from; see `condense_step`."""
+        robot = self._robot.stepping(self._outside, 0.0, state) if contacts else self._robot
+        step = condense_step(robot, space, state, forces, contacts, False, scheme)
         if step.rows.contacts.found.gap.min(initial=0.0) >= -self._robot.tolerance:
-            self._outside = step.state
+            self._outside = state
+        return step
