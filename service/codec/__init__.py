@@ -19,10 +19,10 @@ from tauten.service.codec.health import (
 )
 from tauten.service.codec.json_messages import (
     FARTHEST,
+    JSON_MODELS,
     NANO,
     CodedNumbers,
     CodedPoints,
-    JsonText,
     from_json,
 )
 from tauten.service.codec.messages import (
@@ -32,7 +32,6 @@ from tauten.service.codec.messages import (
     HEALTH,
     JOINTS,
     JSON,
-    JSON_MODELS,
     LARGEST_CLOUD,
     MAX_PAYLOAD,
     ODOMETRY,
@@ -80,7 +79,6 @@ __all__ = [
     "JSON",
     "JSON_MODELS",
     "Joints",
-    "JsonText",
     "LARGEST_CLOUD",
     "Level",
     "MAX_PAYLOAD",

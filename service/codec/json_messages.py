@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import base64
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -32,87 +32,72 @@ class JsonMessage(BaseModel):
     ros_type: ClassVar[str]
 
 
-class JsonTime(JsonMessage):
-    """builtin_interfaces/Time."""
-
+class _Time(JsonMessage):
     ros_type = "builtin_interfaces/msg/Time"
     sec: Annotated[int, Field(ge=0, lt=SECONDS)] = 0
     nanosec: Annotated[int, Field(ge=0, lt=NANO)] = 0
 
 
-class JsonHeader(JsonMessage):
-    """std_msgs/Header."""
-
+class _Header(JsonMessage):
     ros_type = "std_msgs/msg/Header"
-    stamp: JsonTime = JsonTime()
+    stamp: _Time = _Time()
     frame_id: str = ""
 
 
-class JsonVector(JsonMessage):
-    """geometry_msgs/Point."""
-
+class _Vector(JsonMessage):
     ros_type = "geometry_msgs/msg/Point"
     x: float
     y: float
     z: float
 
 
-class JsonQuaternion(JsonVector):
-    """geometry_msgs/Quaternion."""
-
+class _Quaternion(_Vector):
     ros_type = "geometry_msgs/msg/Quaternion"
     w: float
 
 
-class JsonPose(JsonMessage):
-    """geometry_msgs/Pose."""
-
+class _Pose(JsonMessage):
     ros_type = "geometry_msgs/msg/Pose"
-    position: JsonVector
-    orientation: JsonQuaternion
+    position: _Vector
+    orientation: _Quaternion
 
 
-class JsonPointStamped(JsonMessage):
-    """geometry_msgs/PointStamped."""
-
+class _PointStamped(JsonMessage):
     ros_type = "geometry_msgs/msg/PointStamped"
-    header: JsonHeader = JsonHeader()
-    point: JsonVector
+    header: _Header = _Header()
+    point: _Vector
 
 
-class JsonPoseStamped(JsonMessage):
-    """geometry_msgs/PoseStamped."""
-
+class _PoseStamped(JsonMessage):
     ros_type = "geometry_msgs/msg/PoseStamped"
-    header: JsonHeader = JsonHeader()
-    pose: JsonPose
+    header: _Header = _Header()
+    pose: _Pose
 
 
-class JsonJointState(JsonMessage):
-    """sensor_msgs/JointState."""
-
+class _JointState(JsonMessage):
     ros_type = "sensor_msgs/msg/JointState"
-    header: JsonHeader = JsonHeader()
+    header: _Header = _Header()
     name: tuple[str, ...] = ()
     position: tuple[float, ...]
     velocity: tuple[float, ...] = ()
     effort: tuple[float, ...] = ()
 
 
-class JsonText(JsonMessage):
-    """std_msgs/String."""
-
+class _Text(JsonMessage):
     ros_type = "std_msgs/msg/String"
     data: str
 
 
-M = TypeVar("M", bound=JsonMessage)
+# messages that may be JSON
+JSON_MODELS: dict[str, type[JsonMessage]] = {
+    model.ros_type: model for model in (_PointStamped, _PoseStamped, _JointState, _Text)
+}
 
 
-def from_json(model: type[M], kind: str, payload: bytes) -> M | Rejection:
-    """A message from JSON; its numbers may be infinite or NaN."""
+def from_json(kind: str, payload: bytes) -> JsonMessage | Rejection:
+    """A message of one of these types from JSON; its numbers may be infinite or NaN."""
     try:
-        return model.model_validate_json(payload)
+        return JSON_MODELS[kind].model_validate_json(payload)
     except ValidationError as error:
         first = error.errors(include_url=False, include_context=False)[0]
         place = ".".join(str(part) for part in first["loc"])

@@ -27,13 +27,10 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from tauten.service.codec.json_messages import (
+    JSON_MODELS,
     NANO,
     SECONDS,
-    JsonJointState,
     JsonMessage,
-    JsonPointStamped,
-    JsonPoseStamped,
-    JsonText,
     from_json,
 )
 from tauten.service.codec.rejection import Rejection, RejectionReason, quoted
@@ -78,10 +75,6 @@ CDR = "application/cdr"
 JSON = "application/json"
 # zenoh/bytes is the encoding of a publisher that names none
 _CDR_ENCODINGS = frozenset({CDR, "zenoh/bytes", "application/octet-stream"})
-# messages that may be JSON
-JSON_MODELS: dict[str, type[JsonMessage]] = {
-    model.ros_type: model for model in (JsonPointStamped, JsonPoseStamped, JsonJointState, JsonText)
-}
 MAX_PAYLOAD = 16_384  # bytes; the largest correct message but a cloud has a few hundred
 LARGEST_CLOUD = 2**20  # bytes; Zenoh assembles no larger message here
 
@@ -259,7 +252,7 @@ def as_cdr(payload: bytes, encoding: str, kind: str) -> bytes | Rejection:
         return form
     if kind not in JSON_MODELS:
         return Rejection(RejectionReason.ENCODING, f"a {kind} is read from CDR only")
-    found = from_json(JSON_MODELS[kind], kind, payload)
+    found = from_json(kind, payload)
     return found if isinstance(found, Rejection) else to_cdr(kind, _ros_message(found))
 
 

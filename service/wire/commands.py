@@ -13,7 +13,6 @@ from typing import Any
 from tauten.service.codec import (
     JSON,
     TEXT,
-    JsonText,
     MessageCounts,
     Rejection,
     RejectionReason,
@@ -77,7 +76,8 @@ def decode_command(payload: bytes, encoding: str) -> OperatorOrder | Rejection:
     found = payload_format(payload, encoding, TEXT)
     if isinstance(found, Rejection):
         return found
-    message: Any = from_json(JsonText, TEXT, payload) if found == JSON else from_cdr(TEXT, payload)
+    read = from_json if found == JSON else from_cdr
+    message: Any = read(TEXT, payload)
     if isinstance(message, Rejection):
         return message
     text = str(message.data)

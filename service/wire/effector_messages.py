@@ -117,11 +117,8 @@ def decode_effector(
             detail = f"{form.detail} for effector {name!r} of kind {kind!r}"
             return Rejection(RejectionReason.WRONG_TYPE, detail)
         return form
-    found: Any = (
-        from_json(JSON_MODELS[expected], expected, payload)
-        if form == JSON
-        else from_cdr(expected, payload)
-    )
+    read = from_json if form == JSON else from_cdr
+    found: Any = read(expected, payload)
     if isinstance(found, Rejection):
         other = _other_type(payload, expected) if form == JSON else ""
         if not other:
@@ -143,8 +140,8 @@ def decode_effector(
 
 def _other_type(payload: bytes, expected: str) -> str:
     """The type as which a message that is not of the expected one can be read; "" where there is none."""
-    for kind, model in JSON_MODELS.items():
-        if kind != expected and not isinstance(from_json(model, kind, payload), Rejection):
+    for kind in JSON_MODELS:
+        if kind != expected and not isinstance(from_json(kind, payload), Rejection):
             return kind
     return ""
 
