@@ -12,7 +12,6 @@ somebody listens and in time that is left. What joins the points never changes a
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 import zenoh
@@ -67,17 +66,8 @@ _FADE = 0.95  # of the expected duration each time it is not left, so that a hic
 _SPARE = 3e-4  # s left for other work
 
 
-@dataclass(frozen=True, slots=True)
-class Readout:
-    """What the model touches after a tick.
-
-    Attributes:
-        contacts: in range with their forces.
-        obstacles: where they are.
-    """
-
-    contacts: ContactForces
-    obstacles: ObstaclePoses
+# What the model touches after a tick: contacts in range with their forces, and where obstacles are.
+Readout = tuple[ContactForces, ObstaclePoses]
 
 
 class NodeOutputs:
@@ -136,7 +126,7 @@ class NodeOutputs:
         used = self._open.has_subscribers or any(map(self._is_used, wanted))
         if self._robot.n_c == 0 or mode is Mode.STOP or not used:
             return None
-        return Readout(controller.contacts, controller.obstacles)
+        return controller.contacts, controller.obstacles
 
     def tick(self, tick: Tick, readout: Readout | None) -> None:
         """Publish a tick, and what the model touches after it."""
@@ -148,20 +138,21 @@ class NodeOutputs:
     def _touch(self, readout: Readout, tick: Tick) -> None:
         """Publish contacts, wrenches and where obstacles are."""
         at, frame = (tick.stamp, tick.index), self._robot.frame
+        contacts, obstacles = readout
         if self._is_used(self._contacts):
-            cloud = contact_cloud(tick.stamp, frame, readout.contacts)
+            cloud = contact_cloud(tick.stamp, frame, contacts)
             self._send(self._contacts, encode_cloud(cloud, CONTACT_FIELDS), *at)
         if self._open.has_subscribers:  # a log does not need them
-            cloud = contact_cloud(tick.stamp, frame, readout.contacts, pushing=False)
+            cloud = contact_cloud(tick.stamp, frame, contacts, pushing=False)
             self._open.put(encode_cloud(cloud, CONTACT_FIELDS))
         used = [(i, one) for i, one in enumerate(self._wrenches) if self._is_used(one)]
         if used:
-            wrenches = contact_wrenches(self._robot, readout.contacts)
+            wrenches = contact_wrenches(self._robot, contacts)
             for i, publisher in used:
                 self._send(publisher, encode_wrench(tick.stamp, frame, wrenches[i]), *at)
         for number, publisher in zip(self._moving, self._places, strict=True):
             if self._is_used(publisher):
-                name, pose = readout.obstacles.names[number], readout.obstacles.poses[number]
+                name, pose = obstacles.names[number], obstacles.poses[number]
                 state = ObstacleState(tick.stamp, frame, name, pose)
                 self._send(publisher, encode_obstacle(state), *at)
 

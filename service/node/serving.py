@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -77,13 +76,15 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
             stack.enter_context(announced(session, keys.starting))
             controller = warm_controller(setup)
             setup = replace(setup, start="settled" if controller.settled else "rest")
-            claim = stack.enter_context(claimed(session, keys))
+            claim = keys.claim(str(session.info.zid()))
+            stack.enter_context(announced(session, claim))
+            claimed = time.monotonic()
             step = step_seconds(controller)
             advice = faster_here(setup.path, step, bool(setup.states), setup.robot, option=True)
             check_rate(rate, step, settings.rate_requested, advice)
             loop = ControlLoop(controller, not settings.wait, setup.service, timed=True)
             typestore()
-        claim.settle()
+        _settle(session, keys, claim, claimed)
         recorder = None
         if settings.record is not None:
             recorder = LogRecorder(settings.record, log_metadata(setup, controller.effector_values))
@@ -101,46 +102,18 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
         node.run(stop, settings.event)
 
 
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """A claim of a node to drive a robot's cables.
-
-    Attributes:
-        session: open Zenoh session.
-        keys: of the robot.
-        begin: monotonic time of the claim [s].
-    """
-
-    session: zenoh.Session
-    keys: Keys
-    begin: float
-
-    def settle(self) -> None:
-        """Make sure that no other node drives the same cables.
-
-        Raises:
-            NetworkError: another node serves the robot, or is about to.
-        """
-        session, keys, mine = self.session, self.keys, own_claim(self.session, self.keys)
-        if not is_alive(session, keys.token):
-            time.sleep(max(self.begin + _CLAIM - time.monotonic(), 0.0))
-        claims = session.liveliness().get(keys.claim("*"), timeout=1.0)
-        others = [str(reply.ok.key_expr) for reply in claims if reply.ok is not None]
-        if is_alive(session, keys.token) or any(other < mine for other in others):
-            raise NetworkError(f"another node serves {keys.robot!r} already: stop it first")
-
-
-@contextmanager
-def claimed(session: zenoh.Session, keys: Keys) -> Iterator[Claim]:
-    """Claim the cables of a robot.
+def _settle(session: zenoh.Session, keys: Keys, mine: str, begin: float) -> None:
+    """Make sure that no other node drives the cables that this one has claimed at a monotonic time [s].
 
     A claim is a liveliness token with the session's own id. Of nodes that claim a robot at the same
     time, the one with the smallest id continues.
+
+    Raises:
+        NetworkError: another node serves the robot, or is about to.
     """
-    with announced(session, own_claim(session, keys)):
-        yield Claim(session, keys, time.monotonic())
-
-
-def own_claim(session: zenoh.Session, keys: Keys) -> str:
-    """The key of a session's claim of a robot."""
-    return keys.claim(str(session.info.zid()))
+    if not is_alive(session, keys.token):
+        time.sleep(max(begin + _CLAIM - time.monotonic(), 0.0))
+    claims = session.liveliness().get(keys.claim("*"), timeout=1.0)
+    others = [str(reply.ok.key_expr) for reply in claims if reply.ok is not None]
+    if is_alive(session, keys.token) or any(other < mine for other in others):
+        raise NetworkError(f"another node serves {keys.robot!r} already: stop it first")
