@@ -11,6 +11,16 @@ from dataclasses import dataclass
 ROOT = "tauten"
 
 
+class _Key:
+    """A key of a robot by its parts after the robot's name."""
+
+    def __init__(self, *parts: str) -> None:
+        self._parts = parts
+
+    def __get__(self, keys: Keys | None, _owner: type) -> str:
+        return "" if keys is None else keys._key(*self._parts)
+
+
 @dataclass(frozen=True, slots=True)
 class Keys:
     """Keys of one robot.
@@ -21,92 +31,45 @@ class Keys:
 
     robot: str
 
+    #: Liveliness token of the node.
+    token = _Key()
+    #: Liveliness token of a node from the moment in which it begins to get ready.
+    starting = _Key("starting")
+    #: Queryable: the robot's description as JSON.
+    description = _Key("description")
+    #: Published by an operator, std_msgs/String, see `tauten.service.wire.commands`.
+    command = _Key("command")
+    #: Queryable: counters and histograms of the node as Prometheus text.
+    metrics = _Key("metrics")
+    #: Published by the node each tick, sensor_msgs/JointState: pull [m] and tension [N].
+    actuation = _Key("actuation")
+    #: Published by the node each tick, tauten_msgs/Tick: its decision and how fast it was.
+    tick = _Key("tick")
+    #: Published by the node once a second, diagnostic_msgs/DiagnosticArray.
+    health = _Key("health")
+    #: Published by the node while somebody listens, sensor_msgs/PointCloud2: skin and cables [m].
+    surface = _Key("surface")
+    #: Published by the node each tick, sensor_msgs/PointCloud2: the contacts that push [m, N].
+    contacts = _Key("contacts")
+    #: Published by the node while somebody listens, as contacts: those in range that do not push.
+    open_contacts = _Key("open_contacts")
+    #: Liveliness token of a plant.
+    plant_token = _Key("plant")
+    #: Everything a plant publishes.
+    plant = _Key("plant", "**")
+    #: Published by a plant, sensor_msgs/JointState: pull [m] and tension [N].
+    plant_state = _Key("plant", "state")
+    #: Published by a plant, std_msgs/Float64: smallest gap of its contacts [m].
+    plant_gap = _Key("plant", "gap")
+    #: Published by a plant once a second, diagnostic_msgs/DiagnosticArray.
+    plant_health = _Key("plant", "health")
+
     def _key(self, *parts: str) -> str:
         return "/".join((ROOT, self.robot, *parts))
-
-    @property
-    def token(self) -> str:
-        """Liveliness token of the node."""
-        return self._key()
-
-    @property
-    def starting(self) -> str:
-        """Liveliness token of a node from the moment in which it begins to get ready."""
-        return self._key("starting")
 
     def claim(self, session: str) -> str:
         """Liveliness token of a node that claims the robot, with the id of its session."""
         return self._key("claim", session)
-
-    @property
-    def description(self) -> str:
-        """Queryable: the robot's description as JSON."""
-        return self._key("description")
-
-    @property
-    def command(self) -> str:
-        """Published by an operator, std_msgs/String, see `tauten.service.wire.commands`."""
-        return self._key("command")
-
-    @property
-    def metrics(self) -> str:
-        """Queryable: counters and histograms of the node as Prometheus text."""
-        return self._key("metrics")
-
-    @property
-    def actuation(self) -> str:
-        """Published by the node each tick, sensor_msgs/JointState: pull [m] and tension [N]."""
-        return self._key("actuation")
-
-    @property
-    def tick(self) -> str:
-        """Published by the node each tick, tauten_msgs/Tick: its decision and how fast it was."""
-        return self._key("tick")
-
-    @property
-    def health(self) -> str:
-        """Published by the node once a second, diagnostic_msgs/DiagnosticArray."""
-        return self._key("health")
-
-    @property
-    def surface(self) -> str:
-        """Published by the node while somebody listens, sensor_msgs/PointCloud2: skin and cables [m]."""
-        return self._key("surface")
-
-    @property
-    def contacts(self) -> str:
-        """Published by the node each tick, sensor_msgs/PointCloud2: the contacts that push [m, N]."""
-        return self._key("contacts")
-
-    @property
-    def open_contacts(self) -> str:
-        """Published by the node while somebody listens, as contacts: those in range that do not push."""
-        return self._key("open_contacts")
-
-    @property
-    def plant_token(self) -> str:
-        """Liveliness token of a plant."""
-        return self._key("plant")
-
-    @property
-    def plant(self) -> str:
-        """Everything a plant publishes."""
-        return self._key("plant", "**")
-
-    @property
-    def plant_state(self) -> str:
-        """Published by a plant, sensor_msgs/JointState: pull [m] and tension [N]."""
-        return self._key("plant", "state")
-
-    @property
-    def plant_gap(self) -> str:
-        """Published by a plant, std_msgs/Float64: smallest gap of its contacts [m]."""
-        return self._key("plant", "gap")
-
-    @property
-    def plant_health(self) -> str:
-        """Published by a plant once a second, diagnostic_msgs/DiagnosticArray."""
-        return self._key("plant", "health")
 
     def obstacle(self, name: str) -> str:
         """Where an obstacle is, geometry_msgs/PoseStamped to the node."""

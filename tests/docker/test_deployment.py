@@ -91,9 +91,10 @@ def test_routers_let_pass_every_key(name: str) -> None:
         for key in rule["key_exprs"]
     ]
     keys = Keys("finger")
-    properties = {key for key, value in vars(Keys).items() if isinstance(value, property)}
-    assert {"open_contacts", "starting"} <= properties
-    for key in sorted(properties - {"plant"}):  # stands for several
+    texts = {name for name in dir(keys) if isinstance(getattr(keys, name), str)}
+    names = {name for name in texts if not name.startswith("__")} - {"robot"}
+    assert {"open_contacts", "starting"} <= names
+    for key in sorted(names - {"plant"}):  # stands for several
         expression = zenoh.KeyExpr(getattr(keys, key))
         assert any(one.includes(expression) for one in allowed), key
 
