@@ -16,12 +16,14 @@ from typing import BinaryIO
 from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, Footer, McapRecord, Message, Metadata, Statistics
 from mcap.stream_reader import StreamReader
+from pydantic import ValidationError
 
 from tauten.service.log.recorder import METADATA
-from tauten.service.wire import LARGEST_CLOUD
+from tauten.service.wire import LARGEST_CLOUD, RobotDescription, RunDescription, first_fault
 
 _MAGIC = b"\x89MCAP0\r\n"  # first and last bytes of a finished file
 _FRAME = struct.Struct("<BQ")  # kind and length of a record
+_DESCRIPTION = "description"  # entry of the metadata
 # The recorder writes chunks of 32 KiB and one message more, which may be a cloud; a record cannot decompress
 # to more than 255 times its length.
 _LARGEST_RECORD = LARGEST_CLOUD + 2**16  # bytes
@@ -109,9 +111,11 @@ class LogReader:
                 self.complete = True
             elif isinstance(record, Message) and self.metadata:
                 count += 1
-                if record.channel_id not in channels:
+                channel = channels.get(record.channel_id)
+                if channel is None:
                     raise LogError(f"{self.path}: damaged: message {count} has no channel")
-                yield _logged(record, channels[record.channel_id])
+                key, form = channel.topic.removeprefix("/"), channel.message_encoding
+                yield Logged(key, record.data, form, record.log_time, record.sequence)
         if not self.metadata:
             raise LogError(f"{self.path}: not the log of a run")
         if self.complete and expected not in (None, count):
@@ -146,11 +150,24 @@ def _extent(file: BinaryIO) -> tuple[int, bool, bool]:
     return size, finished, place == end
 
 
-def _logged(message: Message, channel: Channel) -> Logged:
-    return Logged(
-        key=channel.topic.removeprefix("/"),
-        payload=message.data,
-        encoding=channel.message_encoding,
-        logged=message.log_time,
-        sequence=message.sequence,
-    )
+def description_metadata(description: RobotDescription) -> dict[str, str]:
+    """The entry of a log's metadata that describes its robot, without the surface."""
+    return {_DESCRIPTION: description.as_json(surface=False)}
+
+
+def logged_description(log: Path, metadata: dict[str, str]) -> RunDescription:
+    """What a log says of the robot of its run.
+
+    Args:
+        log: the file, for messages.
+        metadata: as the log has them.
+
+    Raises:
+        LogError: a missing or wrong entry; the message names it.
+    """
+    if _DESCRIPTION not in metadata:
+        raise LogError(f"{log}: its metadata have no {_DESCRIPTION!r}")
+    try:
+        return RunDescription.model_validate_json(metadata[_DESCRIPTION])
+    except ValidationError as error:
+        raise LogError(f"{log}: its metadata: {first_fault(error)}") from error

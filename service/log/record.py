@@ -14,7 +14,7 @@ from pathlib import Path
 
 import zenoh
 
-from tauten.service.log.described import description_metadata
+from tauten.service.log.reader import description_metadata
 from tauten.service.log.recorder import Entry, LogRecorder
 from tauten.service.process import StopFlag
 from tauten.service.wire import (
