@@ -3,7 +3,7 @@
 from tauten.service.frames.frame import RobotLook, ViewFrame
 from tauten.service.frames.history import FrameHistory
 from tauten.service.frames.missed import RESTED, Miss, missed
-from tauten.service.frames.reach import ReachModel, ReachSearch, ReachSet
+from tauten.service.frames.reach import ReachSearch, ReachSet
 from tauten.service.frames.recorded import RecordedRobot
 from tauten.service.frames.served import ServedRobot
 from tauten.service.frames.simulated import SimulatedRobot
@@ -13,7 +13,6 @@ from tauten.service.frames.waypoints import WaypointList
 __all__ = [
     "FrameHistory",
     "Miss",
-    "ReachModel",
     "ReachSearch",
     "ReachSet",
     "RecordedRobot",

@@ -17,21 +17,6 @@ from tauten.service.plant import reach_plan, reached
 from tauten.service.process import drained
 
 
-@dataclass(frozen=True, slots=True)
-class ReachModel:
-    """The model whose reach is computed.
-
-    Attributes:
-        robot: name or file.
-        order: of the model; None: the file's.
-        basis: of contacts; None: the file's.
-    """
-
-    robot: str
-    order: Order | None = None
-    basis: str | None = None
-
-
 @dataclass(slots=True)
 class ReachSet:
     """Positions that an effector was found at.
@@ -52,11 +37,11 @@ class ReachSet:
 
 
 class ReachSearch:
-    """Computes the reach of effectors, one after another, when asked for it."""
+    """Computes the reach of effectors of a model, one after another, when asked for it."""
 
-    def __init__(self, model: ReachModel) -> None:
-        """Start nothing."""
-        self._model = model
+    def __init__(self, robot: str, order: Order | None = None, basis: str | None = None) -> None:
+        """Start nothing; arguments as of `Simulator.of`."""
+        self._model = robot, order, basis
         self._found: dict[int, ReachSet] = {}
         self._process: BaseProcess | None = None
         self._queue: Queue[object] | None = None
@@ -81,7 +66,7 @@ class ReachSearch:
         self._effector, self._found[effector] = effector, ReachSet()
         self._queue = context.Queue()
         self._process = context.Process(
-            target=_search, args=(self._model, effector, self._queue), daemon=True
+            target=_search, args=(*self._model, effector, self._queue), daemon=True
         )
         with interrupts_blocked():  # the viewer ends the process
             self._process.start()
@@ -107,9 +92,11 @@ class ReachSearch:
             self._process = None
 
 
-def _search(model: ReachModel, effector: int, queue: Queue[object]) -> None:
+def _search(
+    robot: str, order: Order | None, basis: str | None, effector: int, queue: Queue[object]
+) -> None:
     with one_blas_thread():
-        simulator = Simulator.of(model.robot, model.order, model.basis)
+        simulator = Simulator.of(robot, order, basis)
         plan = reach_plan(simulator, effector)
         queue.put((len(plan.shares), plan.is_curve))
         for position in reached(simulator, plan):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import viser
 
@@ -12,19 +10,6 @@ from tauten.service.frames import RobotLook
 from tauten.service.view.picture import Arrows
 
 COLOUR = (200, 30, 130)
-
-
-@dataclass(frozen=True, slots=True)
-class Pull:
-    """A spring from an effector.
-
-    Attributes:
-        effector: its number.
-        end: (3,) where the mouse holds it [m].
-    """
-
-    effector: int
-    end: Array
 
 
 class HandPull:
@@ -46,8 +31,8 @@ class HandPull:
         """Let go: the browser has left."""
         self._pull = None
 
-    def taken(self, positions: Array) -> Pull | None:
-        """What is pulled now; None: nothing is.
+    def taken(self, positions: Array) -> tuple[int, Array] | None:
+        """Number of the effector that is pulled now, and where the mouse holds it (3,) [m]; None: none is.
 
         Args:
             positions: (p, 3) of the effectors [m], NaN for those without.
@@ -59,7 +44,7 @@ class HandPull:
         grip, end = pull
         if self._effector is None:  # stays the same until the mouse lets go
             self._effector = int(np.nanargmin(np.linalg.norm(positions - grip, axis=1)))
-        return Pull(self._effector, positions[self._effector] + (end - grip))
+        return self._effector, positions[self._effector] + (end - grip)
 
     def show(self, position: Array | None, force: Array | None) -> None:
         """Show a force with its number; None: there is none.

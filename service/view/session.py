@@ -179,11 +179,10 @@ class ViewSession:
         """Pull the simulated robot where the mouse does."""
         if self._simulated is None or self._pushing is None or self.newest is None:
             return
-        look, values = self.source.look, self.newest.values
-        pull = self._pushing.taken(look.positions(values))
-        force = self._simulated.pull(*((0, None) if pull is None else (pull.effector, pull.end)))
-        held = None if pull is None else look.positions(values)[pull.effector]
-        self._pushing.show(held, force)
+        positions = self.source.look.positions(self.newest.values)
+        effector, end = self._pushing.taken(positions) or (0, None)
+        force = self._simulated.pull(effector, end)
+        self._pushing.show(None if end is None else positions[effector], force)
 
     def _draw(self) -> None:
         history, panel = self._history, self._panel

@@ -16,7 +16,6 @@ from tauten.controller import Order
 from tauten.model import one_blas_thread
 from tauten.model.schema import read_toml
 from tauten.service.frames import (
-    ReachModel,
     ReachSearch,
     RecordedRobot,
     ServedRobot,
@@ -92,7 +91,7 @@ def view_simulation(simulation: SimulationSettings, settings: ViewSettings, stop
         with stop.interruptible():
             source, path, file = simulated(simulation)
         with open_server(settings.port, source.look.robot.name) as (server, guard):
-            reach = ReachSearch(ReachModel(simulation.robot, simulation.model, simulation.basis))
+            reach = ReachSearch(simulation.robot, simulation.model, simulation.basis)
             session = ViewSession(source, server, guard, file, reach)
             session.arm()
             if path is not None:

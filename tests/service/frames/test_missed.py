@@ -12,7 +12,7 @@ from support.viewers import wait_until
 from tauten.model import NO_CONTACTS, Geometry
 from tauten.model.numerics import Array
 from tauten.service.describing import describe
-from tauten.service.frames import ReachModel, ReachSearch, RobotLook, ViewFrame, missed
+from tauten.service.frames import ReachSearch, RobotLook, ViewFrame, missed
 from tauten.service.setup import load_setup
 from tauten.service.wire import Cause, Mode
 
@@ -60,7 +60,7 @@ def test_a_robot_at_rest_away_from_its_target_misses_it(look: RobotLook) -> None
 
 @pytest.mark.long
 def test_the_reach_of_one_cable_is_a_curve_from_rest(tmp_path: Path) -> None:
-    search = ReachSearch(ReachModel(str(write_thumb(tmp_path))))
+    search = ReachSearch(str(write_thumb(tmp_path)))
     try:
         assert len(search.of(0).points) == 0, "nobody waits for it"
         assert wait_until(lambda: search.of(0).complete, 180.0)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from support.processes import blocks_interrupts
 
-from tauten.service.frames import ReachModel, ReachSearch
+from tauten.service.frames import ReachSearch
 
 
 def test_ctrl_c_does_not_reach_the_process_while_it_starts() -> None:
-    search = ReachSearch(ReachModel("finger"))
+    search = ReachSearch("finger")
     try:
         search.of(0)
         assert search._process is not None
