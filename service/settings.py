@@ -12,12 +12,7 @@ LEAST_PERIODS = 3.0  # what arrives once a period is read at the next tick, and 
 
 
 def lasting_timeout(timeout: float, period: float) -> float:
-    """A timeout [s] of three periods at least.
-
-    Args:
-        timeout: as set [s].
-        period: of the controller [s].
-    """
+    """A timeout of three periods at least [s]."""
     return max(timeout, LEAST_PERIODS * period)
 
 

@@ -139,11 +139,7 @@ def unused_tables(contents: dict[str, Any], path: Path) -> Iterator[str]:
 
 
 def interpolated(setup: Setup, delay: float) -> Setup:
-    """A setup whose node follows targets on straight lines between them.
-
-    Args:
-        setup: as loaded.
-        delay: with which they are followed [s]; 0: the latest target is followed.
+    """A setup whose node follows targets on straight lines between them, so much later [s]; 0: the latest.
 
     Raises:
         RobotFileError: the delay is not allowed.

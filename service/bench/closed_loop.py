@@ -183,12 +183,9 @@ def follow_path(
 
 
 def fine_tips(controller: Controller, plant: DrivenRobot, trace: Trace) -> Array:
-    """First effector (s, 3) of the controller's model with fine steps under what left [m].
+    """First effector (s, 3) of the controller's model with fine steps under what left in a run [m].
 
-    Args:
-        controller: its robot and contact basis.
-        plant: of full order; a model of the same order takes its steps.
-        trace: the run.
+    A model of the same order as the plant takes its steps.
     """
     robot = controller.robot
     steps = plant.steps

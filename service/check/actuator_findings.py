@@ -24,10 +24,7 @@ NEAR = 0.05  # of the largest tension; how near the share at which a robot buckl
 def actuator_findings(robot: Robot, config: RobotConfig, held: bool = True) -> Iterator[Finding]:
     """Cables against their pulls, rates against ways, and the movement of effectors.
 
-    Args:
-        robot: of one or several bodies.
-        config: its file.
-        held: whether all bodies are held; else effectors are not moved, which takes equilibria.
+    Effectors are moved where all bodies are held: it takes equilibria.
     """
     if config.cables:
         yield cable_lengths(config, robot.size)
@@ -40,12 +37,7 @@ def actuator_findings(robot: Robot, config: RobotConfig, held: bool = True) -> I
 
 
 def cable_lengths(config: RobotConfig, size: float) -> Finding:
-    """Whether a cable is as long as its largest pull, and starts near the robot.
-
-    Args:
-        config: of a robot with cables.
-        size: of the robot [m].
-    """
+    """Whether a cable is as long as its largest pull, and starts near a robot of some size [m]."""
     subject, shares = "cables against their pulls", []
     for cable in config.cables:
         points = np.array([cable.pull_point] * (cable.pull_point is not None) + cable.points)

@@ -104,13 +104,7 @@ def within(x: Array, wall: Ints, points: Array) -> Bools:
 
 
 def untouched(robot: Robot, bodies: Bodies, config: RobotConfig) -> tuple[str, ...]:
-    """Names of the free bodies with a mesh that no contact of a file touches; attached ones are left out.
-
-    Args:
-        robot: of the file.
-        bodies: of the file.
-        config: the file.
-    """
+    """Names of the free bodies with a mesh that no contact of a file touches; attached ones are left out."""
     if config.attachments:
         return ()
     surfaces = [which for pair in robot.contacts.pairs for which in (pair.nodes, pair.triangles)]
@@ -168,11 +162,7 @@ def thin_walls(robot: Robot, alarm_distance: float) -> Finding:
 
 
 def to_other_side(nodes: Array, pair: ContactPair) -> tuple[str, float, str]:
-    """The thinnest wall that has both of its sides in a contact.
-
-    Args:
-        nodes: (v, 3) vertices at rest [m].
-        pair: the contact.
+    """The thinnest wall that has both of its sides in a contact, between vertices (v, 3) at rest [m].
 
     Returns:
         the name of the contact, the thickness of the wall, inf where there is none [m], and where it is.

@@ -33,9 +33,7 @@ TIMED = 15  # control steps
 def control_findings(path: Path, slower: bool = True) -> Iterator[Finding]:
     """Contacts, the first decisions from the settled start, the time of a control step against the period.
 
-    Args:
-        path: of the robot file, from which a robot can be built.
-        slower: whether a lower rate may be advised: not beside a finer mesh or a higher rate.
+    A lower rate may be advised where it is not beside a finer mesh or a higher rate, if `slower`.
     """
     try:
         setup = controller_setup(read_toml(path), path, accept_error=True)
@@ -66,12 +64,9 @@ def unknown_contacts(setup: ControllerSetup) -> Iterator[Finding]:
 
 
 def first_decision(controller: Controller) -> Finding:
-    """Decisions for a target where the robot starts, then for one beside it.
+    """Decisions of a controller at its start, to which it returns: a target there, then one beside it.
 
     Wrong where one cannot be used, or where none is OK: `tauten demo` exits with 1 then.
-
-    Args:
-        controller: at its start, to which it returns.
     """
     near = controller.effector_values
     away = target_beside(controller)

@@ -135,10 +135,6 @@ def thin_layers(config: RobotConfig, meshes: list[TetMesh]) -> Iterator[Finding]
 
     Quadratic elements bend in one layer. The others have one deformation gradient, or averages of neighbours,
     so that a single layer hardly has different strains at both sides of a wall.
-
-    Args:
-        config: the robot file.
-        meshes: of its bodies that have one.
     """
     meshed = [body for body in config.all_bodies if body.mesh is not None]
     for body, mesh, settings in zip(meshed, meshes, config.meshes, strict=True):

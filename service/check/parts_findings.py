@@ -19,13 +19,7 @@ HELD = "free parts"
 def parts_findings(
     robot: Robot, config: PartsConfig, files: dict[str, RobotConfig]
 ) -> Iterator[Finding]:
-    """Overlaps of parts at rest, and free parts that no contact touches.
-
-    Args:
-        robot: of the file.
-        config: the file.
-        files: those of its parts, by part.
-    """
+    """Overlaps of parts at rest, and free parts that no contact touches; the files are those of the parts."""
     assert isinstance(robot.body, PartsBody)
     yield overlapping_parts(robot.body.parts, robot.tolerance)
     free = [

@@ -48,14 +48,7 @@ class Cloud:
 
 
 def contact_cloud(stamp: int, frame: str, found: ContactForces, pushing: bool = True) -> Cloud:
-    """The contacts that push, or those that do not, with the columns `CONTACT_FIELDS`.
-
-    Args:
-        stamp: time [ns since the epoch].
-        frame: of the robot.
-        found: contacts in range with their forces.
-        pushing: which.
-    """
+    """The contacts in range that push, or those that do not, with the columns `CONTACT_FIELDS`."""
     chosen, contacts = np.flatnonzero(found.pushing == pushing), found.contacts
     columns = (
         contacts.gap, contacts.pair.astype(float), found.sliding.astype(float), found.margin,
@@ -88,15 +81,7 @@ def encode_cloud(cloud: Cloud, fields: tuple[str, ...]) -> bytes:
 
 
 def decode_cloud(payload: bytes, fields: tuple[str, ...]) -> Cloud | Rejection:
-    """A cloud from CDR.
-
-    Args:
-        payload: the message.
-        fields: names of the columns that are expected.
-
-    Returns:
-        Finite numbers, or why the message was refused.
-    """
+    """A cloud of finite numbers from CDR, whose columns have these fields, or why the message was refused."""
     if len(payload) > LARGEST_CLOUD:
         detail = f"{len(payload)} bytes, allowed are {LARGEST_CLOUD}"
         return Rejection(RejectionReason.TOO_LARGE, detail)

@@ -66,11 +66,9 @@ class Window:
         return self._values[: min(self._count, len(self._values))]
 
     def entries(self, name: str, factor: float) -> dict[str, str]:
-        """p50 and p99 of the values kept and the largest of all, as text.
+        """p50 and p99 of the values kept and the largest of all, each times a factor, as text.
 
-        Args:
-            name: of the quantity; the keys are this name with a suffix.
-            factor: that the values are multiplied with.
+        The keys are the name of the quantity with a suffix.
         """
         values = np.sort(self.values())  # twenty times as fast as np.percentile
         if len(values) == 0:
@@ -122,13 +120,7 @@ class MessageCounts:
 
 
 def encode_health(stamp: int, robot: str, diagnostics: list[Diagnostic]) -> bytes:
-    """Diagnostics of a robot in CDR.
-
-    Args:
-        stamp: time [ns since the epoch].
-        robot: its name.
-        diagnostics: of its parts.
-    """
+    """Diagnostics of a robot in CDR, with a stamp [ns since the epoch]."""
     status = [
         new(
             "diagnostic_msgs/msg/DiagnosticStatus",

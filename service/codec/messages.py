@@ -117,13 +117,7 @@ def to_cdr(kind: str, message: object) -> bytes:
 
 
 def from_cdr(kind: str, payload: bytes, store: Typestore | None = None) -> Any | Rejection:
-    """A ROS message from CDR.
-
-    Args:
-        kind: message type.
-        payload: the message.
-        store: of types; None: `typestore`.
-    """
+    """A ROS message of a type from CDR; without a store the types are those of `typestore`."""
     try:
         return (store or typestore()).deserialize_cdr(payload, kind)
     # bytes that anybody may send: whatever the library raises, the loop goes on
@@ -162,15 +156,9 @@ def encode_joints(joints: Joints) -> bytes:
 def decode_joints(
     payload: bytes, encoding: str, names: tuple[str, ...] | None
 ) -> Joints | Rejection:
-    """Cables from CDR.
+    """Cables from CDR, with finite numbers, or why the message was refused.
 
-    Args:
-        payload: the message.
-        encoding: names the format and the type.
-        names: of the cables, in the order that is expected; None: any.
-
-    Returns:
-        Finite numbers for these cables, or why the message was refused.
+    They have these names in this order; None: any.
     """
     form = payload_format(payload, encoding, JOINTS)
     if isinstance(form, Rejection):
@@ -211,15 +199,9 @@ def largest_of(kind: str) -> int:
 
 
 def payload_format(payload: bytes, encoding: str, kind: str) -> str | Rejection:
-    """The format of a message.
+    """The format of a message of a type, `CDR` or `JSON`, or why it was refused.
 
-    Args:
-        payload: the message.
-        encoding: of Zenoh, such as "application/cdr;std_msgs/msg/Float64".
-        kind: message type that is expected.
-
-    Returns:
-        `CDR` or `JSON`, or why the message was refused.
+    Its encoding is of Zenoh, such as "application/cdr;std_msgs/msg/Float64".
     """
     if len(payload) > largest_of(kind):
         return Rejection(
@@ -238,13 +220,7 @@ def payload_format(payload: bytes, encoding: str, kind: str) -> str | Rejection:
 
 
 def as_cdr(payload: bytes, encoding: str, kind: str) -> bytes | Rejection:
-    """A message in CDR, as it is in logs: the same bytes, or the fields of one that is JSON.
-
-    Args:
-        payload: the message.
-        encoding: of Zenoh, such as "application/json".
-        kind: message type that is expected.
-    """
+    """A message in CDR, as it is in logs: the same bytes, or the fields of one that is JSON."""
     form = payload_format(payload, encoding, kind)
     if form == CDR:
         return payload

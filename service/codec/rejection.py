@@ -39,9 +39,6 @@ def quoted(received: object) -> str:
     """What was received, for a reason: in quotation marks, at most 40 characters, all of them printable.
 
     Whoever sends a message chooses this text, and logs, terminals and the viewer show it.
-
-    Args:
-        received: a text, or something else, of which the text is taken.
     """
     text = received if isinstance(received, str) else str(received)
     shown = "".join(

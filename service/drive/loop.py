@@ -100,11 +100,7 @@ class DriveLoop:
     ) -> None:
         """Declare subscriber and publishers.
 
-        Args:
-            session: open Zenoh session.
-            robot: that is driven.
-            driver: configured.
-            measure: whether effectors are also published as measurements, which correct a closed loop.
+        With `measure` effectors are also published as measurements, which correct a closed loop.
         """
         keys, names = Keys(robot.name), robot.effector_names
         self._session, self._robot, self._driver = session, robot, driver

@@ -35,9 +35,7 @@ class ScalarScale:
 def scalar_scale(effector: DescribedEffector, size: float) -> ScalarScale:
     """Percent of the value at rest; millimetres of functions, which may be zero there, or negative.
 
-    Args:
-        effector: without a position.
-        size: of the robot [m].
+    Functions go as far as the robot is large [m].
     """
     (rest,) = effector.rest
     if effector.kind == "function":
@@ -74,9 +72,7 @@ class TargetStore:
     def put(self, effector: int, values: tuple[float, ...] | Array) -> None:
         """Move a target, to the nearest values within reach; without effect while disarmed.
 
-        Args:
-            effector: number.
-            values: (v,) goal values, or (3,) the position alone.
+        These are goal values (v,) of an effector, or its position (3,) alone.
         """
         found = self.clamped(effector, np.asarray(values, dtype=float))
         with self._lock:

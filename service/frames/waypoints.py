@@ -49,12 +49,7 @@ class WaypointList:
             del self._values[number]
 
     def move(self, number: int, by: int) -> int:
-        """Exchange one with another one; returns where it is then.
-
-        Args:
-            number: of the one, from 0.
-            by: how much later the other one is; negative: earlier.
-        """
+        """Exchange one, by its number from 0, with the one that is `by` later; returns where it is then."""
         other = number + by
         if not (0 <= number < len(self._values) and 0 <= other < len(self._values)):
             return number

@@ -123,17 +123,11 @@ def address(network: Network, robot: str) -> str:
 
 
 def open_session(network: Network, role: Role, robot: str, connected: bool = True) -> zenoh.Session:
-    """Open the session of one process of a robot.
+    """Open the session of one process of a robot; `connected`: wait 0.5 s for connections, as Zenoh does.
 
     The node's session writes the time of arrival into every sample that has none (`timestamping` of Zenoh),
     closes the connection of a peer that does not read for 20 ms while an answer waits for it, and closes a
     connection that says nothing for a second.
-
-    Args:
-        network: ports or configuration.
-        role: of the process.
-        robot: its name.
-        connected: wait 0.5 s for connections, as Zenoh does by default.
 
     Raises:
         NetworkError: the name is that of no robot, the port is taken or the configuration cannot be used.
@@ -196,11 +190,7 @@ def _opened(config: zenoh.Config, network: Network) -> zenoh.Session:
 
 
 def close_session(session: zenoh.Session) -> None:
-    """Close a session; what Zenoh has not closed within its 10 s, on a busy machine, ends with the process.
-
-    Args:
-        session: to close.
-    """
+    """Close a session; what Zenoh has not closed within its 10 s ends with the process."""
     try:
         session.close()  # type: ignore[no-untyped-call]
     except zenoh.ZError as error:

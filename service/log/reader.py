@@ -156,11 +156,7 @@ def description_metadata(description: RobotDescription) -> dict[str, str]:
 
 
 def logged_description(log: Path, metadata: dict[str, str]) -> RunDescription:
-    """What a log says of the robot of its run.
-
-    Args:
-        log: the file, for messages.
-        metadata: as the log has them.
+    """What the metadata of a log say of the robot of its run.
 
     Raises:
         LogError: a missing or wrong entry; the message names it.

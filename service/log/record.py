@@ -70,13 +70,7 @@ def message_kinds(keys: Keys, effectors: dict[str, str]) -> dict[str, str]:
 
 
 def record_robot(session: zenoh.Session, robot: str, path: Path, stop: StopFlag) -> int:
-    """Record a robot until `stop` is raised; returns the number of messages.
-
-    Args:
-        session: to the robot's node, which is alive.
-        robot: name.
-        path: of the new MCAP file.
-        stop: raised to stop.
+    """Record a robot whose node is alive until `stop` is raised; returns the number of messages.
 
     Raises:
         NetworkError: a node that does not describe itself.
@@ -106,14 +100,9 @@ def record_robot(session: zenoh.Session, robot: str, path: Path, stop: StopFlag)
 
 
 def arrived(source: Ring, kinds: dict[str, str], most: int) -> Iterator[tuple[str, str, bytes]]:
-    """Key, type and payload, in CDR, of messages that have arrived.
+    """Key, type and payload, in CDR, of messages that have arrived, not more than some.
 
     Those that are not of the type of their key are left out.
-
-    Args:
-        source: of samples.
-        kinds: the type of each key.
-        most: samples that are read.
     """
     for sample in waiting(source, most):
         key = str(sample.key_expr)

@@ -57,11 +57,7 @@ class LogRecorder:
     """
 
     def __init__(self, path: Path, metadata: dict[str, str]) -> None:
-        """Create the file.
-
-        Args:
-            path: of the new file; its folder is created.
-            metadata: facts about the run, written first.
+        """Create the file and its folder; facts about the run are written first.
 
         Raises:
             OSError: the file cannot be created, or another process records to it.

@@ -81,12 +81,7 @@ def meeting_pairs(
 
 
 def pierced(edges_of: Array, through: Array) -> Bools:
-    """Whether an edge of one triangle passes through another, pair by pair.
-
-    Args:
-        edges_of: (p, 3, 3) triangles whose edges are used.
-        through: (p, 3, 3) triangles.
-    """
+    """Whether an edge of one triangle passes through another, of pairs with corners (p, 3, 3): (p,)."""
     found = np.zeros(len(through), dtype=bool)
     for i in range(3):
         start = edges_of[:, i]

@@ -78,9 +78,7 @@ class Guess:
 def guess_fields(meshes: Sequence[TetMesh], chambers: bool = True) -> Guess:
     """Hold the larger end of the longest axis, pull along a side or inflate cavities, move the other end.
 
-    Args:
-        meshes: of the part; the last is looked at, and all are held.
-        chambers: whether closed cavities become chambers.
+    Of the meshes of a part the last is looked at, and all are held. Closed cavities may become chambers.
     """
     turn = part_axes(meshes[-1])
     turned = [replace(mesh, nodes=mesh.nodes @ turn.T) for mesh in meshes]
@@ -95,7 +93,7 @@ def guess_fields(meshes: Sequence[TetMesh], chambers: bool = True) -> Guess:
 
 
 def guess_along(meshes: Sequence[TetMesh], chambers: bool) -> Guess:
-    """The guess for a part whose directions are those of its coordinates; arguments as of `guess_fields`."""
+    """The guess of `guess_fields` for a part whose directions are those of its coordinates."""
     mesh = meshes[-1]
     low, high = mesh.nodes.min(axis=0), mesh.nodes.max(axis=0)
     axis = int(np.argmax(high - low))
@@ -181,9 +179,7 @@ def point_of_end(mesh: TetMesh, triangles: Ints, outside: float) -> Array:
 def found_cavities(mesh: TetMesh, triangles: Ints) -> tuple[Cavity, ...]:
     """The closed cavities of a body that are large enough for a chamber, the largest first.
 
-    Args:
-        mesh: the body.
-        triangles: (t, 3) its boundary, normals out of the material.
+    They are found by the triangles (t, 3) of its boundary, normals out of the material.
     """
     least, found = LEAST_CAVITY * float(mesh.volumes.sum()), []
     for part in cavities(mesh.nodes, triangles):
@@ -197,9 +193,7 @@ def found_cavities(mesh: TetMesh, triangles: Ints) -> tuple[Cavity, ...]:
 def point_inside(x: Array, part: Ints) -> Array:
     """A point (3,) in a cavity, far from its wall where its middle is within [m].
 
-    Args:
-        x: (n_nodes, 3) node positions [m].
-        part: (t, 3) triangles of its wall, normals out of the material.
+    The wall has triangles (t, 3) of nodes x (n_nodes, 3) [m], normals out of the material.
     """
     areas, centres = triangle_areas(x, part), x[part].mean(axis=1)
     middle: Array = areas @ centres / areas.sum()

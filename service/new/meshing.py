@@ -126,11 +126,7 @@ def _require(module: str, extra: str) -> None:
 
 
 def mesh_part(part: CadPart, size: float) -> TetMesh:
-    """Tetrahedra of about one size.
-
-    Args:
-        part: what to mesh.
-        size: longest edge of an element [m].
+    """Tetrahedra of about one size, which is that of their longest edge [m].
 
     Raises:
         PartError: the mesher fails, or its worst element is below `LEAST_QUALITY`.

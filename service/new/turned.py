@@ -23,9 +23,6 @@ def part_axes(mesh: TetMesh) -> Array:
 
     They are those of the coordinates, unless the outline of the part, seen along the normal of a flat face,
     is much smaller than along the longest side of its bounding box: this normal is one of them then.
-
-    Args:
-        mesh: of the part.
     """
     longest = int(np.argmax(np.ptp(mesh.nodes, axis=0)))
     normals = flat_normals(mesh)

@@ -35,8 +35,7 @@ class QuestionAnswers:
     def answer_one(self, metrics: Callable[[], bytes]) -> None:
         """Answer one question if there is any; of two keys with questions each has its turn.
 
-        Args:
-            metrics: makes the text; called only for a question on its key.
+        The text of the metrics is made only for a question on their key.
         """
         for number in (self._first, 1 - self._first):
             query = self._questions[number].try_recv()

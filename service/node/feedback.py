@@ -36,14 +36,9 @@ _LONGEST = 8192  # positions of the model kept at most
 
 
 def stable_gain(gain: float, delay: float) -> float:
-    """The gain [1/s] that is used where measurements are late.
+    """The gain [1/s] that is used in place of g [1/s] where measurements have a delay d [s].
 
-    Args:
-        gain: g [1/s] that the robot file gives.
-        delay: d of the measurements [s].
-
-    Returns:
-        The gain, at most half of π / (2 d), where an integrator with that delay becomes unstable.
+    It is at most half of π / (2 d), where an integrator with that delay becomes unstable.
     """
     return gain if delay <= 0.0 else min(gain, _MARGIN * pi / (2.0 * delay))
 
@@ -108,11 +103,7 @@ class ModelHistory:
     """The model's effectors of the last moments, for measurements that are late."""
 
     def __init__(self, layout: EffectorLayout) -> None:
-        """Start without positions.
-
-        Args:
-            layout: of the effectors.
-        """
+        """Start without positions."""
         self._layout = layout
         self._past: deque[tuple[float, Array]] = deque(maxlen=_LONGEST)
 

@@ -281,14 +281,7 @@ class MeasuredLoop:
         subscriber: EffectorSubscriber,
         estimator: Estimator | None = None,
     ) -> None:
-        """Start without a measurement.
-
-        Args:
-            robot: that is measured.
-            settings: timeout, gain and delay of the measurements.
-            subscriber: of its measurements.
-            estimator: of the correction; None: the one that the settings name.
-        """
+        """Start without a measurement; the estimator is by default the one that the settings name."""
         self.subscriber = subscriber
         self.correction: Array = np.zeros(robot.effector_layout.n_rows)
         self._estimator = estimator or make_estimator(robot, settings)

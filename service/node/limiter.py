@@ -25,12 +25,7 @@ class ActuationLimiter:
     """
 
     def __init__(self, limits: Limits, h: float) -> None:
-        """Limit actuations of one robot.
-
-        Args:
-            limits: of its cables.
-            h: control period [s].
-        """
+        """Limit actuations of one robot, with a control period h [s]."""
         self._limits = limits
         self._h = h
         self._step = limits.rate * h  # (n_a,) m
@@ -70,9 +65,7 @@ class ActuationLimiter:
     def release(self, start: Actuation, release_time: float) -> Iterator[Actuation]:
         """Actuations that slacken the cables, one a period, in a straight ramp from `start`; then rest.
 
-        Args:
-            start: what left last.
-            release_time: length of the ramp at least [s]; longer where the rate needs it.
+        The ramp takes `release_time` at least [s], and longer where the rate needs it.
         """
         position = start.position - self.rest_position  # (n_a,)
         effort = start.effort - self.rest_effort  # (n_a,)

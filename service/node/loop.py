@@ -182,21 +182,14 @@ class ControlLoop:
         self._state = replace(self._state, mode=mode, cause=cause)
 
     def tick(self, goal: Array | None, seen: Signals) -> Action:
-        """One tick: a transition of the state machine, then its action.
-
-        Args:
-            goal: (n_v,) goal values of the model; None: nothing to follow.
-            seen: inputs of the state machine in this tick.
-        """
+        """One tick: a transition of the state machine by what was seen in it, then its action, see `act`."""
         self._state = transition(self._state, seen, self._settings.late_limit)
         return self.act(goal)
 
     def act(self, goal: Array | None, checks: int = -1) -> Action:
-        """The action in the present state.
+        """The action in the present state for goal values (n_v,) of the model; None: nothing to follow.
 
-        Args:
-            goal: (n_v,) goal values; None: nothing to follow.
-            checks: of an action whose decision was cut, to cut this one there too.
+        With the checks of an action whose decision was cut this one is cut there too.
         """
         last, decided = self.controller.actuation, False
         time = TimeLimit(self._within) if checks < 0 else TimeLimit(checks=checks)
@@ -222,8 +215,7 @@ class ControlLoop:
     def prepare(self, placed: Mapping[str, ObstaclePose] = _NOTHING) -> None:
         """Move the model by the decision taken and prepare the next step.
 
-        Args:
-            placed: obstacles that are elsewhere after the step than the model has them, by name.
+        Obstacles may be placed, by name, elsewhere after the step than the model has them.
         """
         controller, stopped = self.controller, self._state.mode is Mode.STOP
         if not stopped:

@@ -127,14 +127,7 @@ class Node:
             raise
 
     def tick(self, clock: Clock, beat: Beat, shutdown: bool, hurried: bool = False) -> None:
-        """One tick.
-
-        Args:
-            clock: that gave the beat.
-            beat: of the tick.
-            shutdown: whether the process is requested to end, and
-            hurried: whether it was a second time.
-        """
+        """One tick at a beat of the clock; `hurried`: the process was requested to end a second time."""
         inputs, loop, index = self._inputs, self._loop, self._index
         inputs.read_targets(index, beat.lateness)
         for command in inputs.read_commands(index):

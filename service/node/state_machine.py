@@ -52,10 +52,7 @@ class NodeState:
 def commanded(state: NodeState, command: OperatorCommand, released: bool) -> NodeState | None:
     """The state after an operator's command; None where the command is not possible.
 
-    Args:
-        state: before.
-        command: of the operator.
-        released: whether the cables are slack after a stop.
+    After a stop a reset is possible once the cables have been released.
     """
     if command is OperatorCommand.STOP:
         return replace(state, mode=Mode.STOP, cause=Cause.OPERATOR)

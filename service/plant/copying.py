@@ -28,13 +28,8 @@ def robot_copies(file: Path, basis: str | None, folder: Path) -> Copies:
 
     Shipped robots are known by their names and are not copied. Files that do not stand below the robot file
     get a folder for each one that they are from, and the copy of the robot file names them so. The contact
-    basis is also copied beside the robot file, where logs look for it. A robot in its own folder stays as
-    it is.
-
-    Args:
-        file: the robot file.
-        basis: another contact basis than the file's; None: the file's.
-        folder: to copy into; nothing in it changes.
+    basis, which may be another than the file's, is also copied beside the robot file, where logs look for it.
+    A robot in its own folder stays as it is, and nothing in the folder changes.
 
     Returns:
         Contents by path.

@@ -59,11 +59,9 @@ class DrivenRobot:
         self._position = None
 
     def move(self, position: Array, effort: Array) -> Report:
-        """One period under commands (n_a,); NaN in one of them, for each actuator.
+        """One period to positions (n_a,) [m, m³] or efforts (n_a,) [N, Pa]; NaN in one of them.
 
-        Args:
-            position: positions at its end, as far as the rates permit [m, m³].
-            effort: efforts at its end [N, Pa].
+        Positions are reached as far as the rates permit.
 
         Raises:
             FactorisationError: the state has diverged.

@@ -258,8 +258,7 @@ def moved_by_actuators(robot: Robot, state: State, effector: int) -> Array:
 def reach_shares(angles: Array) -> Array:
     """Shares −1 to 1 of the ranges of the actuators on the way of `reach`, zero at both ends: (m, n_a).
 
-    Args:
-        angles: (n_a,) into which direction each moves the effector [rad].
+    Angles (n_a,) are the directions into which each moves the effector [rad].
     """
     turns = 1 if len(angles) == 1 else _REACH_TURNS
     half = np.linspace(0.0, np.pi, turns * _REACH_SAMPLES + 1)

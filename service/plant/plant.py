@@ -313,14 +313,7 @@ def _least_time(work: Callable[[], object], count: int) -> float:
 def simulate(
     setup: Setup, network: Network, settings: PlantSettings, stop: StopFlag, model: Order | None
 ) -> None:
-    """Simulate a robot until a request to stop.
-
-    Args:
-        setup: of the robot.
-        network: where its node is.
-        settings: of the plant.
-        stop: the request.
-        model: its order, see `plant_setup`.
+    """Simulate a robot until a request to stop; `model` is its order, see `plant_setup`.
 
     Raises:
         NetworkError: no session, or the node serves another robot.

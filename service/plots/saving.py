@@ -10,12 +10,7 @@ from tauten.reduction import atomic_write
 
 
 def save_figure(figure: Figure, path: str | Path, dpi: int) -> None:
-    """Write a picture, whole or not at all; its folder is made when missing.
-
-    Args:
-        figure: to draw.
-        path: of the file, whose suffix decides the format.
-        dpi: dots per inch.
+    """Write a picture, whole or not at all; the suffix decides its format, its folder is made when missing.
 
     Raises:
         OSError: it cannot be written.

@@ -12,13 +12,9 @@ from pathlib import Path
 
 
 def lock(number: int, path: str | Path) -> None:
-    """Lock an open file or folder until it is closed, here and in copies of this process.
+    """Lock an open file or folder, by its number, until it is closed, here and in copies of this process.
 
     Where a file system has no locks nothing is locked.
-
-    Args:
-        number: of the open file or folder.
-        path: of it, for the error.
 
     Raises:
         OSError: another process has locked it.
@@ -33,10 +29,6 @@ def lock(number: int, path: str | Path) -> None:
 
 def locked_new(path: str, flags: int) -> int:
     """Open a new file for `open`, locked; one of that name is emptied only where nothing else writes it.
-
-    Args:
-        path: of the file.
-        flags: of `os.open`.
 
     Raises:
         OSError: it cannot be opened, or another process has locked it.

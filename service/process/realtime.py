@@ -74,10 +74,7 @@ def give_lower_priority(process: int) -> None:
     """Make a process or thread, which has not ended, less urgent than the caller, as far as that is possible.
 
     The niceness follows that of the caller: under `nice -n 15` a fixed one of 10 would be a higher priority,
-    which an ordinary user may not give.
-
-    Args:
-        process: its number; 0 for the caller.
+    which an ordinary user may not give. Number 0 is the caller.
 
     Raises:
         ProcessLookupError: there is none of this number.

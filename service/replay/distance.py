@@ -173,12 +173,9 @@ def distances(run: RecordedRun, as_model: Series, timed: Series, as_plant: Serie
 
 
 def apart(run: RecordedRun, series: Series, other: Series) -> Series:
-    """Distance of one series from another, which is constant until its next value; NaN while not following.
+    """Distance of positions (m, 3 or more) from others [m], of which each is there until the next one.
 
-    Args:
-        run: with the ticks that followed a goal.
-        series: (m, 3 or more) values that begin with positions [m].
-        other: (k, 3 or more) values that begin with positions [m].
+    NaN while the run does not follow a goal.
     """
     difference = series.value[:, :3] - held(other.time, other.value[:, :3], series.time)
     distance = np.linalg.norm(difference, axis=1)

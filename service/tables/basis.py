@@ -96,10 +96,7 @@ def _provenance(basis: ContactBasis, name: str) -> Table:
 def origin_table(title: str, name: str, entries: dict[str, Any]) -> Table:
     """Where a basis comes from, one entry a row: three digits, lengths in mm, nothing that is not known.
 
-    Args:
-        title: of the table.
-        name: of the file.
-        entries: names and values; those that begin with "tip" or "pressed" are lengths [m].
+    Entries whose names begin with "tip" or "pressed" are lengths [m].
     """
     table = Table("", title=title)
     table.add_column(name, overflow="fold")  # digests are never cut

@@ -34,8 +34,7 @@ class HandPull:
     def taken(self, positions: Array) -> tuple[int, Array] | None:
         """Number of the effector that is pulled now, and where the mouse holds it (3,) [m]; None: none is.
 
-        Args:
-            positions: (p, 3) of the effectors [m], NaN for those without.
+        Effectors have positions (p, 3) [m], NaN for those without.
         """
         pull = self._pull
         if pull is None or not np.isfinite(positions).any():
@@ -47,12 +46,7 @@ class HandPull:
         return self._effector, positions[self._effector] + (end - grip)
 
     def show(self, position: Array | None, force: Array | None) -> None:
-        """Show a force with its number; None: there is none.
-
-        Args:
-            position: (3,) of the effector [m].
-            force: (3,) on it [N].
-        """
+        """Show a force (3,) on an effector [N] at its position (3,) [m], with its number; None: none."""
         if position is None or force is None:
             self._arrow.draw(np.zeros((0, 2, 3), np.float32))
             if self._number is not None:

@@ -26,11 +26,6 @@ class PlaybackSession:
     def __init__(self, recorded: RecordedRobot, server: LoopbackServer, guard: Guard) -> None:
         """Fill scene and panel.
 
-        Args:
-            recorded: the log.
-            server: that shows it.
-            guard: of its browsers.
-
         Raises:
             LogError: the log has no tick, or a damaged one at its start.
         """

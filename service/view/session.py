@@ -68,15 +68,7 @@ class ViewSession:
         robot_file: Path | None = None,
         reach: ReachSearch | None = None,
     ) -> None:
-        """Fill scene and panel.
-
-        Args:
-            source: of the frames.
-            server: that shows them.
-            guard: tells when the operator's browser leaves.
-            robot_file: that cables are drawn into; None: none are drawn.
-            reach: computes the reach of effectors; None: nobody does.
-        """
+        """Fill scene and panel; without a robot file no cables are drawn, without a search no reach."""
         look = source.look
         self.source, self._server = source, server
         self.targets = TargetStore(look.robot.effectors, look.robot.size)

@@ -222,15 +222,7 @@ def export_log(
     against: str | None = None,
     recorded_paths: bool = False,
 ) -> int:
-    """Write a log's run to an HTML file; returns the number of frames.
-
-    Args:
-        log_file: of the run.
-        file: to write.
-        stop: ends it early, with what there is.
-        progress: called with the share of each frame.
-        against: robot to use instead of the log's own.
-        recorded_paths: whether the files that the log names may be opened.
+    """Write a log's run to an HTML file; returns the number of frames. A stop leaves what there is.
 
     Raises:
         LogError: no log, a damaged one, or one that does not fit the robot.

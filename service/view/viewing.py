@@ -102,12 +102,7 @@ class Viewing:
         self._bar.content = strain_bar(self._skin.end) if strained else ""
 
     def show_progress(self, found: ReachSet, possible: bool) -> None:
-        """Show how much of the reach is known.
-
-        Args:
-            found: what is known.
-            possible: whether the effector has a reach; the box is grey where it has none.
-        """
+        """Show how much of the reach is known; the box is grey where the effector cannot have one."""
         if self._reach is None:
             return
         self._reach.disabled = not possible

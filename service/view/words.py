@@ -118,12 +118,7 @@ def in_the_past(words: Words, time: float, last: float) -> Words:
 
 
 def without_node(words: Words, silence: float) -> Words:
-    """What is said while the node is missing.
-
-    Args:
-        words: about the newest frame.
-        silence: time since its last message [s].
-    """
+    """What is said while the node has sent nothing for some time [s], beside words about the newest frame."""
     return Words(
         "NO NODE: where the robot is now is not known",
         f"no message has come for {silence:.0f} s: start the node, then switch “follow” on",

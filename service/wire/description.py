@@ -281,11 +281,7 @@ class RobotDescription(RunDescription):
         return np.concatenate([np.array(one.rest) for one in self.effectors])
 
     def as_json(self, surface: bool = True) -> str:
-        """The description as JSON.
-
-        Args:
-            surface: whether it has the surface, which is most of it.
-        """
+        """The description as JSON, with or without the surface, which is most of it."""
         return self.model_dump_json(
             by_alias=True, indent=1, exclude=None if surface else {"surface"}
         )

@@ -55,13 +55,7 @@ class EffectorMessage:
 
 
 def encode_effector(kind: EffectorKind, name: str, message: EffectorMessage) -> bytes:
-    """Values of an effector in CDR.
-
-    Args:
-        kind: of the effector.
-        name: of the effector.
-        message: its values.
-    """
+    """Values of an effector in CDR."""
     stamp, frame, values = message.stamp, message.frame, message.values
     if MESSAGE_TYPES[kind] == JOINTS:
         return encode_joints(Joints(stamp, frame, (name,), values, ()))
@@ -76,13 +70,7 @@ def encode_effector(kind: EffectorKind, name: str, message: EffectorMessage) -> 
 
 
 def effector_json(kind: EffectorKind, name: str, message: EffectorMessage) -> bytes:
-    """Values of an effector as JSON.
-
-    Args:
-        kind: of the effector.
-        name: of the effector.
-        message: its values.
-    """
+    """Values of an effector as JSON."""
     sec, nanosec = divmod(message.stamp, NANO)
     header = {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": message.frame}
     fields: dict[str, Any] = {"name": [name], "position": message.values}
@@ -99,17 +87,7 @@ def effector_json(kind: EffectorKind, name: str, message: EffectorMessage) -> by
 def decode_effector(
     kind: EffectorKind, name: str, payload: bytes, encoding: str
 ) -> EffectorMessage | Rejection:
-    """Values of an effector from CDR or JSON, finite, quaternions of length one.
-
-    Args:
-        kind: of the effector.
-        name: of the effector.
-        payload: the message.
-        encoding: names the format and the type.
-
-    Returns:
-        The values, or why the message was refused.
-    """
+    """Values of an effector from CDR or JSON, finite, quaternions of length one, or why they were refused."""
     expected = MESSAGE_TYPES[kind]
     form = payload_format(payload, encoding, expected)
     if isinstance(form, Rejection):

@@ -131,13 +131,10 @@ class EffectorSubscriber:
         return fresh
 
     def latest(self, now: float, default: Array) -> Array | None:
-        """Goal values (n_v,); None when none is young enough.
+        """Goal values (n_v,) at a monotonic time [s]; None when none is young enough.
 
-        Each effector's message counts for itself: no other one's keeps it alive.
-
-        Args:
-            now: monotonic time [s].
-            default: (n_v,) for effectors without a message that is young enough.
+        Each effector's message counts for itself: no other one's keeps it alive. Effectors without one that
+        is young enough have their default (n_v,).
         """
         young = [now - made <= self._timeout for made in self._made]
         if not any(young):
@@ -152,22 +149,14 @@ class EffectorSubscriber:
         return values
 
     def followed(self, now: float) -> Bools:
-        """Which rows (n_e,) belong to effectors whose latest message is young enough.
-
-        Args:
-            now: monotonic time [s].
-        """
+        """Rows (n_e,) of effectors with a message that is young enough at a monotonic time [s]."""
         rows = np.zeros(self._layout.n_rows, np.bool_)
         for effector, made in enumerate(self._made):
             rows[self._layout.rows_of(effector)] = now - made <= self._timeout
         return rows
 
     def outdated(self, now: float) -> tuple[str, ...]:
-        """Names of the effectors whose last message is too old.
-
-        Args:
-            now: monotonic time [s].
-        """
+        """Names of the effectors whose last message is too old at a monotonic time [s]."""
         return tuple(
             name
             for name, made in zip(self._layout.names, self._made, strict=True)
@@ -175,11 +164,7 @@ class EffectorSubscriber:
         )
 
     def complete(self, now: float) -> Array | None:
-        """Values (n_v,); None unless those of every effector are young enough.
-
-        Args:
-            now: monotonic time [s].
-        """
+        """Values (n_v,); None unless those of every effector are young enough at a monotonic time [s]."""
         if now - min(self._made) > self._timeout:
             return None
         return self._values.copy()
@@ -256,23 +241,16 @@ class EffectorSubscriber:
 
 
 def age_by(made: float, wall: float) -> float:
-    """Seconds since a time that another clock has written; 0 where that clock does not agree with this one.
+    """Seconds since a time of another clock; 0 where that does not agree with this clock's.
 
-    Args:
-        made: the other clock's time since the Unix epoch [s].
-        wall: this clock's time [s].
+    Both are times since the Unix epoch [s].
     """
     age = wall - made
     return age if 0.0 < age <= CLOCKS_AGREE else 0.0
 
 
 def arrived_before(sample: zenoh.Sample, wall: float) -> float:
-    """Seconds since a sample arrived, by what Zenoh has written down; infinity where it has not.
-
-    Args:
-        sample: that has arrived.
-        wall: this clock's time [s].
-    """
+    """Seconds from a sample's arrival to this clock's time [s]; infinity where Zenoh has not noted it."""
     if sample.timestamp is None:
         return math.inf
     return age_by(sample.timestamp.get_time().timestamp(), wall)
@@ -286,13 +264,9 @@ def waiting(source: Ring, most: int) -> Iterator[zenoh.Sample]:
 def message_in(
     sample: zenoh.Sample, kind: EffectorKind, name: str, frame: str
 ) -> EffectorMessage | Rejection:
-    """Values of an effector, or of an obstacle as of a frame, in a sample.
+    """Values of an effector, or of an obstacle as of a frame, in a sample that has arrived.
 
-    Args:
-        sample: that has arrived.
-        kind: of the effector.
-        name: of the effector.
-        frame: the only frame accepted, beside an empty one.
+    The frame is the only one accepted, beside an empty one.
     """
     payload = payload_of(sample)
     if isinstance(payload, Rejection):
@@ -316,10 +290,8 @@ def payload_of(sample: zenoh.Sample, allowed: int = MAX_PAYLOAD) -> bytes | Reje
 def reach_of(size: float) -> float:
     """Distance from rest beyond which a target is a mistake, a wrong unit for instance [m].
 
-    Args:
-        size: largest distance between two of the robot's nodes at rest [m].
-
-    A tip cannot leave the ball of its body's length around the base; twice that permits targets that are
-    only nearly reachable, which the controller approaches as far as it can.
+    The size is the largest distance between two of the robot's nodes at rest [m]. A tip cannot leave the ball
+    of its body's length around the base; twice that permits targets that are only nearly reachable, which the
+    controller approaches as far as it can.
     """
     return 2.0 * size

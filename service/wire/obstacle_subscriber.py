@@ -104,11 +104,7 @@ class ObstacleSubscriber:
         return changed
 
     def diagnostic(self, now: float) -> Diagnostic:
-        """Counts of poses, and for which obstacles they no longer arrive.
-
-        Args:
-            now: monotonic time [s].
-        """
+        """Counts of poses, and for which obstacles they no longer arrive at a monotonic time [s]."""
         found = self.counts.diagnostic("obstacles")
         silent = [
             name
@@ -133,16 +129,7 @@ class ObstacleSubscriber:
         wall: float,
         depth_of: Depth,
     ) -> Rejection | None:
-        """Take a sample for the last pose of an obstacle; why it is refused where it is.
-
-        Args:
-            name: of the obstacle.
-            track: of it.
-            sample: that has arrived.
-            now: monotonic time [s].
-            wall: time since the Unix epoch [s].
-            depth_of: how deep an obstacle would be in the robot.
-        """
+        """Take a sample for the last pose of an obstacle, see `read`; why it is refused where it is."""
         message = message_in(sample, "frame", name, self._frame)
         if isinstance(message, Rejection):
             return message

@@ -16,14 +16,7 @@ class Publisher:
     """
 
     def __init__(self, session: zenoh.Session, key: str, kind: str, urgent: bool = True) -> None:
-        """Declare the publisher.
-
-        Args:
-            session: open Zenoh session.
-            key: Zenoh key.
-            kind: message type.
-            urgent: whether messages are sent ahead of others, and never in a batch.
-        """
+        """Declare the publisher; urgent messages are sent ahead of others, and never in a batch."""
         self.key = key
         self.kind = kind
         priority = zenoh.Priority.INTERACTIVE_HIGH if urgent else zenoh.Priority.DATA_LOW

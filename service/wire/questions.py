@@ -14,22 +14,12 @@ _PATIENCE = 5.0  # s for an answer
 
 
 def wait_for(session: zenoh.Session, token: str, stop: StopFlag) -> bool:
-    """Wait until a liveliness token is declared; False after a request to stop.
-
-    Args:
-        session: open Zenoh session.
-        token: its key.
-        stop: ends the wait.
-    """
+    """Wait until a liveliness token is declared; False after a request to stop."""
     return await_token(session, token, lambda: stop.requested) and not stop.requested
 
 
 def ask_description(session: zenoh.Session, keys: Keys) -> RobotDescription:
     """How a node describes the robot it serves.
-
-    Args:
-        session: open Zenoh session.
-        keys: of the robot.
 
     Raises:
         NetworkError: the node does not answer, or not with a description of this version.
@@ -47,10 +37,6 @@ def check_node(session: zenoh.Session, own: RobotDescription) -> None:
 
     Targets and measurements have no names of effectors: those of the first one of a file are for the first
     one of the node, also where the file has changed since the node was started.
-
-    Args:
-        session: open Zenoh session.
-        own: the robot, as this process knows it.
 
     Raises:
         NetworkError: the node serves a robot with others, or with other limits.

@@ -28,8 +28,7 @@ _SILENCE = 30.0  # s between two lines about the progress, where there is no ter
 def writable(path: Path | None) -> Path | None:
     """Check that a file or folder can be written; callback of an option.
 
-    Args:
-        path: of the file or folder; what does not exist is made in the nearest folder that does.
+    What does not exist is made in the nearest folder that does.
 
     Raises:
         typer.BadParameter: it cannot, and why.
@@ -52,8 +51,7 @@ def writable(path: Path | None) -> Path | None:
 def drawable(path: Path | None) -> Path | None:
     """Check that a picture can be drawn into a file, before what takes minutes; callback of an option.
 
-    Args:
-        path: of the file, whose ending says of which kind the picture is.
+    The ending of the file says of which kind the picture is.
 
     Raises:
         typer.BadParameter: it cannot, and why.

@@ -21,8 +21,7 @@ def upwards(gravity: tuple[float, float, float]) -> tuple[float, float, float]:
 def sideways(up: Array) -> tuple[Array, Array]:
     """Unit vectors to the right and away from somebody who looks at the robot from the front.
 
-    Args:
-        up: (3,) unit vector upwards; for that of z they are those of x and y.
+    Where the unit vector upwards (3,) is that of z they are those of x and y.
     """
     x = np.eye(3)[0] if abs(up[0]) < 0.9 else np.eye(3)[1]
     right: Array = x - (x @ up) * up

@@ -40,10 +40,7 @@ def legend_rows(
 ) -> list[tuple[tuple[Colour, ...], str]]:
     """The colours of what a robot has, one or those of a range, and what they mean.
 
-    Args:
-        look: of the robot.
-        reaches: whether the reach of effectors can be shown.
-        operated: whether the robot can be operated: only then are there waypoints.
+    There may be the reach of effectors, and waypoints of a robot that is operated.
     """
     kinds = {one.kind for one in look.robot.actuators}
     rows: list[tuple[tuple[Colour, ...], str]] = [((TARGET,), "target"), ((EFFECTOR,), "effector")]

@@ -34,11 +34,7 @@ class StrainSkin:
         self.end = _LEAST
 
     def draw(self, vertices: Floats | None) -> None:
-        """Show it; None: hide it.
-
-        Args:
-            vertices: (P, 3) of the skin [m].
-        """
+        """Show it with vertices (P, 3) [m]; None: hide it."""
         if vertices is None:
             for band in self._bands:
                 band.visible = False

@@ -39,9 +39,7 @@ _LARGEST_PAGE = 2**26  # bytes
 def with_policy(respond: Respond, hosts: re.Pattern[str]) -> Respond:
     """A function that answers HTTP requests as another one does, with the policy in its headers.
 
-    Args:
-        respond: answers requests; None: the request opens a WebSocket.
-        hosts: origins that the page has; the WebSocket of the one that is asked for may be opened.
+    The WebSocket of the page's origin that is asked for may be opened.
     """
 
     def answer(connection: ServerConnection, request: Request) -> Response | None:

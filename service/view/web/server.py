@@ -52,11 +52,9 @@ class LoopbackServer(viser.ViserServer):
         }
 
     def takes(self, identifier: str, value: object) -> bool:
-        """Whether an input of the panel may get a value, which is of the type of its present one.
+        """Whether an input of the panel, by its identifier, may get a value from a browser.
 
-        Args:
-            identifier: of the input; one that is not there gets nothing.
-            value: from a browser.
+        It is of the type of the present one; an input that is not there gets nothing.
         """
         handle = self.gui._gui_input_handle_from_uuid.get(identifier)
         return handle is None or _alike(value, handle._impl.value)
@@ -100,11 +98,7 @@ def _is_of_the_viewer(record: logging.LogRecord) -> bool:
 
 @contextmanager
 def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]:
-    """A server on loopback that accepts browsers of this computer, or at the end of a tunnel.
-
-    Args:
-        port: TCP port; 0: any free one.
-        label: title of the panel.
+    """A server on loopback that accepts browsers of this computer, or at the end of a tunnel; port 0: any.
 
     Raises:
         ViewError: the port is taken.
