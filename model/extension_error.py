@@ -16,12 +16,7 @@ class ExtensionError(RuntimeError):
 
 
 def extension_error(what: str, error: Exception) -> ExtensionError:
-    """The error to raise where a function of another package has raised one.
-
-    Args:
-        what: names the function, such as "effector 'grasp'".
-        error: as it was caught.
-    """
+    """The error to raise where a function of another package, such as "effector 'grasp'", has raised one."""
     foreign = [
         (frame.f_code.co_filename, line)
         for frame, line in walk_tb(error.__traceback__)
@@ -64,11 +59,7 @@ def answer_of(
 
 
 def shape_fault(*parts: tuple[str, object, tuple[int, ...]]) -> str:
-    """What is wrong with what a function of another package gives; "" where nothing is.
-
-    Args:
-        parts: name, what was given, and the shape that it should have, of each part in turn.
-    """
+    """What is wrong with parts from another package: name, value and right shape of each; "": nothing is."""
     for name, found, shape in parts:
         array = np.asarray(found) if isinstance(found, float | int | np.number) else found
         if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":

@@ -47,13 +47,9 @@ class Assembled:
     effort: Array | None
 
     def augmentation(self, H: Array, rho: Array) -> tuple[Augmentation, Array]:
-        """What adds ρ_i h_iᵀ h_i to the tangent for rows h_i, as in augmented Lagrangian methods.
+        """What adds ρ_i h_iᵀ h_i to the tangent for rows H (m, n), as in augmented Lagrangian methods.
 
-        A body adds what it can: matrices that are dense.
-
-        Args:
-            H: (m, n) rows.
-            rho: (m,) stiffness of each; 0: none.
+        A body adds what it can: matrices that are dense. The stiffness rho (m,) of a row may be zero.
 
         Returns:
             What `Body.system` takes, and the stiffness (m,) that it adds.

@@ -203,10 +203,7 @@ class Pattern:
         _add_block(self.indptr, self.indices, columns, block, values)
 
     def blocks(self, groups: Ints) -> tuple[Ints, Ints]:
-        """Places of the 3x3 blocks that couple the nodes of each group.
-
-        Args:
-            groups: (g, s) node ids.
+        """Places of the 3x3 blocks that couple the nodes of each of groups (g, s).
 
         Returns:
             slot (g, s, s), place of entry (0, 0) of block (a, b), −1 where a node is fixed, and
@@ -236,12 +233,7 @@ def free_dof(fixed: Bools) -> Ints:
 
 
 def make_pattern(fixed: Bools, groups: list[Ints]) -> Pattern:
-    """Pattern in which the nodes of every group are coupled.
-
-    Args:
-        fixed: (n_nodes,) bool, nodes that do not move.
-        groups: arrays (g, s) of node ids: elements, cable segments.
-    """
+    """Pattern in which all nodes of a group are coupled, in arrays (g, s), but the fixed ones (n_nodes,)."""
     dof = free_dof(fixed)
     number, m = dof // 3, int((~fixed).sum())  # −1 remains −1
     pairs = []

@@ -203,9 +203,8 @@ def raise_interrupt() -> None:
 def one_blas_thread(whole: bool = False) -> OneBlasThread:
     """A context and decorator, see `OneBlasThread`.
 
-    Args:
-        whole: of a decorator: Ctrl-C waits for the end of the outermost of such calls, or for a
-            `raise_interrupt` in it; a second one does not. Where its exception is raised while numba makes
-            the result of a kernel, the process ends with a violation of its memory.
+    In a call of what is decorated with `whole` Ctrl-C waits for the end of the outermost of such calls, or
+    for a `raise_interrupt` in it; a second one does not. Where its exception is raised while numba makes the
+    result of a kernel, the process ends with a violation of its memory.
     """
     return OneBlasThread(whole)

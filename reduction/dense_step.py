@@ -176,12 +176,7 @@ def implicit_system(
 
 
 def velocity_of_mass(mass: Array, v: Array) -> Array:
-    """The velocity (r,) with the momentum of another one, v (r,), but none of what has no mass.
-
-    Args:
-        mass: (r, r) positive semidefinite.
-        v: (r,) [m/s], [rad/s].
-    """
+    """The velocity (r,) with the momentum of v (r,) and a mass (r, r), but none of what has no mass."""
     found, (own,) = np.zeros_like(v), np.nonzero(mass.diagonal() > 0.0)
     root = np.sqrt(mass.diagonal()[own])
     scaled = mass[own[:, None], own] / np.outer(root, root)

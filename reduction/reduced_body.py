@@ -186,12 +186,7 @@ class Reducible(Protocol):
         """
 
     def implausible(self, elements: Ints, weights: Array) -> str:
-        """Why a sample of elements cannot be this body's: a sentence, or nothing.
-
-        Args:
-            elements: (s,) numbers, in range.
-            weights: (s,) their weights.
-        """
+        """Why a sample of elements (s,) with weights (s,) cannot be this body's: a sentence, or nothing."""
 
     def reduced(self, Phi: Array, elements: Ints, weights: Array) -> Robot[ReducedBody]:
         """The robot in the coordinates of a state basis.

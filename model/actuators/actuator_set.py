@@ -172,24 +172,18 @@ class ActuatorSet(Generic[P]):
         return parts[0] if len(parts) == 1 else stack(parts)
 
     def efforts(self, lam: Array | None) -> Array | None:
-        """Efforts on all single actuators but drives, under those of the motors.
+        """Efforts on single actuators, in the order of `others`, under those lam (n_a,) of the motors.
 
-        Args:
-            lam: (n_a,) efforts of the motors; None: of the offsets of couplings only.
-
-        Returns:
-            Efforts in the order of `others`; None where there are none.
+        With None those of the offsets of couplings; None where there are none.
         """
         if self.coupling is not None:
             lam = self.coupling.efforts(np.zeros(self.n_a) if lam is None else lam)
         return lam if lam is None or len(self.drives.places) == 0 else lam[self.others]
 
     def loads(self, efforts: Array | None, exact: bool) -> Loads | None:
-        """Efforts whose rows turn with the body; None where there are none.
+        """Efforts, from `efforts`, whose rows turn with the body; None where there are none.
 
-        Args:
-            efforts: from `efforts`.
-            exact: whether what is not positive semidefinite is kept: pressures, and rods that push.
+        Unless `exact` without what is not positive semidefinite: pressures, and rods that push.
         """
         if efforts is None:
             return None

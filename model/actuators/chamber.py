@@ -118,12 +118,7 @@ def bulging(triangles: Ints, faces: Ints) -> tuple[Ints, Array]:
 
 
 def make_chambers(surfaces: list[ChamberSurface], x0: Array) -> ChamberSet:
-    """Arrays of the chambers.
-
-    Args:
-        surfaces: of each, closed.
-        x0: (n_nodes, 3) node positions at rest [m].
-    """
+    """Arrays of chambers, each given by its closed surface, with nodes x0 (n_nodes, 3) at rest [m]."""
     k = max((surface.corner_nodes for surface in surfaces), default=1)
     none = np.zeros((0, 3 * k), dtype=np.int64)
     parts = [surface.corners(k) for surface in surfaces]

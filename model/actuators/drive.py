@@ -51,11 +51,7 @@ class DriveSet:
         return stack([others, units]).in_order(order)
 
     def segments(self, travel: Array) -> Array:
-        """For each that is drawn the point of its axis, and one metre along: (s, 2, 3) [m].
-
-        Args:
-            travel: (d,) as `Motion.travel`.
-        """
+        """The axis of each that is drawn, a point and one metre along, at travel (d,): (s, 2, 3) [m]."""
         moved = np.where(self.slides, travel[self.travels[: len(self.axes)]], 0.0)
         points = self.beside + moved[:, None] * self.axes
         return np.stack([points, points + self.axes], axis=1)

@@ -19,12 +19,7 @@ class ChamberError(ValueError):
 
 
 def enclosed_volume(x: Array, triangles: Ints) -> float:
-    """Signed volume of a closed surface [m³], positive where its normals point out of it.
-
-    Args:
-        x: (n_nodes, 3) node positions [m].
-        triangles: (t, 3) nodes.
-    """
+    """Signed volume [m³] of a closed surface (t, 3) of nodes x (n, 3), positive with normals out of it."""
     a, b, c = (x[triangles[:, i]] - x[triangles[0, 0]] for i in range(3))
     return float(np.einsum("ti,ti->", a, np.cross(b, c))) / 6.0
 
@@ -46,11 +41,7 @@ def open_edges(triangles: Ints) -> Ints:
 
 
 def chamber_surface(x: Array, triangles: Ints) -> Ints:
-    """The surface of a chamber (t, 3), normals out of the chamber, from boundary triangles of the body.
-
-    Args:
-        x: (n_nodes, 3) node positions [m].
-        triangles: (t, 3) boundary triangles, normals out of the material.
+    """The surface of a chamber (t, 3), normals out of it, of boundary triangles (t, 3) of nodes x (n, 3) [m].
 
     Raises:
         ChamberError: the surface is not closed, or is around the body rather than within.
@@ -81,12 +72,7 @@ def connected_parts(triangles: Ints) -> list[Ints]:
 
 
 def cavities(x: Array, boundary: Ints) -> list[Ints]:
-    """The inner parts (t, 3) of a boundary, normals out of the material.
-
-    Args:
-        x: (n_nodes, 3) node positions [m].
-        boundary: (t, 3) boundary triangles, normals out of the material.
-    """
+    """The inner parts (t, 3) of a boundary (t, 3) of nodes x (n, 3), with normals out of the material."""
     return [part for part in connected_parts(boundary) if enclosed_volume(x, part) < 0.0]
 
 

@@ -128,11 +128,7 @@ class TransmissionSet(Generic[P_co]):
         return np.repeat(np.arange(len(self)), np.diff(self.starts))
 
     def coupled(self, nodes: Ints) -> list[Ints]:
-        """Groups (1, s) of nodes that second derivatives couple.
-
-        Args:
-            nodes: (p, k) nodes of all points.
-        """
+        """Groups (1, s) of nodes that second derivatives couple, of the nodes (p, k) of all points."""
         parts = zip(self.starts[:-1], self.starts[1:], self.curved, strict=True)
         return [np.unique(nodes[first:end])[None] for first, end, curved in parts if curved]
 
@@ -172,13 +168,10 @@ class TransmissionSet(Generic[P_co]):
 
 
 def second_derivative(gradient: Callable[[Array], Array], y: Array) -> Array:
-    """The second derivative of a function (3 k, 3 k), by central differences of its gradient; symmetric.
+    """The second derivative (3 k, 3 k) of a function of points y (k, 3) [m], by differences; symmetric.
 
-    It takes 6 k gradients. Of a smooth function about eight digits are right.
-
-    Args:
-        gradient: of the function, (k, 3) at positions (k, 3).
-        y: (k, 3) positions of the points [m].
+    Central differences take 6 k times the gradient of the function, (k, 3) at positions (k, 3). Of a smooth
+    function about eight digits are right.
     """
     step = _STEP * max(float(np.ptp(y, axis=0).max()), _CLOSE)
     columns = []

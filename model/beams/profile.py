@@ -54,12 +54,7 @@ class Profile:
 
 
 def tube(outer: float, inner: float = 0.0) -> Profile:
-    """A round tube, or a rod when `inner` is zero.
-
-    Args:
-        outer: outer diameter [m].
-        inner: inner diameter [m].
-    """
+    """A round tube of two diameters [m], or a rod when `inner` is zero."""
     area = np.pi / 4.0 * (outer**2 - inner**2)
     moment = np.pi / 64.0 * (outer**4 - inner**4)
     # Cowper 1966 for ν → 0.4, between a rod (0.9) and a thin tube (0.53)

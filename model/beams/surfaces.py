@@ -31,13 +31,9 @@ class BeamSurfaces:
 
 
 def chain_surface(body: Beams, profile: Profile) -> tuple[Array, Ints]:
-    """The closed surface of beams one behind the other, of one cross-section.
+    """The closed surface of beams, element k from node k to node k + 1, of one cross-section.
 
     Around every node lies one ring, between those of the two elements that meet there.
-
-    Args:
-        body: the beams, element k from node k to node k + 1.
-        profile: their cross-section.
 
     Returns:
         Points (b, c, 3) around the b nodes [m], and triangles (t, 3), counter-clockwise seen from outside; in
@@ -87,12 +83,7 @@ def ring_of(body: Beams, k: int, profile: Profile) -> Array:
 
 
 def between_rings(first: int, count: int) -> Ints:
-    """Triangles (2 c, 3) between two rings of c points each, of which the second follows the first.
-
-    Args:
-        first: number of the first point.
-        count: c.
-    """
+    """Triangles (2 c, 3) between two rings of c points each, numbered one by one from `first` on."""
     i = np.arange(count)
     j = (i + 1) % count
     sides = [np.stack([i, j, j + count], axis=1), np.stack([i, j + count, i + count], axis=1)]

@@ -82,11 +82,7 @@ class BeamLoopError(BeamError):
 
 
 def make_tree(body: Beams, fixed: Bools) -> BeamTree:
-    """The tree of a body's beams.
-
-    Args:
-        body: the beams.
-        fixed: (n_nodes,) which nodes do not move.
+    """The tree of a body's beams, of whose nodes some are fixed (n_nodes,).
 
     Raises:
         BeamLoopError: the beams form closed loops, fixed nodes included, or none of the nodes is fixed.

@@ -283,12 +283,7 @@ class SparseBody(Body[P]):
     def forces_and_stiffness(
         self, state: State, effort: Array | None
     ) -> tuple[Array, Array, Array]:
-        """`forces` with the exact tangent, and `stiffness`; in one pass where a body can.
-
-        Args:
-            state: where to evaluate.
-            effort: (n_a,) efforts of the actuators, as in `forces`.
-        """
+        """`forces` with the exact tangent, and `stiffness`; in one pass where a body can."""
         return (*self.forces(state, effort, exact=True), self.stiffness(state))
 
     @abstractmethod
@@ -296,24 +291,16 @@ class SparseBody(Body[P]):
         """D, to which damping is proportional: positive semidefinite, without actuators, as CSC (nnz,)."""
 
     def viscosity_at(self, state: State, h: float) -> tuple[Array | None, Array | None]:
-        """Forces (n,) of viscous materials' memory [N], and matrix C as CSC values (nnz,); None: no such.
-
-        Args:
-            state: where a step starts.
-            h: its length [s].
-        """
+        """Forces (n,) of viscous materials' memory [N], and C as CSC (nnz,), in a step of h [s], or None."""
         return None, None
 
 
 def indefinite_without(system: System, stiffened: tuple[Ints, Array] | None) -> bool:
     """Whether A of a system is indefinite without what was added on its diagonal, by its Schur complement.
 
-    With the added S on some unknowns E, A − E S Eᵀ is positive definite exactly where
-    1 − √S Eᵀ A⁻¹ E √S is, which is as small as the number of these. False also where rounding might decide.
-
-    Args:
-        system: factorised with what was added.
-        stiffened: unknowns (d,), and what was added to the tangent there (d,); None: nothing is known.
+    With S (d,) added on some unknowns E (d,), which is `stiffened`, A − E S Eᵀ is positive definite exactly
+    where 1 − √S Eᵀ A⁻¹ E √S is, which is as small as the number of these. False also where rounding might
+    decide, and where nothing is known.
     """
     if stiffened is None:
         return False

@@ -54,12 +54,7 @@ def natural_frequencies(
 
 
 def damping_ratios(scheme: Integration, frequencies: Array) -> Array:
-    """Shares of critical damping (k,) that Rayleigh damping gives vibrations of some frequencies.
-
-    Args:
-        scheme: of the robot.
-        frequencies: (k,) of the vibrations [Hz].
-    """
+    """Shares of critical damping (k,) that Rayleigh damping of a scheme gives at frequencies (k,) [Hz]."""
     omega = 2.0 * np.pi * frequencies
     shares: Array = 0.5 * (scheme.rayleigh_mass / omega + scheme.rayleigh_stiffness * omega)
     return shares

@@ -267,12 +267,7 @@ class ConstrainedBody(TetBody):
                 yield Tangent(semidefinite() + rate**2 * M, False, 1.0)
 
     def _with_pins_held(self, tried: Iterator[Tangent], at: SparseAssembled) -> Iterator[Tangent]:
-        """What a static step tries, and after the exact tangent, which may be singular, it with the mass.
-
-        Args:
-            tried: without it.
-            at: where the step starts.
-        """
+        """What a static step tries, and after the exact tangent, which may be singular, it with the mass."""
         mass, first = RATES[0] ** 2 * self.masses(at.state), self.frames.n_rigid
         places = self.product.rigid_places[first:, np.arange(3), np.arange(3)]
         held = np.abs(at.K[places]).sum(axis=1) + mass[places].sum(axis=1)  # (n_pinned,) N m

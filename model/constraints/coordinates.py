@@ -208,12 +208,7 @@ def make_coordinates(
 
 
 def frame_entries(frames: Frames, free: Ints) -> tuple[Ints, Ints, Array, Ints]:
-    """Rows, columns, factors and sources of T without what follows other nodes: four arrays (e,).
-
-    Args:
-        frames: regions that move with a frame.
-        free: (f,) free nodes.
-    """
+    """Rows, columns, factors and sources (e,) of T for frames and free nodes (f,), not for followers."""
     c, f = np.arange(3), len(free)
     rows = [(3 * free[:, None] + c).ravel()]
     columns, factors, sources = [np.arange(3 * f)], [np.ones(3 * f)], [np.zeros(3 * f, np.int64)]
@@ -241,11 +236,7 @@ def frame_entries(frames: Frames, free: Ints) -> tuple[Ints, Ints, Array, Ints]:
 
 
 def rotation_entries(frames: Frames, turning: Ints) -> tuple[Ints, Array, Bools]:
-    """Columns and factors of the rows of T for rotations, one entry a row, and which nodes have rows.
-
-    Args:
-        frames: regions that move with a frame.
-        turning: (b,) as in `make_coordinates`.
+    """Columns and factors of the rows of T for rotations, `turning` (b,), and which nodes have rows.
 
     Returns:
         Columns (3 p,) among the velocities of the frames, factors (3 p,), and (b,) bool of which p are true.

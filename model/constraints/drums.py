@@ -48,12 +48,7 @@ class Drums:
     supports: tuple[Ints, ...]
 
     def tensions(self, delta: Array, theta: Array) -> Array:
-        """Tensions λ (c,) of the cables on drums [N].
-
-        Args:
-            delta: (cables of the robot,) pulled lengths [m].
-            theta: (d,) coordinates of the drums.
-        """
+        """Tensions λ (c,) [N] of the cables on drums, of delta of all cables [m] and theta (d,) of drums."""
         wound = self.pretension / self.stiffness + self.gains * theta[self.owner]
         tension: Array = self.stiffness * np.maximum(wound - delta[self.cables], 0.0)
         return tension
@@ -72,11 +67,7 @@ class Drums:
         return np.bincount(self.owner, self.gains * tension, len(self.motors)).astype(float)
 
     def entries(self, first: int) -> tuple[Ints, Ints]:
-        """Rows and columns of the entries that `tangent` gives.
-
-        Args:
-            first: row of the first drum below those of nodes and beams.
-        """
+        """Rows and columns of the entries that `tangent` gives, where the first drum has the row `first`."""
         rows, columns = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
         for support, drum in zip(self.supports, self.owner.tolist(), strict=True):
             places = np.append(support, first + drum)
@@ -87,9 +78,7 @@ class Drums:
     def tangent(self, H: sp.csr_array, tension: Array) -> Array:
         """Values of the tangent k h hᵀ of each cable, h = ∂(δ − g θ), without the curvature of the cables.
 
-        Args:
-            H: rows of all cables over the nodes that are not fixed.
-            tension: (c,) of those on drums [N].
+        Of rows H of all cables over the nodes that are not fixed, and tensions (c,) of those on drums [N].
         """
         values, stiffness = [np.zeros(0)], self.held_by(tension)
         for place, support in enumerate(self.supports):

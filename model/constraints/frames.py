@@ -82,7 +82,8 @@ class Frames:
     """All rigid, pinned and drive regions of a robot, in this order; made by `make_frames`.
 
     The coordinates of a rigid region are c and a unit quaternion, those of a pinned one a unit quaternion,
-    those of a drive its angle or travel.
+    those of a drive its angle or travel. Methods take coordinates q (7 n_rigid + 4 n_pinned + n_drives,), and
+    velocities v, or a step, of (n_velocities,).
 
     Attributes:
         nodes: (k,) nodes of all regions, region by region, numbered among those that are not fixed.
@@ -168,11 +169,7 @@ class Frames:
         return reach
 
     def largest_moves(self, step: Array) -> tuple[float, float]:
-        """Largest displacement of a node in a step, about, and what pins may add to it [m].
-
-        Args:
-            step: (n_velocities,) change of the coordinates.
-        """
+        """Largest displacement of a node in a step, about, and what pins may add to it [m]."""
         rigid = step[: 6 * self.n_rigid].reshape(-1, 6)[:, :3]
         turns = np.linalg.norm(step[self.rotations[:, None] + np.arange(3)], axis=1)
         arms = self.reach * np.concatenate([turns, np.abs(step[self.drives])])
@@ -188,11 +185,7 @@ class Frames:
         )
 
     def parted(self, q: Array) -> tuple[Array, Array]:
-        """Poses (n_turning, 7), those of pinned regions with a position of zero, and drives (n_drives,).
-
-        Args:
-            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
-        """
+        """Poses (n_turning, 7), those of pinned regions with a position of zero, and drives (n_drives,)."""
         end = 7 * self.n_rigid
         last = end + 4 * self.n_pinned
         if not self.n_pinned:
@@ -204,9 +197,6 @@ class Frames:
         """Positions of the nodes, of pinned regions from their pin, and levers, both (k, 3) [m].
 
         The lever of a node in a rigid or pinned region is R ρ, that in a drive region its derivative ∂x/∂θ.
-
-        Args:
-            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
         """
         poses, theta = self.parted(q)
         return place_frames(
@@ -214,11 +204,7 @@ class Frames:
         )
 
     def quaternions(self, q: Array) -> Array:
-        """Rotations of all regions, and at the end that of what is fixed: (regions + 1, 4), unit.
-
-        Args:
-            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
-        """
+        """Rotations of all regions, and at the end that of what is fixed: (regions + 1, 4), unit."""
         poses, theta = self.parted(q)
         half = 0.5 * np.where(self.turns, theta, 0.0)[:, None]
         drives = np.hstack([np.cos(half), np.sin(half) * self.axes])
@@ -235,12 +221,7 @@ class Frames:
         return point
 
     def centripetal(self, levers: Array, v: Array) -> Array:
-        """Accelerations of the nodes at constant velocities of the regions: (k, 3) [m/s²].
-
-        Args:
-            levers: (k, 3) from `place`.
-            v: (n_velocities,) velocities of the regions.
-        """
+        """Accelerations of the nodes at constant velocities, with levers from `place`: (k, 3) [m/s²]."""
         omega = v[self.rotations[:, None] + np.arange(3)].reshape(-1, 3)
         rate = v[self.drives]
         return centripetal_rates(omega, rate, self.owner, levers, self.axes, self.turns)
@@ -252,22 +233,13 @@ class Frames:
         return found
 
     def excess_inertia(self, q: Array) -> tuple[Array, Array]:
-        """What lumped masses have too much: inertia (n_turning, 3, 3), and (n_drives,) about axes [kg m²].
-
-        Args:
-            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
-        """
+        """What lumped masses have too much: inertia (n_turning, 3, 3), and (n_drives,) about axes [kg m²]."""
         found = np.zeros((self.n_turning, 3, 3))
         found[self.lumped] = self._turned_tensors(q)
         return found, self.about
 
     def excess_moments(self, q: Array, v: Array) -> Array:
-        """Moments ω x I ω (n_velocities,) of that inertia [N m].
-
-        Args:
-            q: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
-            v: (n_velocities,) velocities of the regions.
-        """
+        """Moments ω x I ω (n_velocities,) of that inertia [N m]."""
         columns = self.rotations[self.lumped, None] + np.arange(3)
         omega = v[columns]  # (l, 3) rad/s
         momentum = (self._turned_tensors(q) @ omega[:, :, None])[:, :, 0]
@@ -285,13 +257,10 @@ class Frames:
         return found
 
     def stiffness(self, levers: Array, force: Array) -> tuple[Array, Array]:
-        """What turning levers add to the tangent −∂(Tᵀ f)/∂q under forces that keep their direction.
+        """What levers that turn add to the tangent −∂(Tᵀ f)/∂q under forces (k, 3) of fixed direction [N].
 
-        Of a rigid or pinned region this is the symmetric part, exact at equilibrium.
-
-        Args:
-            levers: (k, 3) from `place` [m].
-            force: (k, 3) on the nodes [N].
+        Of a rigid or pinned region this is the symmetric part, exact at equilibrium. Levers (k, 3) are from
+        `place`.
 
         Returns:
             (n_turning, 3, 3) blocks of the rotations and (n_drives,) of the drives [N m].
@@ -301,12 +270,7 @@ class Frames:
         return blocks, drives
 
     def moved(self, q: Array, step: Array) -> Array:
-        """Coordinates after a step.
-
-        Args:
-            q: (7 n_rigid + 4 n_pinned + n_drives,) before.
-            step: (n_velocities,) velocities times the time step.
-        """
+        """Coordinates after a step."""
         poses, theta = self.parted(q)
         rigid = step[: 6 * self.n_rigid].reshape(-1, 6)
         turns = step[self.rotations[:, None] + np.arange(3)].reshape(-1, 3)
@@ -316,12 +280,7 @@ class Frames:
         return np.concatenate([after.ravel(), pinned.ravel(), theta + step[self.drives]])
 
     def between(self, before: Array, after: Array) -> Array:
-        """The step (n_velocities,) that moves coordinates to others, inverse of `moved`; turns of up to π.
-
-        Args:
-            before: (7 n_rigid + 4 n_pinned + n_drives,) coordinates.
-            after: others.
-        """
+        """The step that moves coordinates to others, inverse of `moved`; turns of up to π."""
         (first, theta), (last, ahead) = self.parted(before), self.parted(after)
         step = np.zeros(self.n_velocities)
         rigid = step[: 6 * self.n_rigid].reshape(-1, 6)
@@ -332,12 +291,7 @@ class Frames:
         return step
 
     def at_end(self, step: Array, force: Array) -> Array:
-        """Forces (n_velocities,) at the end of a step that do the work of given ones on the step.
-
-        Args:
-            step: (n_velocities,) from `between`.
-            force: (n_velocities,) [N], [N m].
-        """
+        """Forces (n_velocities,) [N], [N m] at the end of a step that do the work of given ones on it."""
         turns, found = self.rotations[:, None] + np.arange(3), force.copy()
         found[turns] = moments_at_end(step[turns].reshape(-1, 3), force[turns].reshape(-1, 3))
         return found

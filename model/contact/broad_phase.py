@@ -23,12 +23,9 @@ ROUNDING = 1e-9  # of bounds, relative
 def blocks_of(candidates: list[Ints], n_vertices: int) -> Ints:
     """Candidates that are treated together: (b, 3) first slot, one past the last, and the pair.
 
-    A block ends with its pair, after `BLOCK` candidates, and, where it has `SHORT`, with the connected part
-    of the surface that it lies in: few triangles are within reach of a block that is small in space.
-
-    Args:
-        candidates: of each pair, (m, 3) vertex ids of the triangles that its candidates lie in.
-        n_vertices: number of vertices.
+    Those of each pair are given by the vertices (m, 3) of the triangles that they lie in. A block ends with
+    its pair, after `BLOCK` candidates, and, where it has `SHORT`, with the connected part of the surface that
+    it lies in: few triangles are within reach of a block that is small in space.
     """
     blocks, begin = [], 0
     for pair, nodes in enumerate(candidates):

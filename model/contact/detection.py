@@ -265,12 +265,7 @@ class ContactSet:
         return detection
 
     def _near_or_next(self, found: _Found, m: int) -> int:
-        """Keep the contacts within the alarm distance, and the nearest beyond it of loose pairs; how many.
-
-        Args:
-            found: of `detect_all`, overwritten.
-            m: contacts in it.
-        """
+        """Keep of m contacts those within the alarm distance, and the nearest of loose pairs; how many."""
         pair, away = found[0][1, :m], found[1][0, :m] + self.distance
         keep = np.abs(away) < self.alarm_distance
         for number in self.loose:

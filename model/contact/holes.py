@@ -47,12 +47,7 @@ def holes_between(
 def holes_before_obstacles(
     pairs: Sequence[tuple[ContactPair, Ints]], vertices: Array
 ) -> Iterator[str]:
-    """Contacts with obstacles that may pass between the candidates of the robot, in words.
-
-    Args:
-        pairs: contacts, and triangles (t, 3) of the surface with the candidates.
-        vertices: (v, 3) of the surfaces at rest [m].
-    """
+    """Contacts with obstacles that may pass between the candidates of the robot, see `holes_between`."""
     for pair, own in pairs:
         obstacle = pair.obstacle
         if obstacle is None or isinstance(obstacle.shape, PlaneShape):

@@ -21,11 +21,7 @@ class MeshShape:
     """What a closed surface encloses; cavities in it are outside."""
 
     def __init__(self, vertices: Array, triangles: Ints) -> None:
-        """What a closed surface encloses.
-
-        Args:
-            vertices: (v, 3) [m].
-            triangles: (t, 3) of them, counter-clockwise seen from outside.
+        """Of vertices (v, 3) [m] and triangles (t, 3) of these, counter-clockwise seen from outside.
 
         Raises:
             ValueError: the surface is not closed, is inside out, or has no volume.
@@ -200,11 +196,7 @@ def _table(path: Path) -> Array:
 
 
 def path_in(folder: Path, file: object) -> Path:
-    """The path of a file that a robot file names.
-
-    Args:
-        folder: of the robot file.
-        file: what it says.
+    """The path of a file that a robot file in a folder names.
 
     Raises:
         ValueError: this is no text, or there is no such file.

@@ -75,11 +75,7 @@ class ObstaclePose:
         return replace(self, position=self.position + seconds * self.velocity, quaternion=there)
 
     def within(self, place: ObstaclePose) -> ObstaclePose:
-        """The same pose where the frame that it refers to stands in another one, and does not move.
-
-        Args:
-            place: of that frame in the other.
-        """
+        """The same pose where the frame that it refers to stands, and stays, at a place in another one."""
         Q = place.Q
         turn = product(_tuple(place.quaternion), _tuple(self.quaternion))
         return ObstaclePose(
@@ -223,12 +219,7 @@ class Obstacle:
         return self.path is not None or self.stream is not None
 
     def within(self, name: str, place: ObstaclePose) -> Obstacle:
-        """The same obstacle where the frame of its part stands in that of a robot.
-
-        Args:
-            name: of it there.
-            place: of the part's frame.
-        """
+        """The same obstacle by another name, where the frame of its part stands in that of a robot."""
         path = self.path and self.path.within(place)
         return replace(self, name=name, pose=self.pose.within(place), path=path)
 
@@ -246,11 +237,7 @@ class Obstacle:
         return gap, normal if Q is None else normal @ Q.T
 
     def closest_own(self, points: Array, reach: float) -> tuple[Array, Array]:
-        """Signed distances (m,) of points (m, 3) in its own frame [m], and their gradients (m, 3).
-
-        Args:
-            points: [m].
-            reach: distance up to which all are wanted [m].
+        """Signed distances (m,) of points (m, 3) in its own frame, up to `reach` [m], and gradients (m, 3).
 
         Raises:
             ExtensionError: the shape of another package has failed, or gives no distances.
@@ -365,11 +352,7 @@ class ObstaclePoses:
         return replace(self, poses=poses, given=seen.given)
 
     def with_pose(self, name: str, pose: ObstaclePose) -> ObstaclePoses:
-        """One obstacle elsewhere; it no longer follows a path.
-
-        Args:
-            name: of the obstacle.
-            pose: where it is.
+        """One obstacle at another pose; it no longer follows a path.
 
         Raises:
             ValueError: there is none of this name.

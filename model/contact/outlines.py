@@ -53,12 +53,7 @@ def square(centre: Array, normal: Array, side: float) -> tuple[Array, Ints]:
 
 
 def box(lower: Array, upper: Array) -> tuple[Array, Ints]:
-    """A box along the axes: vertices (8, 3) [m] and triangles (12, 3).
-
-    Args:
-        lower: (3,) corner with the least coordinates [m].
-        upper: (3,) corner with the largest [m].
-    """
+    """A box along the axes, from its lower to its upper corner [m]: vertices (8, 3) and triangles (12, 3)."""
     high = np.indices((2, 2, 2)).reshape(3, -1).T == 1  # (8, 3)
     return np.where(high, upper, lower), _BOX.copy()
 

@@ -129,12 +129,7 @@ def loose_bodies(body: Ints, nodes: Ints, triangles: Ints) -> tuple[tuple[Ints, 
 
 
 def obstacle_sums(pairs: Sequence[ContactPair], first: int = 0) -> tuple[LargestSum, ...]:
-    """The largest sums of the normal forces on obstacles that have one.
-
-    Args:
-        pairs: some of which are against obstacles.
-        first: number of the first one.
-    """
+    """The largest sums of the normal forces on obstacles that have one, of pairs numbered from `first` on."""
     numbers = dict[str, list[int]]()
     forces = dict[str, float]()
     for number, pair in enumerate(pairs, first):

@@ -33,12 +33,7 @@ class NearShape(Shape, Protocol):
     """A shape that is faster where only points near it count."""
 
     def closest_within(self, points: Array, reach: float) -> tuple[Array, Array]:
-        """As `closest`; the distance of a point farther than `reach` outside may be +inf.
-
-        Args:
-            points: (m, 3) [m].
-            reach: distance up to which all are wanted [m].
-        """
+        """As `closest`; the distance of a point farther than `reach` [m] outside may be +inf."""
 
 
 @runtime_checkable
@@ -48,9 +43,7 @@ class DrawnShape(Shape, Protocol):
     def outline(self, centre: Array, extent: float) -> tuple[Array, Ints]:
         """Vertices (v, 3) [m] and triangles (t, 3) of its surface.
 
-        Args:
-            centre: (3,) of the robot: shapes without end are drawn around it [m].
-            extent: how much of a shape without end is drawn [m].
+        Shapes without end are drawn around a centre (3,), that of the robot, as large as `extent` [m].
         """
 
 
@@ -80,11 +73,7 @@ class PlaneShape:
     """A half-space: all that lies behind a plane."""
 
     def __init__(self, point: Array, normal: Array) -> None:
-        """A plane.
-
-        Args:
-            point: (3,) on it [m].
-            normal: (3,) out of the half-space, towards the robot; its length does not matter.
+        """Through a point (3,) [m], with a normal (3,) of any length towards the robot.
 
         Raises:
             ValueError: these are not three numbers each, or the normal has no direction.
@@ -116,11 +105,7 @@ class SphereShape(RodShape):
     """A ball."""
 
     def __init__(self, centre: Array, radius: float) -> None:
-        """A ball.
-
-        Args:
-            centre: (3,) [m].
-            radius: [m].
+        """Around a centre (3,), with a radius [m].
 
         Raises:
             ValueError: the centre is not three numbers, or the radius is not positive.
@@ -137,12 +122,7 @@ class CapsuleShape(RodShape):
     """All within a distance of the line between two points: a rod with round ends."""
 
     def __init__(self, start: Array, end: Array, radius: float) -> None:
-        """A rod with round ends.
-
-        Args:
-            start: (3,) centre of one end [m].
-            end: (3,) centre of the other [m].
-            radius: [m].
+        """Between the centres (3,) of both ends, with a radius [m].
 
         Raises:
             ValueError: a centre is not three numbers, they coincide, or the radius is not positive.
@@ -164,12 +144,7 @@ class CylinderShape(RodShape):
     """A rod with flat ends."""
 
     def __init__(self, start: Array, end: Array, radius: float) -> None:
-        """A rod with flat ends.
-
-        Args:
-            start: (3,) centre of one end [m].
-            end: (3,) centre of the other [m].
-            radius: [m].
+        """Between the centres (3,) of both ends, with a radius [m].
 
         Raises:
             ValueError: a centre is not three numbers, they coincide, or the radius is not positive.
@@ -200,11 +175,7 @@ class BoxShape:
     """A box along the axes of its frame."""
 
     def __init__(self, lower: Array, upper: Array) -> None:
-        """A box.
-
-        Args:
-            lower: (3,) corner with the least coordinates [m].
-            upper: (3,) corner with the largest [m].
+        """Between the corners (3,) with the least and with the largest coordinates [m].
 
         Raises:
             ValueError: a corner is not three numbers, or `upper` is not larger than `lower`.
@@ -233,11 +204,9 @@ SHAPES = {
 
 
 def around(away: Array, radius: float) -> tuple[Array, Array]:
-    """Distances (m,) of points to what reaches a radius [m] from a centre, and their gradients (m, 3).
+    """Distances (m,) of points to what reaches a radius from a centre [m], and their gradients (m, 3).
 
-    Args:
-        away: (m, 3) from the nearest centre to each point [m]; at the centre itself the gradient is +z.
-        radius: [m].
+    Points are `away` (m, 3) from their nearest centres [m]; at the centre itself the gradient is +z.
     """
     length = np.linalg.norm(away, axis=1)  # (m,)
     far = length > 0.0

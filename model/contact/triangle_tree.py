@@ -58,12 +58,7 @@ class TriangleTree(NamedTuple):
 
 
 def triangle_tree(vertices: Array, triangles: Ints) -> TriangleTree:
-    """The tree of a closed surface.
-
-    Args:
-        vertices: (v, 3) [m].
-        triangles: (t, 3) of them, counter-clockwise seen from outside, each edge in two of them.
-    """
+    """The tree of a closed surface (v, 3) [m], (t, 3), of triangles counter-clockwise seen from outside."""
     corners = vertices[triangles]  # (t, 3, 3)
     order, boxes, links = box_tree(corners.min(axis=1), corners.max(axis=1))
     corners = corners[order]
@@ -84,12 +79,7 @@ def triangle_tree(vertices: Array, triangles: Ints) -> TriangleTree:
 
 
 def feature_normals(vertices: Array, triangles: Ints) -> Array:
-    """Mean normals (t, 7, 3) of interior, edges and corners of each triangle, of length 1.
-
-    Args:
-        vertices: (v, 3) [m].
-        triangles: (t, 3) of a closed surface.
-    """
+    """Mean normals (t, 7, 3) of length 1 at interior, edges and corners of triangles of a closed surface."""
     corners = vertices[triangles]  # (t, 3, 3)
     along = _units(
         np.roll(corners, -1, axis=1) - corners

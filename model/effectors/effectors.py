@@ -105,11 +105,7 @@ class Effectors(Generic[P_co]):
         )
 
     def pushed(self, forces: Array) -> OuterForces[P_co]:
-        """Outer forces on the effectors as forces on the points.
-
-        Args:
-            forces: (3 p,) [N].
-        """
+        """Outer forces (3 p,) on the effectors as forces on the points [N]."""
         pairs = zip(self.measures, forces.reshape(-1, 3), strict=True)
         vectors = [np.outer(measure.carrier, force) for measure, force in pairs]
         return OuterForces(self.points, np.concatenate([np.zeros((0, 3)), *vectors]))

@@ -96,10 +96,7 @@ def frame_of(y: Array, origin: Array) -> tuple[Array, Array, Array]:
 
 
 def frame_coefficients(rest: Array) -> Array:
-    """Coefficients (4, N) of N nodes in the mean and the columns of A.
-
-    Args:
-        rest: (N, 3) nodes at rest [m].
+    """Coefficients (4, N) of nodes (N, 3) at rest in their mean and in the columns of A.
 
     Raises:
         ValueError: fewer than three nodes, or all near a line.

@@ -58,10 +58,6 @@ def padded_places(rows: int, frictional: int) -> Ints:
 
 
 def moving_contacts(W: Array) -> tuple[Bools, Ints]:
-    """Which contacts of three rows (k,) have a compliance, and their rows; others are on what is fixed.
-
-    Args:
-        W: (3 k, 3 k) compliance [m/N].
-    """
+    """Which contacts (k,) move by W (3 k, 3 k) [m/N], and their rows; the others are on what is fixed."""
     moves: Bools = np.diag(W).reshape(-1, 3).max(axis=1) > 0.0
     return moves, np.flatnonzero(np.repeat(moves, 3))

@@ -93,12 +93,7 @@ class Bodies:
         return np.union1d(chosen, corners.ravel())
 
     def select_nodes(self, region: Region | str, what: str) -> Bools:
-        """Which nodes a region selects, of beams with their corners or neither: (n_nodes,) bool.
-
-        Args:
-            region: the region or its name.
-            what: where it comes from, for errors.
-        """
+        """Which nodes a region selects, of beams with their corners or neither: (n_nodes,) bool."""
         return self.with_corners(self.selector.select_nodes(region, what))
 
     def with_corners(self, chosen: Bools) -> Bools:
@@ -130,12 +125,7 @@ class Bodies:
 
 
 def outside(disc: Disc, away: Array) -> float:
-    """Distance of a point from a disc [m], zero inside.
-
-    Args:
-        disc: in metres, its axis of length one.
-        away: (3,) the point relative to the disc's node [m].
-    """
+    """Distance [m] of a point, `away` (3,) from the disc's node [m], from a disc in metres; zero inside."""
     axis = np.array(disc.axis)
     height = float(away @ axis)
     beyond = max(abs(height) - 0.5 * disc.thickness, 0.0)
@@ -144,11 +134,7 @@ def outside(disc: Disc, away: Array) -> float:
 
 
 def mesh_files(config: RobotConfig, path: Path) -> list[Path | None]:
-    """The mesh file of each body, None of one that is made of beams.
-
-    Args:
-        config: the robot file.
-        path: of the file, beside which they are.
+    """The mesh file of each body of the robot file at a path, None of one that is made of beams.
 
     Raises:
         MeshError: one is not there.

@@ -74,11 +74,7 @@ class Constraints:
         return [one for one in self.frames if isinstance(one, DriveRegion)]
 
     def carriers(self, fixed: Bools) -> Ints:
-        """What carries each node rigidly: zero what is fixed, then the regions; −1 nothing: (n_nodes,).
-
-        Args:
-            fixed: (n_nodes,) nodes that do not move.
-        """
+        """What carries each node rigidly: zero what is fixed (n_nodes,), then the regions, −1 nothing."""
         frame = self.frame_of(len(fixed))
         return np.where(frame < 0, np.where(fixed, 0, -1), 1 + frame)
 

@@ -220,12 +220,7 @@ def _pair_against_nothing(contact: _Touching, vertices: _Vertices) -> ContactPai
 
 
 def enclosed_by(part: Part, skin: Ints) -> MeshShape | None:
-    """What a part encloses at rest, in the robot's frame; None where its skin is open, as tubes of beams are.
-
-    Args:
-        part: the part.
-        skin: (t, 3) vertices of its whole surface.
-    """
+    """What a part encloses at rest with its skin (t, 3), in the robot's frame; None: it is open, as tubes."""
     ids, triangles = np.unique(skin, return_inverse=True)
     return enclosed(vertices_at_rest(part, ids), triangles.reshape(skin.shape))
 

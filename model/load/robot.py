@@ -162,11 +162,7 @@ def make_parts(contents: dict[str, Any], path: Path, changes: Changes) -> Robot[
 
 
 def part_path(name: str, beside: Path) -> Path:
-    """The robot file of a part.
-
-    Args:
-        name: of the file, relative to the one that names it, or of a shipped robot.
-        beside: the robot file that names it.
+    """The robot file of a part, relative to the one `beside` it that names it, or that of a shipped robot.
 
     Raises:
         RobotFileError: it does not exist.
@@ -176,11 +172,7 @@ def part_path(name: str, beside: Path) -> Path:
 
 
 def load_part(contents: dict[str, Any], path: Path) -> LoadedPart:
-    """A robot that has no parts of its own, with its surfaces; it may be without actuators and effectors.
-
-    Args:
-        contents: of its file, not validated.
-        path: the file, for errors and for files beside it.
+    """A robot without parts from the contents of a file, not validated; it may lack actuators and effectors.
 
     Raises:
         RobotFileError, MeshError: see `load_robot`.

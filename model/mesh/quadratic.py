@@ -107,11 +107,9 @@ def require_shared_midpoints(tets: Ints, source: str) -> None:
 
 
 def quadratic_faces(triangles: Ints, tets: Ints) -> Ints:
-    """The faces (f, 3) of quadratic tetrahedra, by their corners, that a surface consists of.
+    """The faces (f, 3) of quadratic tets (e, 10), by their corners, that a surface (4 f, 3) consists of.
 
-    Args:
-        triangles: (4 f, 3) the surface, four triangles a face, between corners and mid-edge nodes.
-        tets: (e, 10) quadratic tetrahedra.
+    The surface has four triangles a face, between corners and mid-edge nodes.
 
     Returns:
         With normals into the tetrahedra; none where the surface does not consist of such faces.

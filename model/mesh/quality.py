@@ -15,11 +15,7 @@ PARALLEL = 1e-9  # of a triangle's edges: rays whose determinant is smaller do n
 
 
 def read_unchecked_mesh(path: Path, length_unit: str = "m") -> TetMesh:
-    """Read tetrahedra as they are in the file, of quadratic ones the corners.
-
-    Args:
-        path: the mesh file.
-        length_unit: unit of its coordinates, one of "m", "cm", "mm".
+    """Read tetrahedra in "m", "cm" or "mm" as they are in the file, of quadratic ones the corners.
 
     Raises:
         MeshError: the file is not readable, holds no tetrahedra, or corners that are no nodes.

@@ -20,14 +20,7 @@ RELAXATIONS = 20  # Lloyd steps; positions move by less than a sample spacing af
 
 
 def boundary_triangles(tets: Ints) -> Ints:
-    """Faces that belong to one tetrahedron only, oriented outward.
-
-    Args:
-        tets: (e, 4) node ids, positively oriented.
-
-    Returns:
-        (t, 3) node ids, in the order of the tetrahedra they come from.
-    """
+    """Faces (t, 3) that belong to one tetrahedron of tets (e, 4) only, outward, in the order of these."""
     boundary: Ints = tets[:, FACES].reshape(-1, 3)[faces_used_once(tets)]
     return boundary
 
@@ -48,13 +41,10 @@ def faces_used_once(tets: Ints) -> Ints:
 
 
 def uncancelled_triangles(tets: Ints) -> Ints:
-    """Faces of tetrahedra that no other one passes in the opposite direction, each once: (t, 3) node ids.
+    """Faces (t, 3) of tets (e, 4) that no other tetrahedron passes in the opposite direction, each once.
 
     Where no tetrahedra overlap these are the `boundary_triangles`. Where some lie on the same side of a face,
     the face is kept, and the winding number of the surface is positive wherever a tetrahedron is.
-
-    Args:
-        tets: (e, 4) node ids, positively oriented.
     """
     faces = tets[:, FACES].reshape(-1, 3)  # (4 e, 3), seen from outside counter-clockwise
     order = np.argsort(faces, axis=1)
@@ -129,10 +119,7 @@ def spread_points(vertices: Array, triangles: Ints, count: int) -> tuple[Ints, A
 
 
 def vertex_points(triangles: Ints) -> tuple[Ints, Array]:
-    """A point at each vertex of a surface.
-
-    Args:
-        triangles: (t, 3) vertex ids.
+    """A point at each vertex of a surface (t, 3).
 
     Returns:
         The vertices of a triangle around each point (p, 3), the point's own first, and its barycentric

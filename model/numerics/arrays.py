@@ -29,15 +29,10 @@ def joined(parts: Sequence[T]) -> T:
 
 
 def row_keys(rows: Ints) -> Ints:
-    """Integers that compare as the rows do from left to right: equal, smaller or larger.
+    """Integers (r,) that compare as the rows do from left to right: equal, smaller or larger.
 
-    `np.unique` of them finds the same rows in the same order as with `axis=0`, several times as fast.
-
-    Args:
-        rows: (r, c) non-negative integers below 2⁶³ / r, such as the nodes of faces.
-
-    Returns:
-        (r,).
+    `np.unique` of them finds the same rows in the same order as with `axis=0`, several times as fast. Rows
+    (r, c) are of non-negative integers below 2⁶³ / r, such as the nodes of faces.
     """
     keys = np.zeros(len(rows), dtype=np.int64)
     for column in rows.T:

@@ -21,14 +21,9 @@ _NOTHING = 1e-10  # a gain this small, relative to d, is rounding
 
 
 def coordinates(Psi: Array, S: Array) -> Array:
-    """Coefficients B ≥ 0 of the points of cone(Ψ) nearest to the columns of S.
+    """B (k, s) ≥ 0 that minimises ‖S − Ψ B‖_F: the points of cone(Ψ) nearest to the columns of S (n_c, s).
 
-    Args:
-        Psi: (n_c, k) generators of the cone, nonzero columns.
-        S: (n_c, s) columns to project.
-
-    Returns:
-        (k, s) B = argmin over B ≥ 0 of ‖S − Ψ B‖_F.
+    The generators Ψ (n_c, k) of the cone have no column of zeros.
 
     Source: Lawson and Hanson, Solving Least Squares Problems, 1974, chapter 23, on the Gram matrix
     as in Bro and de Jong, Journal of Chemometrics 11, 1997.

@@ -95,17 +95,11 @@ def rotations_between(first: Array, last: Array) -> Array:
 
 
 def moments_at_end(theta: Array, moment: Array) -> Array:
-    """Moments at the end of turns that do the work of given ones on their rotation vectors.
+    """Moments (m, 3) [N m] at the end of turns that do the work of given ones on their rotation vectors.
 
-    Where the end of a turn θ is turned further by a small δ, θ grows by L⁻¹(θ) δ, with the left Jacobian L
-    of the exponential map, so that moments are multiplied by L⁻ᵀ.
-
-    Args:
-        theta: (m, 3) rotation vectors about fixed axes, from `rotations_between` [rad].
-        moment: (m, 3) that do work on changes of these [N m].
-
-    Returns:
-        (m, 3) moments that do the same work on turns of the ends [N m].
+    Where the end of a turn θ is turned further by a small δ, θ grows by L⁻¹(θ) δ, with the left Jacobian L of
+    the exponential map, so that moments are multiplied by L⁻ᵀ. Rotation vectors θ (m, 3) are about fixed
+    axes, from `rotations_between` [rad].
     """
     half = np.maximum(0.5 * np.linalg.norm(theta, axis=1, keepdims=True), 1e-4)
     factor = (1.0 - half / np.tan(half)) / (4.0 * half * half)  # 1/12 at zero

@@ -45,12 +45,7 @@ class AttachedPoints:
         return AttachedPoints(self.nodes[chosen], self.weights[chosen], self.offsets[chosen])
 
     def place(self, x: Array, Q: Array) -> tuple[Array, Array]:
-        """Positions (p, 3) and weighted lever arms w_a R_a ρ_a (p, 2, 3) [m].
-
-        Args:
-            x: (n_nodes, 3) node positions [m].
-            Q: (n_nodes, 4) node rotations.
-        """
+        """Positions (p, 3) and arms w_a R_a ρ_a (p, 2, 3) [m] at nodes x (n_nodes, 3) [m], Q (n_nodes, 4)."""
         return place(x, Q, self.nodes, self.weights, self.offsets)
 
     def at_rest(self, nodes: Array) -> Array:

@@ -66,12 +66,7 @@ class Paths:
 
 
 def make_paths(counts: list[int], y: Array) -> Paths:
-    """Paths at rest.
-
-    Args:
-        counts: stations of each cable.
-        y: (p, 3) all of them at rest, cable by cable [m].
-    """
+    """Paths at rest, of cables with `counts` stations each, which are at y (p, 3), cable by cable [m]."""
     starts = np.cumsum([0, *counts]).astype(np.int64)
     stations = np.arange(starts[-1])
     owner = np.repeat(np.arange(len(counts)), np.array(counts, dtype=np.int64) - 1)

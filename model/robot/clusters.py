@@ -56,9 +56,6 @@ def clusters_of(robot: Robot) -> Clusters:
     """The clusters of a robot: one, unless it has parts or bodies that nothing joins.
 
     All bodies of a contact are joined, however far they are apart now.
-
-    Args:
-        robot: its bodies and contacts, and its rows at rest.
     """
     number, layout = robot.body.components, robot.effector_layout  # (n,)
     rows = robot.rows(robot.rest(), contacts=False)

@@ -37,12 +37,7 @@ class ObstacleOutline:
 
 
 def held_vertices(robot: Robot, skin: SkinMesh) -> Ints:
-    """Numbers (m,) of the skin's vertices that no motion of the robot moves.
-
-    Args:
-        robot: the robot.
-        skin: its skin.
-    """
+    """Numbers (m,) of the skin's vertices that no motion of the robot moves."""
     rest = robot.rest()
     change = _TRIAL * np.random.default_rng(0).choice([-1.0, 1.0], len(rest.q))
     before, after = robot.points(rest), robot.points(replace(rest, q=rest.q + change))
@@ -60,10 +55,6 @@ def contact_wrenches(robot: Robot, found: ContactForces) -> Array:
     """Force [N] and torque about the origin [N m] by contact on each of `touched_names`: (o, 6).
 
     On an obstacle it is that of the robot, on a part that of obstacles and other parts.
-
-    Args:
-        robot: the robot.
-        found: contacts in range with their forces.
     """
     names, pair = touched_names(robot), found.contacts.pair
     own = np.hstack([found.force, np.cross(found.contacts.point, found.force)])  # (m, 6)

@@ -69,9 +69,7 @@ class Range:
     def check(self, position: str, effort: str) -> None:
         """Raise a ValueError where a limit excludes rest, at which δ and λ are zero.
 
-        Args:
-            position: name of the field of δ without `min_`, for the error.
-            effort: name of the field of λ without `min_`, for the error.
+        It names the fields of δ and of λ, which are given without `min_`.
         """
         pairs = (
             (position, self.least_position, self.most_position),

@@ -57,8 +57,7 @@ class Command:
     def starting(self, before: Command) -> tuple[Array, Array]:
         """Positions and efforts (n_a,) at the start of the way from another command to this one.
 
-        Args:
-            before: the other command; where it gives none, those of this one hold all the way.
+        Where that gives none, those of this one hold all the way.
         """
         position, effort = before.position.copy(), before.effort.copy()
         for start, end in ((position, self.position), (effort, self.effort)):

@@ -151,12 +151,7 @@ class EffectorLayout:
         return values
 
     def row_targets(self, now: Array, goal: Array) -> Array:
-        """Values (n_e,) that the rows of a step are to reach.
-
-        Args:
-            now: (n_v,) values at the start of the step.
-            goal: (n_v,) values that are wanted.
-        """
+        """Values (n_e,) that rows are to reach in a step from values now (n_v,) towards a goal (n_v,)."""
         if self.positions_only:
             return goal
         target = self._rows(goal)
@@ -169,12 +164,7 @@ class EffectorLayout:
         return target
 
     def values_at(self, now: Array, delta: Array) -> Array:
-        """Goal values (n_v,) where the rows of a step have some values.
-
-        Args:
-            now: (n_v,) values at the start of the step.
-            delta: (n_e,) values of the rows.
-        """
+        """Goal values (n_v,) where the rows of a step from values now (n_v,) have values delta (n_e,)."""
         if self.positions_only:
             return delta
         return self._moved(now, delta, np.zeros(self.n_values))
@@ -195,12 +185,7 @@ class EffectorLayout:
         return change
 
     def positions_at(self, positions: Array, values: Array) -> Array:
-        """Positions (p, 3) [m] of the effectors where they have some values.
-
-        Args:
-            positions: (p, 3) of those that have no position among their values [m].
-            values: (n_v,).
-        """
+        """Positions (p, 3) [m] of effectors at values (n_v,), the given ones where these have none."""
         if self.positions_only:
             return values.reshape(-1, 3)
         found = positions.copy()

@@ -98,10 +98,6 @@ class Laws:
         """How far efforts (n_a,) exceed their limits, relative to the largest: (n_a,), negative within.
 
         The least tension of a cable does not count: one that is held may be slack.
-
-        Args:
-            effort: (n_a,) [N, Pa].
-            limits: of the actuators.
         """
         below = limits.effort_min - effort
         below[~self.bilateral] = -np.inf

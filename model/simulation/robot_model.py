@@ -143,10 +143,6 @@ class RobotModel:
     def depth_of(self, obstacle: str, pose: ObstaclePose) -> float:
         """How deep candidates of the robot would be in an obstacle at a pose [m]; 0 where they are not.
 
-        Args:
-            obstacle: name.
-            pose: of its frame.
-
         Raises:
             ValueError: no such obstacle.
         """

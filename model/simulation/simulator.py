@@ -121,11 +121,7 @@ class Simulator(RobotModel):
         return report
 
     def start_from(self, state: State, forces: Forces | None = None) -> None:
-        """Start from another state than rest.
-
-        Args:
-            state: of this robot.
-            forces: constraint forces there, with the columns of this simulator's basis; None: zero.
+        """Start from another state, with constraint forces in this simulator's basis there, by default zero.
 
         Raises:
             TypeError, ValueError: these are none, or of another robot or basis, by their size.

@@ -62,14 +62,10 @@ class CondensedStep:
     rho: Array | None = None
 
     def efforts(self, lam: Array, delta: Array) -> Array:
-        """Efforts (n_a,) of the actuators in a solved step with stiffness along actuators.
+        """Efforts (n_a,) of the actuators in a step with stiffness along actuators, of lam and delta (m,).
 
-        Where a stiffness ρ along an actuator is added to the tangent, the unknown force of its row is
-        λ + ρ (δ_a − δ_a,0), with δ_a,0 at the start of the step: the motion is that of the effort λ.
-
-        Args:
-            lam: (m,) forces on all rows.
-            delta: (m,) values of the rows.
+        Where a stiffness ρ along an actuator is added to the tangent, the unknown force of its row is λ + ρ
+        (δ_a − δ_a,0), with δ_a,0 at the start of the step: the motion is that of the effort λ.
         """
         assert self.rho is not None
         actuators = self.layout.actuators

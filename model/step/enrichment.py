@@ -38,11 +38,7 @@ class Enrichment:
 
 
 def default_enrichment(tolerance: float) -> Enrichment:
-    """Enrichment of a basis: per round the deepest candidate of each pair, at most three rounds.
-
-    Args:
-        tolerance: predicted penetration that is accepted, the robot file's [m].
-    """
+    """Enrichment to a tolerance [m]: per round the deepest candidate of each pair, at most three rounds."""
     return Enrichment(tolerance, rounds=3, per_pair=1)
 
 

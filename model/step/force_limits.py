@@ -108,12 +108,7 @@ class ForceLimits:
     Psi: Array
 
     def normal_sum(self, step: CondensedStep, limited: LimitedPairs) -> Array:
-        """Sum of the normal forces of pairs, as a row over the contact forces of a step: (n,).
-
-        Args:
-            step: the step.
-            limited: the pairs.
-        """
+        """Sum of the normal forces of pairs, as a row over the contact forces of a step: (n,)."""
         contacts, modes = step.rows.contacts.found, step.reduced.modes
         chosen = limited.among(contacts.pair)
         by_basis = contacts.slots[chosen & (contacts.friction == 0.0)]
@@ -197,11 +192,8 @@ class Grasp:
     def rows(self, step: CondensedStep, held: PredictedStep) -> ForceRows | None:
         """The limits as rows over the contact forces of a step; None where none can push.
 
-        Forces are in units of the compliance of the contacts, so that rows are comparable with positions.
-
-        Args:
-            step: whose forces are decided.
-            held: where the same step leads when the actuators hold.
+        Forces are in units of the compliance of the contacts, so that rows are comparable with positions. The
+        step leads to `held` when the actuators hold.
         """
         found, rows = [], []
         W = np.diag(step.compliance.W)[step.gap_rows]
@@ -232,12 +224,7 @@ class Grasp:
 
 
 def friction_sums(step: CondensedStep, limited: LimitedPairs) -> Array:
-    """Sum of the friction of pairs along some directions, over cos(π / DIRECTIONS): (DIRECTIONS, n).
-
-    Args:
-        step: with friction; rows are over its contact forces.
-        limited: the pairs.
-    """
+    """Sum of the friction of pairs along some directions, over cos(π / DIRECTIONS): (DIRECTIONS, n)."""
     contacts = step.rows.contacts.found
     rows = np.zeros((DIRECTIONS, len(step.compliance) - step.layout.contacts.start))
     own = np.flatnonzero(limited.among(contacts.pair[step.extra]))
@@ -256,12 +243,7 @@ def friction_sums(step: CondensedStep, limited: LimitedPairs) -> Array:
 
 
 def force_limits(contacts: ContactSet, space: ContactSpace) -> ForceLimits | None:
-    """Limits of the contact forces of a robot; None where it has none.
-
-    Args:
-        contacts: of the robot.
-        space: basis of its contact forces.
-    """
+    """Limits of the contact forces of a robot, which are of a space; None where it has none."""
     limited = [
         LimitedPairs(pair.name, np.array([number]), pair.friction, pair.bounds)
         for number, pair in enumerate(contacts.pairs)

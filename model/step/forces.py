@@ -63,12 +63,7 @@ class Forces:
         return columns and set(self.pushing.tolist()) == set(other.pushing.tolist())
 
     def on(self, found: Contacts, space: ContactSpace) -> ContactForces:
-        """The contacts in range with their forces; columns of a basis leave out those with friction.
-
-        Args:
-            found: in the step of these forces.
-            space: whose columns `beta` has.
-        """
+        """The contacts in range with their forces; columns of a space leave out those with friction."""
         normal = np.where(found.friction > 0.0, 0.0, space.lift(self.beta)[found.slots])
         _, own, at = np.intersect1d(found.slots, self.extra, return_indices=True)
         normal[own] += self.extra_beta[at]
@@ -79,12 +74,7 @@ class Forces:
         return ContactForces(found, force, sliding, margin)
 
     def at_candidates(self, space: ContactSpace, by_basis: Bools) -> Array:
-        """Normal force of every contact candidate: (n_c,) [N].
-
-        Args:
-            space: whose columns `beta` has.
-            by_basis: (n_c,) candidates without friction; columns of a basis leave out the others.
-        """
+        """Normal force of every candidate (n_c,) [N]; columns of a space push those `by_basis` (n_c,)."""
         lam = np.where(by_basis, space.lift(self.beta), 0.0)
         lam[self.extra] += self.extra_beta
         return lam

@@ -173,14 +173,7 @@ def _softened(cones: Cones, best: NewtonForces, enough: float) -> Array:
 
 
 def unit_start(step: CondensedStep, previous: Forces) -> Array:
-    """Forces on the rows of the unit columns to start from: those of the last step (3 r,) [N].
-
-    Without friction they are zero (r,).
-
-    Args:
-        step: the step.
-        previous: forces of the last step.
-    """
+    """Forces on rows of unit columns to start from: the last ones (3 r,) [N]; zero (r,) without friction."""
     if not step.frictional:
         return np.zeros(len(step.extra))
     across = NO_FORCES if previous.friction is None else previous.friction.force

@@ -30,11 +30,8 @@ def step_certificate(solved: PredictedStep, quickly: bool = False) -> FrictionCe
 
     Its W is that under given efforts, so that forces are indeterminate where others give the same motion
     without a change of the efforts. Its error is that of all candidates in range: one without force has an
-    error where it is predicted to penetrate.
-
-    Args:
-        solved: the step and its forces.
-        quickly: whether contacts that are jammed are looked for with a twentieth of the projections.
+    error where it is predicted to penetrate. Quickly, contacts that are jammed are looked for with a
+    twentieth of the projections.
     """
     step, projections = solved.step, QUICK if quickly else PROJECTIONS
     if not step.frictional or not solved.contacts_push:
@@ -53,9 +50,7 @@ def step_certificate(solved: PredictedStep, quickly: bool = False) -> FrictionCe
 def under_friction(step: CondensedStep, previous: Forces) -> CondensedStep:
     """A step with the friction of the last step as a load, in which contacts have their normal row alone.
 
-    Args:
-        step: the step; it is returned as it is where no contact in range has friction.
-        previous: forces of the last step.
+    It is returned as it is where no contact in range has friction.
     """
     if not step.frictional:
         return step

@@ -61,12 +61,7 @@ class SortedRows:
 
 
 def sorted_rows(step: CondensedStep, command: Command) -> SortedRows:
-    """Sort the rows of a step.
-
-    Args:
-        step: rows, compliance and laws of the actuators.
-        command: position or effort of each actuator, or neither.
-    """
+    """Sort the rows of a step by a command: position or effort of each actuator, or neither."""
     position, effort, n_e = command.position, command.effort, step.layout.n_e
     free, bilateral = step.compliance.delta_free, step.laws.bilateral
     return SortedRows(*sort_rows(free, position, effort, bilateral, n_e))

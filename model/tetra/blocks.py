@@ -39,11 +39,7 @@ class LowerBlocks:
 
 
 def lower_blocks(pattern: Pattern, groups: list[Ints]) -> tuple[LowerBlocks, tuple[Ints, ...]]:
-    """The blocks that couple the nodes of elements.
-
-    Args:
-        pattern: sparsity of the matrix.
-        groups: arrays (g, s) of node ids, ascending in each row.
+    """The blocks of a pattern that couple nodes of elements, of groups (g, s) that ascend in each row.
 
     Returns:
         The blocks, and for each array the number of the block of every pair a ≤ b of its nodes, in the order

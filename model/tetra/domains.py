@@ -54,11 +54,9 @@ class Domains:
 
 
 def deforming_domains(domains: list[Domains], carrier: Ints) -> list[Domains]:
-    """Those that can deform; the others move as rigid bodies, without energy and forces.
+    """Those domains that can deform; the others move as rigid bodies, without energy and forces.
 
-    Args:
-        domains: all domains.
-        carrier: (n_nodes,) number of what carries each node rigidly, −1: nothing does.
+    What carries each node rigidly has a number, −1: nothing does (n_nodes,).
     """
     found = []
     for part in domains:

@@ -26,12 +26,7 @@ class Lumping:
     excess: Array
 
     def within(self, region: Ints, count: int) -> Array:
-        """The excess of elements all of whose nodes are in one region, by region: (count, 3, 3) [kg m²].
-
-        Args:
-            region: (n_nodes,) number of each node's, −1: none.
-            count: regions.
-        """
+        """The excess of elements wholly in one region, (n_nodes,) or −1: (count, 3, 3) [kg m²]."""
         of, found = region[self.nodes], np.zeros((count, 3, 3))
         inside: Bools = (of[:, 0] >= 0) & (of == of[:, :1]).all(axis=1)
         np.add.at(found, of[inside, 0], self.excess[inside])
@@ -61,11 +56,6 @@ def rest_gradients(mesh: TetMesh) -> Array:
 
 
 def lumped_mass(mesh: TetMesh, density: float | Array) -> Array:
-    """Nodal masses, with a quarter of every element's mass at each corner: (n_nodes,) [kg].
-
-    Args:
-        mesh: the body.
-        density: of all elements, or of each (e,) [kg/m³].
-    """
+    """Nodal masses (n_nodes,) [kg], a quarter of an element's at each corner; one density or (e,) [kg/m³]."""
     share = np.repeat(density * mesh.volumes / 4.0, 4)
     return np.bincount(mesh.tets.ravel(), share, len(mesh.nodes)).astype(float)

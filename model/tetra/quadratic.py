@@ -28,11 +28,7 @@ def shape_derivatives(L: Array) -> Array:
 
 
 def quadratic_domains(mesh: QuadraticMesh, law: Ints) -> Domains:
-    """Gradients and volumes of quadratic tetrahedra, also of ones with curved edges.
-
-    Args:
-        mesh: the body.
-        law: (e,) index of the law of each element.
+    """Gradients and volumes of quadratic tetrahedra with laws (e,), also of ones with curved edges.
 
     Raises:
         MeshError: an element is folded over at a point of quadrature.

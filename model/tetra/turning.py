@@ -29,12 +29,7 @@ class TurningSteps:
     """Turns steps of the nodes of a mesh into such that turn its elements."""
 
     def __init__(self, mesh: TetMesh, dof: Ints) -> None:
-        """Factorise the Laplacian of the free nodes, once for a mesh.
-
-        Args:
-            mesh: linear tetrahedra at rest.
-            dof: (n_nodes,) first degree of freedom of a node, −1 where it is fixed.
-        """
+        """Factorise the Laplacian of the free nodes, of dof ≥ 0 (n_nodes,), once for a mesh at rest."""
         self._made_of = mesh, dof
         self._tets = np.asarray(mesh.tets, dtype=np.int64)
         self._gradients, self._volumes = rest_gradients(mesh), mesh.volumes
@@ -59,12 +54,7 @@ class TurningSteps:
         return TurningSteps, self._made_of
 
     def turned(self, x: Array, u: Array) -> Array:
-        """The displacement (n,) of the free nodes instead of a straight one.
-
-        Args:
-            x: (n_nodes, 3) positions of all nodes before it [m].
-            u: (n,) straight displacement of the free nodes [m].
-        """
+        """The displacement (n,) of free nodes instead of a straight u (n,), from nodes x (n_nodes, 3) [m]."""
         moves = np.zeros_like(x)
         moves[self._free] = u.reshape(-1, 3)
         B = self._gradients

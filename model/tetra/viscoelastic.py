@@ -45,11 +45,7 @@ class Viscoelasticity:
         return 6 * len(self.law) * int(self.times.shape[1])
 
     def branches(self, memory: Array) -> Array:
-        """Stresses Q of the branches (p, b, 6) [Pa] in the order 11, 22, 33, 23, 13, 12.
-
-        Args:
-            memory: of a state; empty: all branches are relaxed.
-        """
+        """Stresses Q of the branches (p, b, 6) [Pa], 11, 22, 33, 23, 13, 12; of an empty memory zero."""
         shape = (len(self.law), self.times.shape[1], 6)
         return np.zeros(shape) if memory.size == 0 else memory.reshape(shape)
 

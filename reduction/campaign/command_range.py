@@ -53,10 +53,6 @@ def command_range(robot: Robot, report: Report = lambda share, what: None) -> Co
     whose cables no other cable opposes. Efforts are commanded of chambers, of forces, and of cables that work
     against each other: wound to random lengths, these would crush the robot. Cables do so whose winches pay
     out beyond rest, and those that the pull of another one lengthens.
-
-    Args:
-        robot: the robot.
-        report: called with the share that is done since the last call, and with what is being done.
     """
     limits, laws = robot.limits, robot.actuators.laws
     W = static_compliance(robot, robot.rows(robot.rest(), contacts=False).actuators.dense())
@@ -76,12 +72,7 @@ def command_range(robot: Robot, report: Report = lambda share, what: None) -> Co
 
 
 def _opposed(W: Array, cables: Bools) -> Bools:
-    """Which cables (n_a,) the pull of another cable lengthens.
-
-    Args:
-        W: (n_a, n_a) compliance between the actuators [m/N].
-        cables: (n_a,) which actuators can only pull.
-    """
+    """Which of some cables (n_a,) the pull of another lengthens, by W (n_a, n_a) of the actuators [m/N]."""
     scale = np.sqrt(np.diag(W))
     longer = -OPPOSES * np.outer(scale, scale) > W  # (n_a, n_a)
     found: Bools = cables & longer[:, cables].any(axis=1)

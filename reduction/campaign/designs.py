@@ -116,11 +116,7 @@ class Ranges:
 
 
 def ramp(robot: Robot, step: float = 5e-5) -> Design:
-    """One run a cable: pulled from rest to its limit in equal steps, as in the paper.
-
-    Args:
-        robot: its limits and gravity are used.
-        step: of the positions [m, rad, m³]; the finger's 25 mm make 500 snapshots.
+    """One run a cable: pulled from rest to its limit in equal steps [m, rad, m³], as in the paper.
 
     Raises:
         DesignError: the step is not positive or beyond the largest pull.

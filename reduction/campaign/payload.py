@@ -12,14 +12,10 @@ STANDARD_GRAVITY = 9.81  # m/s², by which payloads are chosen where a robot fil
 
 
 def payload(robot: Robot, effectors: int) -> float:
-    """`PAYLOAD` of the weight, spread evenly over some effectors: the force on each of them [N].
+    """`PAYLOAD` of the weight, spread evenly over the first effectors: the force on each of them [N].
 
     It is smaller where that would move one of them by more than `FARTHEST` of the robot's size, to first
     order: a soft robot whose file has no gravity may not bear its own weight.
-
-    Args:
-        robot: its weight, stiffness and effectors are used.
-        effectors: number of effectors that carry the payload, the first ones.
     """
     size = float(np.linalg.norm(robot.gravity)) or STANDARD_GRAVITY
     heavy = PAYLOAD * robot.body.moving_mass * size / max(effectors, 1)

@@ -213,12 +213,7 @@ def _ways(touched: TouchedRobot, found: CommandRange) -> Array:
 
 
 def pressed_by(obstacles: ObstaclePoses, centres: Array) -> ObstaclePoses:
-    """The obstacles of a robot with its last ones, spheres, at other places.
-
-    Args:
-        obstacles: of the robot.
-        centres: (3 k,) of the last k obstacles [m].
-    """
+    """The obstacles of a robot with its last k ones, spheres, at centres (3 k,) [m]."""
     names = obstacles.names[len(obstacles.names) - len(centres) // 3 :]
     for name, centre in zip(names, centres.reshape(-1, 3), strict=True):
         obstacles = obstacles.with_pose(name, pose_at(centre))
@@ -233,12 +228,7 @@ def pressed_columns(robot: Robot, snapshots: Snapshots) -> Bools:
 
 
 def of_plain_robot(touched: TouchedRobot, snapshots: Snapshots) -> Snapshots:
-    """The snapshots in which no sphere is in the way, as those of the plain robot.
-
-    Args:
-        touched: the robot of the snapshots.
-        snapshots: of a campaign.
-    """
+    """The snapshots in which no sphere is in the way, as those of the plain robot."""
     free = snapshots.select(~pressed_columns(touched.robot, snapshots))
     rows, slots = 3 * touched.own, touched.plain.n_c
     return replace(

@@ -51,15 +51,11 @@ def als(S: Array, k: int, seed: int) -> Factors:
 
 
 def hals(S: Array, k: int) -> Iterator[Factors]:
-    """HALS with one column added at a time; yields the factors for 1, 2, … k columns.
+    """HALS of S (n_c, s) with one column added at a time; yields the factors for 1, 2, … k columns.
 
-    From k − 1 columns to k: append the leading nonnegative part of the residual, then run HALS from
-    there. Its error never increases, so error(k) ≤ error(k − 1) by construction, and one run gives the
-    whole curve of error against k. There is no random start, so no seed.
-
-    Args:
-        S: (n_c, s) snapshots.
-        k: largest number of columns of Ψ.
+    From k − 1 columns to k: append the leading nonnegative part of the residual, then run HALS from there.
+    Its error never increases, so error(k) ≤ error(k − 1) by construction, and one run gives the whole curve
+    of error against k. There is no random start, so no seed.
 
     Source: Cichocki and Phan, IEICE Trans. Fundamentals E92-A, 2009 (HALS); the new column is the
     first step of NNDSVD (see `hals_nndsvd`) applied to the residual.

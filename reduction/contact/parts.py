@@ -14,14 +14,9 @@ from tauten.reduction.provenance import Provenance, package_versions
 
 
 def joined_basis(robot: Robot, bases: Sequence[ContactBasis | None]) -> ContactBasis | None:
-    """Modes of every part, block by block; contact between parts is left to unit columns.
+    """Modes of every part that has some, block by block; other contact is left to unit columns.
 
-    Args:
-        robot: of the parts.
-        bases: of each part; None: contact within it is left to unit columns too.
-
-    Returns:
-        The basis; None where no part has one.
+    None where no part has a basis.
     """
     found = [basis for basis in bases if basis is not None]
     if not found:

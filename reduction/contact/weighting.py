@@ -17,15 +17,11 @@ _FLOOR = 1e-3
 
 
 def snapshot_weights(S: Array, weighting: Weighting) -> Array:
-    """Factors for the columns of S before the factorisation: (s,).
+    """Factors (s,) for the columns of S (n_c, s) [N] before the factorisation.
 
-    "force" is the paper's choice: factors 1, so the strongest contacts dominate the error. "equal" scales
-    the columns to unit length: a cone does not depend on the lengths of its generators, which the reduced
-    LCP computes, so weak and strong patterns of force have the same weight.
-
-    Args:
-        S: (n_c, s) contact forces [N].
-        weighting: "equal" or "force".
+    "force" is the paper's choice: factors 1, so the strongest contacts dominate the error. "equal" scales the
+    columns to unit length: a cone does not depend on the lengths of its generators, which the reduced LCP
+    computes, so weak and strong patterns of force have the same weight.
 
     Raises:
         ValueError: unknown weighting.

@@ -124,10 +124,6 @@ def range_weights(run: Ints, actuators: int) -> Array:
     Runs go from rest to random commands, evenly: most of their equilibria are near rest, where a reduced
     model is better than elsewhere. Of n actuators the commands within a share x of the way to all the ends
     fill xⁿ of the range, so that an equilibrium at x stands for a part of it as x^(n − 1).
-
-    Args:
-        run: (s,) of each equilibrium, ascending.
-        actuators: their number n.
     """
     _, first, counts = np.unique(run, return_index=True, return_counts=True)
     place = np.arange(len(run)) - np.repeat(first, counts)  # (s,) in its run

@@ -58,11 +58,7 @@ def pod(deviations: Array, weight: Array, r: int) -> Pod:
 
 
 def even_weights(runs: Ints) -> Array:
-    """Factors of snapshots by which each run counts the same, however long it is: (s,), of mean square one.
-
-    Args:
-        runs: (s,) which run each snapshot belongs to.
-    """
+    """Factors (s,) of snapshots by which each of their runs (s,) counts the same, of mean square one."""
     _, number, sizes = np.unique(runs, return_inverse=True, return_counts=True)
     factors: Array = np.sqrt(len(runs) / (len(sizes) * sizes[number]))
     return factors

@@ -47,11 +47,7 @@ class ReducedParts(PartsBody):
 
 
 def reduced_parts(robot: Robot[Any], bases: Sequence[StateBasis | None]) -> Robot[ReducedParts]:
-    """A robot of parts with some of them in the coordinates of state bases.
-
-    Args:
-        robot: of full parts, its body a `PartsBody`.
-        bases: of each part; None: it remains as it is.
+    """A robot of full parts with those in reduced coordinates that have a state basis.
 
     Raises:
         StateBasisError: a basis was made for another robot than that of its part.

@@ -58,16 +58,10 @@ def sample_elements(
 
 
 def farthest_apart(alphas: Array, count: int) -> Ints:
-    """Numbers of states far from each other: first the largest, then always the one farthest from all chosen.
+    """Numbers (min(count, s),) of states (r, s) far from each other, ascending.
 
-    Args:
-        alphas: (r, s) states.
-        count: how many, at most s.
-
-    Returns:
-        (min(count, s),) ascending.
-
-    Source: Gonzalez, Theoretical Computer Science 38, 1985.
+    First the largest, then always the one farthest from all chosen (Gonzalez, Theoretical Computer Science
+    38, 1985).
     """
     chosen = [int(np.argmax((alphas**2).sum(axis=0)))]
     distance = np.full(alphas.shape[1], np.inf)  # squares

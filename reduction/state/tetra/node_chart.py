@@ -86,9 +86,6 @@ class NodeChart:
     def frame_columns(self, frames: Frames) -> tuple[Ints, Ints, Ints, Ints]:
         """Where centres and rotations of frames are in State.q, and then in State.v.
 
-        Args:
-            frames: the frames.
-
         Returns:
             (c, 3) and (f, 4) places in q, (c, 3) and (f, 3) places in v.
         """
@@ -174,10 +171,7 @@ class NodeChart:
         return v
 
     def places(self, Phi: Array) -> tuple[Array, OwnMotion]:
-        """E (3 n_nodes, R), displacements of all nodes that are not fixed, and the motion of β.
-
-        Args:
-            Phi: (m, r + o) state modes.
+        """E (3 n_nodes, R), displacements of all free nodes, of modes Phi (m, r + o), and the motion of β.
 
         Raises:
             StateBasisError: the last modes are not the robot's own coordinates.
@@ -279,12 +273,7 @@ class NodeChart:
             E[nodes[:, None, None], three[:, None], columns] = rho[:, None, :]
 
     def excess(self, motion: OwnMotion, chosen: Bools | None = None) -> Array:
-        """What of the mass matrix Eᵀ M E (R, R) is inertia that only lumped masses have.
-
-        Args:
-            motion: of β, from `places`.
-            chosen: (3 n_nodes,) displacements whose regions count; None: all.
-        """
+        """What of Eᵀ M E (R, R), of `chosen` (3 n_nodes,) or all displacements, only lumped masses have."""
         found, frames = np.zeros((motion.size, motion.size)), self.frames
         if frames is None:
             return found

@@ -175,11 +175,7 @@ class ReducibleTetBody:
         return moved
 
     def reduced_springs(self, E: Array) -> ReducedSprings | None:
-        """The springs of hinges in the coordinates β; None: there are none.
-
-        Args:
-            E: (3 n_nodes, R) from `NodeChart.places`.
-        """
+        """The springs of hinges in the coordinates β, of E from `NodeChart.places`; None: there are none."""
         if self.joints is None or self.joints.springs.shape[0] == 0:
             return None
         body, S = self.robot.body, sp.csc_array(self.joints.springs)
