@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tauten.model.constraints.frames import PinnedRegion
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, joined
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,14 +28,12 @@ class GluedNodes:
 
 def joined_followers(pinned: list[PinnedRegion], glued: GluedNodes) -> GluedNodes:
     """Glued nodes, and the nodes of pinned regions with what their pin follows."""
-    counts = [len(one.nodes) for one in pinned]
-    masters = [np.tile(one.masters, (k, 1)) for one, k in zip(pinned, counts, strict=True)]
-    weights = [np.tile(one.weights, (k, 1)) for one, k in zip(pinned, counts, strict=True)]
-    return GluedNodes(
-        np.concatenate([glued.nodes, *(one.nodes for one in pinned)]),
-        np.concatenate([glued.masters, *masters]),
-        np.concatenate([glued.weights, *weights]),
-    )
+    sizes = [(len(one.nodes), 1) for one in pinned]
+    of_pins = [
+        GluedNodes(one.nodes, np.tile(one.masters, size), np.tile(one.weights, size))
+        for one, size in zip(pinned, sizes, strict=True)
+    ]
+    return joined([glued, *of_pins])
 
 
 def follow_matrices(

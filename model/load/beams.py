@@ -35,7 +35,7 @@ from tauten.model.load.contacts import contact_set, contact_surfaces
 from tauten.model.load.effectors import build_beam_effectors
 from tauten.model.load.places import BeamPlaces
 from tauten.model.load.transmissions import build_transmissions
-from tauten.model.numerics import Bools, Ints, make_factorisation
+from tauten.model.numerics import Bools, Ints, joined, make_factorisation
 from tauten.model.points import (
     AttachedPoints,
     Paths,
@@ -46,6 +46,9 @@ from tauten.model.points import (
 from tauten.model.robot import Robot
 from tauten.model.schema import RobotConfig
 from tauten.model.system import integration_of, make_pattern
+
+_NO_ENDS, _NO_AXES = np.zeros((0, 2), dtype=np.int64), np.zeros((0, 4))
+NO_BEAMS = Beams(np.zeros((0, 3)), _NO_ENDS, _NO_AXES, np.zeros((0, 6)), *np.zeros((3, 0)))
 
 
 def of_beams_alone(config: RobotConfig) -> bool:
@@ -172,18 +175,11 @@ def build_beam_forces(config: RobotConfig, places: BeamPlaces) -> tuple[ForceSet
 
 def joined_beams(parts: Sequence[BeamPart]) -> Beams:
     """All beams of a robot as one, their nodes in the order of the parts."""
-    first = np.cumsum([0, *(len(part.nodes) for part in parts)]).tolist()
-    bodies = [part.body for part in parts]
-    ends = [body.ends + at for body, at in zip(bodies, first, strict=False)]
-    return Beams(
-        nodes=np.concatenate([np.zeros((0, 3)), *(body.nodes for body in bodies)]),
-        ends=np.concatenate([np.zeros((0, 2), np.int64), *ends]),
-        axes=np.concatenate([np.zeros((0, 4)), *(body.axes for body in bodies)]),
-        D=np.concatenate([np.zeros((0, 6)), *(body.D for body in bodies)]),
-        length=np.concatenate([np.zeros(0), *(body.length for body in bodies)]),
-        mass=np.concatenate([np.zeros(0), *(body.mass for body in bodies)]),
-        inertia=np.concatenate([np.zeros(0), *(body.inertia for body in bodies)]),
-    )
+    first = np.cumsum([0, *(len(part.nodes) for part in parts)])
+    moved = [
+        replace(part.body, ends=part.body.ends + at) for part, at in zip(parts, first, strict=False)
+    ]
+    return joined([NO_BEAMS, *moved])
 
 
 def drawn_beams(parts: Sequence[BeamPart]) -> tuple[AttachedPoints, Ints]:

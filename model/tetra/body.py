@@ -8,7 +8,7 @@ import numpy as np
 
 from tauten.model.materials import ELASTIC, Law, Viscosity
 from tauten.model.mesh import QuadraticMesh, TetMesh, quadratic_mesh
-from tauten.model.numerics import Array, Ints
+from tauten.model.numerics import Array, Ints, joined
 from tauten.model.schema import ElementName
 from tauten.model.tetra.domains import Domains, linear_domains
 from tauten.model.tetra.elements import Lumping, lumped_mass, lumping
@@ -101,19 +101,10 @@ def join_bodies(parts: list[BodyParts], mesh: TetMesh) -> BodyParts:
             shapes.setdefault(domains.gradients.shape[1:3], []).append(moved)
         lumpings += [replace(one, nodes=one.nodes + first) for one in part.lumpings]
         first += len(part.mesh.nodes)
-    joined = [
-        Domains(
-            np.concatenate([one.nodes for one in same]),
-            np.concatenate([one.gradients for one in same]),
-            np.concatenate([one.volumes for one in same]),
-            np.concatenate([one.law for one in same]),
-        )
-        for same in shapes.values()
-    ]
     mass = np.concatenate([part.mass for part in parts])
     return BodyParts(
         mesh,
-        joined,
+        [joined(same) for same in shapes.values()],
         [law for law, _ in laws],
         mass,
         sum(part.n_elements for part in parts),
