@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import astuple, dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from tauten.model.schema import CouplingSettings, Range, RobotConfig, RobotFileE
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the actuators, each (n_a,), in the units of their kinds.
+    """Limits of the actuators, each (n_a,), in the units of their kinds and the order of `Range`.
 
     Attributes:
         effort_min: smallest effort [N, Pa]; of cables that are no rods at least 0.
@@ -50,13 +50,7 @@ class Limits:
     @classmethod
     def of(cls, ranges: Sequence[Range]) -> Limits:
         """Limits of actuators, each given as a range."""
-        return cls(
-            effort_min=np.array([found.least_effort for found in ranges]),
-            effort_max=np.array([found.most_effort for found in ranges]),
-            position_min=np.array([found.least_position for found in ranges]),
-            position_max=np.array([found.most_position for found in ranges]),
-            rate=np.array([found.rate for found in ranges]),
-        )
+        return cls(*np.array([astuple(one) for one in ranges]).reshape(-1, 5).T.copy())
 
     def range_of(self, actuator: int) -> Range:
         """The limits of one actuator by its number."""
@@ -64,10 +58,7 @@ class Limits:
 
     def at(self, chosen: Ints) -> Limits:
         """The limits of some actuators, by their numbers (c,)."""
-        return Limits(
-            self.effort_min[chosen], self.effort_max[chosen],
-            self.position_min[chosen], self.position_max[chosen], self.rate[chosen],
-        )  # fmt: skip
+        return Limits(*(getattr(self, field.name)[chosen] for field in fields(Limits)))
 
 
 def limits_of(config: RobotConfig, source: str = "robot file") -> Limits:
