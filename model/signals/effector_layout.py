@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -45,8 +45,8 @@ class EffectorLayout:
         kinds: of the effectors.
         weights: (n_e,) of the rows in the objective, unitless; 0: this component is left free.
         units: (n_e,) metres that one unit of a row counts as [m, m/rad, 1/m²].
-        scale: (n_e,) weights times units: what makes a row a term of the objective, in metres.
         exact: (n_e,) whether a row is to meet its target exactly.
+        scale: (n_e,) weights times units: what makes a row a term of the objective, in metres.
         any_exact: whether there is one.
         positions_only: whether all effectors are points or centres, so that values are rows.
         row_starts: (p + 1,) first row of each effector.
@@ -59,14 +59,28 @@ class EffectorLayout:
     kinds: tuple[EffectorKind, ...]
     weights: Array
     units: Array
-    scale: Array
     exact: Bools
-    any_exact: bool
-    positions_only: bool
-    row_starts: Ints
-    value_starts: Ints
-    n_rows: int
-    n_values: int
+    scale: Array = field(init=False)
+    any_exact: bool = field(init=False)
+    positions_only: bool = field(init=False)
+    row_starts: Ints = field(init=False)
+    value_starts: Ints = field(init=False)
+    n_rows: int = field(init=False)
+    n_values: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        rows, values = ([of[kind] for kind in self.kinds] for of in (ROWS, VALUES))
+        known = {
+            "scale": self.weights * self.units,
+            "any_exact": bool(self.exact.any()),
+            "positions_only": {"point", "centre"}.issuperset(self.kinds),
+            "row_starts": np.cumsum([0, *rows]),
+            "value_starts": np.cumsum([0, *values]),
+            "n_rows": sum(rows),
+            "n_values": sum(values),
+        }
+        for name, value in known.items():
+            object.__setattr__(self, name, value)
 
     def __len__(self) -> int:
         return len(self.names)
@@ -266,7 +280,7 @@ def effector_layout(
         units.append(unit)
         weights.append(np.broadcast_to(np.asarray(item.weight, dtype=float), (rows,)))
         exact.append((weights[-1] > 0.0) & item.exact)
-    return layout_of(
+    return EffectorLayout(
         tuple(item.name for item in effectors),
         tuple(item.kind for item in effectors),
         np.concatenate([np.zeros(0), *weights]),
@@ -275,41 +289,9 @@ def effector_layout(
     )
 
 
-def layout_of(
-    names: tuple[str, ...],
-    kinds: tuple[EffectorKind, ...],
-    weight: Array,
-    unit: Array,
-    exact: Bools,
-) -> EffectorLayout:
-    """The layout of effectors.
-
-    Args:
-        names: of the effectors.
-        kinds: of the effectors.
-        weight: (n_e,) of their rows.
-        unit: (n_e,) of their rows.
-        exact: (n_e,) whether a row is to meet its target exactly.
-    """
-    return EffectorLayout(
-        names=names,
-        kinds=kinds,
-        weights=weight,
-        units=unit,
-        scale=weight * unit,
-        exact=exact,
-        any_exact=bool(exact.any()),
-        positions_only=all(kind in ("point", "centre") for kind in kinds),
-        row_starts=np.cumsum([0, *(ROWS[kind] for kind in kinds)]),
-        value_starts=np.cumsum([0, *(VALUES[kind] for kind in kinds)]),
-        n_rows=sum(ROWS[kind] for kind in kinds),
-        n_values=sum(VALUES[kind] for kind in kinds),
-    )
-
-
 def joined_layout(parts: Sequence[EffectorLayout]) -> EffectorLayout:
     """The layout of the effectors of several parts, one part after the other."""
-    return layout_of(
+    return EffectorLayout(
         tuple(name for part in parts for name in part.names),
         tuple(kind for part in parts for kind in part.kinds),
         np.concatenate([part.weights for part in parts]),

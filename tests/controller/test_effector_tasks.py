@@ -19,7 +19,7 @@ from tauten.model import Cluster, Clusters, Pose, Robot, Simulator
 from tauten.model.load import make_robot, robot_path
 from tauten.model.numerics import Array
 from tauten.model.schema import Changes, read_toml
-from tauten.model.signals.effector_layout import layout_of
+from tauten.model.signals import EffectorLayout
 
 SIZE = (0.2, 0.02, 0.02)
 END = {"lower": [0.195, -1.0, -1.0], "upper": [1.0, 1.0, 1.0]}
@@ -358,7 +358,9 @@ def test_a_target_in_a_component_that_is_left_free_changes_no_decision() -> None
 def test_a_volume_that_changes_by_much_is_another_target() -> None:
     """1e-6 m³ of a cavity of 8e-6 m³ were less than 1e-4 of the size in metres."""
     none = np.zeros(1, np.bool_)
-    cavity = layout_of(("air",), ("volume",), np.ones(1), np.array([8e-6 ** (-2.0 / 3.0)]), none)
+    cavity = EffectorLayout(
+        ("air",), ("volume",), np.ones(1), np.array([8e-6 ** (-2.0 / 3.0)]), none
+    )
     one, no = np.zeros(1, np.int64), np.zeros(0, np.int64)
     clusters = Clusters((Cluster(one, one, no, one),), one, no, no, no, one == 0)
     now, limits = np.array([8e-6]), (0.1, TICK, cavity, False)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.messages import Point, encode_point, point_json, point_layout
 
-from tauten.model.signals.effector_layout import layout_of
+from tauten.model.signals import EffectorLayout
 from tauten.service.codec.messages import MAX_PAYLOAD
 from tauten.service.wire import (
     CDR,
@@ -285,7 +285,7 @@ def test_lines_between_targets_are_those_of_the_times_when_they_were_made(
 def test_a_volume_is_out_of_reach_by_what_it_counts_in_metres(volume: float, accepted: int) -> None:
     """8 ml changed by 8 ml over a surface of 4 cm² count 2 cm, which are the reach here."""
     unit = np.array([8e-6 ** (-2.0 / 3.0)])
-    layout = layout_of(("air",), ("volume",), np.ones(1), unit, np.zeros(1, np.bool_))
+    layout = EffectorLayout(("air",), ("volume",), np.ones(1), unit, np.zeros(1, np.bool_))
     queue = Queue()
     targets = EffectorSubscriber([queue], "base", layout, np.array([8e-6]), 0.02, 0.5)
     message = EffectorMessage(0, "base", (volume,))
@@ -297,7 +297,7 @@ def test_a_volume_is_out_of_reach_by_what_it_counts_in_metres(volume: float, acc
 def test_a_function_of_another_package_may_be_negative(value: float, accepted: int) -> None:
     """As a height above a table; targets below it were refused."""
     one = np.ones(1)
-    layout = layout_of(("height",), ("function",), one, one, np.zeros(1, np.bool_))
+    layout = EffectorLayout(("height",), ("function",), one, one, np.zeros(1, np.bool_))
     queue = Queue()
     targets = EffectorSubscriber([queue], "base", layout, np.array([-0.02]), 0.04, 0.5)
     payload = encode_effector("function", "height", EffectorMessage(0, "base", (value,)))
