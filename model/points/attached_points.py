@@ -69,10 +69,7 @@ class PoseMotion:
     dof: Ints
     n: int
 
-    @property
-    def travel(self) -> Array:
-        """Motors move no unknown directly: (0,)."""
-        return np.zeros(0)
+    travel = np.zeros(0)  # motors move no unknown directly
 
     def placed(self, points: AttachedPoints) -> PlacedOnBeams:
         """Points of the body at this state."""

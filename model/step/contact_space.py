@@ -58,10 +58,7 @@ class EmptySpace:
 
     n_slots: int
 
-    @property
-    def k(self) -> int:
-        """Number of columns, none."""
-        return 0
+    k = 0
 
     def reduce(self, contacts: ContactRows) -> ReducedContacts:
         """No rows."""

@@ -20,6 +20,9 @@ class ReducibleBeams:
     Modes are orthonormal in the stiffness of the strains, Φᵀ D Φ = I, so the strain energy is ½ |α|².
     """
 
+    own_coordinates, kept_unknowns = 0, np.zeros(0, np.int64)  # all strains are those of modes
+    norm, default_motion = "stiffness", 5e-3  # a share in the root of the strain energy
+
     def __init__(self, robot: Robot[BeamBody]) -> None:
         """Order the beams of a robot.
 
@@ -35,29 +38,9 @@ class ReducibleBeams:
             ) from error
 
     @property
-    def own_coordinates(self) -> int:
-        """None: all strains are those of modes."""
-        return 0
-
-    @property
-    def kept_unknowns(self) -> Ints:
-        """None, see `own_coordinates`."""
-        return np.zeros(0, np.int64)
-
-    @property
     def weight(self) -> Array:
         """Stiffnesses (6 e,) of the natural strains [N/m], [N m]."""
         return self.tree.D
-
-    @property
-    def norm(self) -> str:
-        """What W is, in a word."""
-        return "stiffness"
-
-    @property
-    def default_motion(self) -> float:
-        """Relative projection error that a basis is allowed, a share in the root of the strain energy."""
-        return 5e-3
 
     @property
     def n_elements(self) -> int:

@@ -26,15 +26,12 @@ class TreeMotion:
     Q: Array
     J: Array
 
+    travel = np.zeros(0)  # motors move no unknown directly
+
     @property
     def n(self) -> int:
         """Unknowns."""
         return int(self.J.shape[1])
-
-    @property
-    def travel(self) -> Array:
-        """Motors move no unknown directly: (0,)."""
-        return np.zeros(0)
 
     def placed(self, points: AttachedPoints) -> PlacedOnTree:
         """Points of the body at this state."""

@@ -51,6 +51,8 @@ class ReducibleTetBody:
     drums: Drums | None = None
     driven: Ints = field(default_factory=lambda: NONE)
 
+    norm, default_motion = "mass", 5e-5  # a share of all displacement
+
     @property
     def own_coordinates(self) -> int:
         """Drives, frames and beams, at the end of the deviations."""
@@ -67,16 +69,6 @@ class ReducibleTetBody:
         mass = self.chart.tetrahedra.mass.reshape(-1, 3)[self.chart.moved].ravel()
         weight = 3.0 * mass / mass.sum()  # every node counts three times
         return np.concatenate([weight, np.ones(self.chart.own)])
-
-    @property
-    def norm(self) -> str:
-        """What W is, in a word."""
-        return "mass"
-
-    @property
-    def default_motion(self) -> float:
-        """Relative projection error that a basis is allowed, a share of all displacement."""
-        return 5e-5
 
     @property
     def n_elements(self) -> int:
