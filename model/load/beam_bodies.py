@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -48,6 +49,9 @@ from tauten.model.schema import (
 )
 from tauten.model.tetra import BodyParts
 
+# Points (k, 3) [m] that move with nodes of beams, numbers (k,) of these, triangles (t, 3) of nodes of the
+# body's mesh, and those that have a name.
+_Surface: TypeAlias = tuple[Array, Ints, Ints, tuple[CellGroup, ...]]
 CORNERS = 4  # of the tetrahedron of a beam's node, which is the first of them
 
 
@@ -198,13 +202,14 @@ def build_beam(
         surface = file_surface(network, len(corners), body.scale, place)
     else:
         surface = ring_surface(config, made, profiles[0], len(corners))
+    points, owners, triangles, groups = surface
     part = BeamPart(
         name=body.name,
         nodes=CORNERS * np.arange(len(axis)),
-        followers=len(corners) + np.arange(len(surface.points)),
-        owners=surface.owners,
-        points=surface.points,
-        triangles=surface.triangles,
+        followers=len(corners) + np.arange(len(points)),
+        owners=owners,
+        points=points,
+        triangles=triangles,
         shown=body.beam.file is not None,
         body=made,
         profiles=profiles,
@@ -212,7 +217,7 @@ def build_beam(
         radius=radius,
     )
     tets = np.arange(len(corners)).reshape(-1, CORNERS)
-    mesh = TetMesh(np.concatenate([corners, surface.points]), tets, surface.groups)
+    mesh = TetMesh(np.concatenate([corners, points]), tets, groups)
     mass = np.zeros(len(mesh.nodes))
     mass[part.nodes] = made.mass
     own = replace(mesh, nodes=place.points_in_part(mesh.nodes))
@@ -273,23 +278,6 @@ def with_masses(beams: Beams, discs: Sequence[Disc], material: SolidMaterialSett
     return replace(beams, mass=share * mass, inertia=share * inertia)
 
 
-@dataclass(frozen=True, slots=True)
-class _Surface:
-    """Points that move with nodes of beams, and triangles of them and of these nodes.
-
-    Attributes:
-        points: (k, 3) [m].
-        owners: (k,) number of the node that each moves with.
-        triangles: (t, 3) nodes of the body's mesh.
-        groups: triangles that have a name.
-    """
-
-    points: Array
-    owners: Ints
-    triangles: Ints
-    groups: tuple[CellGroup, ...] = ()
-
-
 def file_surface(network: BeamNetwork, first: int, scale: float, place: Placement) -> _Surface:
     """The surfaces of a network where it stands.
 
@@ -308,19 +296,19 @@ def file_surface(network: BeamNetwork, first: int, scale: float, place: Placemen
     points = np.array([point for item in every for point in item.points]).reshape(-1, 3)
     owners = np.array([node for item in every for node in item.nodes], dtype=np.int64)
     triangles = np.concatenate([none.reshape(-1, 3), *(one.triangles for one in groups)])
-    return _Surface(place.points(scale * points), owners, triangles, groups)
+    return place.points(scale * points), owners, triangles, groups
 
 
 def ring_surface(config: RobotConfig, beams: Beams, profile: Profile, first: int) -> _Surface:
     """The lateral surface of a line of beams, where the robot touches something."""
     if not has_surface(config):
-        return _Surface(np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros((0, 3), np.int64))
+        return np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros((0, 3), np.int64), ()
     around, triangles = chain_surface(beams, profile)
     count, corners = around.shape[:2]
     rings = first + np.arange(count * corners)
     every = np.concatenate([CORNERS * np.arange(count), rings])  # as `chain_surface` numbers them
     owners = np.repeat(np.arange(count), corners)
-    return _Surface(around.reshape(-1, 3), owners, every[triangles])
+    return around.reshape(-1, 3), owners, every[triangles], ()
 
 
 def has_surface(config: RobotConfig) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,23 +14,13 @@ from tauten.model.schema import CouplingSettings, check_couplings
 from tauten.model.signals import Actuators, Laws, Limits, Springs, coupled_range
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Motors:
-    """The motors of a robot of parts.
-
-    Attributes:
-        actuators: names, kinds and laws.
-        limits: of each motor, and of the efforts of what it drives.
-        coupling: of the actuators of all parts; None: each is a motor of its own.
-    """
-
-    actuators: Actuators
-    limits: Limits
-    coupling: Coupling | None
-
-
-def parts_motors(parts: Sequence[Part], couplings: Sequence[CouplingSettings]) -> Motors:
+def parts_motors(
+    parts: Sequence[Part], couplings: Sequence[CouplingSettings]
+) -> tuple[Actuators, Limits, Coupling | None]:
     """The actuators of all parts, part by part; a motor of several stands where its first one stood.
+
+    Returns:
+        The motors, their limits, and the coupling of the actuators; None: each is a motor of its own.
 
     Raises:
         ValueError: a member that is unknown, of another motor, or of another kind than the others; limits of
@@ -45,7 +34,7 @@ def parts_motors(parts: Sequence[Part], couplings: Sequence[CouplingSettings]) -
     )
     limits = joined([robot.limits for robot in robots])
     if not couplings:
-        return Motors(single, limits, None)
+        return single, limits, None
     items = motors_by_place(single, couplings)
     gains = np.zeros((len(items), len(single)))
     for row, (k, item) in zip(gains, items.items(), strict=True):
@@ -79,7 +68,7 @@ def parts_motors(parts: Sequence[Part], couplings: Sequence[CouplingSettings]) -
         for k, item in items.items()
     ]
     coupling = Coupling(sp.csr_array(gains), np.zeros(len(single)))
-    return Motors(actuators, Limits.of(ranges), coupling)
+    return actuators, Limits.of(ranges), coupling
 
 
 def motors_by_place(
