@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -82,6 +82,10 @@ class ContactPair:
         """Positions (m, 3) of the candidates at vertex positions x (v, 3) [m]."""
         positions: Array = np.einsum("mj,mji->mi", self.weights, x[self.nodes])
         return positions
+
+    def renumbered(self, numbers: Ints) -> ContactPair:
+        """The same pair over other vertices: numbers (v,) of those that it is over."""
+        return replace(self, nodes=numbers[self.nodes], triangles=numbers[self.triangles])
 
 
 def check_pair(pair: ContactPair, n_vertices: int) -> None:

@@ -16,7 +16,7 @@ from tauten.model.contact import (
     obstacle_sums,
     pose_at,
 )
-from tauten.model.numerics import Ints, diameter, joined, matrix_quaternion
+from tauten.model.numerics import diameter, joined, matrix_quaternion
 from tauten.model.parts.actuators import PartsActuators
 from tauten.model.parts.assembly import Assembly, Between
 from tauten.model.parts.body import PartsBody
@@ -36,21 +36,21 @@ def join_parts(assembly: Assembly, parts: Sequence[Part]) -> Robot[PartsBody]:
     Raises:
         ValueError: a coupling or a contact that is none, or a name that is used twice.
     """
-    effectors, motors = parts_effectors(parts), parts_motors(parts, assembly.couplings)
-    check_unique("actuators", list(motors.actuators.names))
+    effectors = parts_effectors(parts)
+    actuators, limits, coupling = parts_motors(parts, assembly.couplings)
+    check_unique("actuators", list(actuators.names))
     check_unique("effectors", list(effectors.layout.names))
-    vertices = contact_vertices(assembly.between, parts)
     return Robot(
         name=assembly.name,
         frame=assembly.frame,
         digest=assembly.digest,
         tolerance=assembly.tolerance,
-        actuators=motors.actuators,
-        limits=motors.limits,
+        actuators=actuators,
+        limits=limits,
         effectors=effectors,
         contacts=parts_contacts(assembly, parts),
-        vertices=vertices,
-        body=parts_body(assembly, parts, motors.coupling),
+        vertices=contact_vertices(assembly.between, parts),
+        body=parts_body(assembly, parts, coupling),
     )
 
 
@@ -111,11 +111,11 @@ def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
             if one is not None:
                 one = one.within(part.named(one.name), frame_of(part.placement))
             other = part.name if one is None else ""
-            within = renumbered(pair, np.arange(span.start, span.stop))
+            within = pair.renumbered(np.arange(span.start, span.stop))
             pairs.append(replace(within, name=name, obstacle=one, owner=part.name, other=other))
     sums += obstacle_sums(assembly.between.pairs, len(pairs))
     between = np.concatenate([np.arange(span.start, span.stop) for span in spans[1::2]])
-    pairs += [renumbered(pair, between) for pair in assembly.between.pairs]
+    pairs += [pair.renumbered(between) for pair in assembly.between.pairs]
     distances = assembly.alarm_distance, assembly.distance
     if assembly.max_force is not None:
         sums.append(LargestSum("all contacts", tuple(range(len(pairs))), assembly.max_force))
@@ -125,8 +125,3 @@ def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
 def frame_of(placement: Placement) -> ObstaclePose:
     """Where the frame of a part stands, as a pose."""
     return pose_at(placement.position, matrix_quaternion(placement.Q))
-
-
-def renumbered(pair: ContactPair, numbers: Ints) -> ContactPair:
-    """A pair over other vertices, whose numbers (v,) are given for those that it is over."""
-    return replace(pair, nodes=numbers[pair.nodes], triangles=numbers[pair.triangles])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -163,13 +163,8 @@ def contact_surface(robot: Robot[TetBody], Phi: Array) -> tuple[ModePoints, Cont
     old = robot.contacts
     parts = [part.ravel() for pair in old.pairs for part in (pair.nodes, pair.triangles)]
     used = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *parts]))  # (v,)
-
-    def number(vertices: Ints) -> Ints:
-        return np.searchsorted(used, vertices)
-
-    pairs = [
-        replace(pair, nodes=number(pair.nodes), triangles=number(pair.triangles))
-        for pair in old.pairs
-    ]
+    numbers = np.zeros(old.n_vertices, dtype=np.int64)
+    numbers[used] = np.arange(len(used))
+    pairs = [pair.renumbered(numbers) for pair in old.pairs]
     surface = mode_points(robot.body.tetrahedra, Phi, points_at(used))
     return surface, ContactSet(pairs, len(used), old.alarm_distance, old.distance, old.sums)
