@@ -198,12 +198,8 @@ class SparseBody(Body[P]):
     ) -> System:
         """`system` with one of the tangents.
 
-        Args:
-            at: the state where the step starts.
-            scheme: of the step.
-            force: (n,) without constraints [N].
-            damping: (nnz,) values of C without its part a M; None where the step is quasi-static.
-            tangent: one of `tangents`.
+        The force (n,) is without constraints [N], the damping (nnz,) is C without a M; None: the step is
+        quasi-static.
 
         Raises:
             FactorisationError: A has no Cholesky factor, or one of rounding.

@@ -291,14 +291,7 @@ class ConstrainedBody(TetBody):
         scheme: Integration,
         semidefinite: Callable[[], Array],
     ) -> Iterator[Tangent]:
-        """What a step tries, and after the exact tangent the same with more on the diagonal of drives.
-
-        Args:
-            tried: without stiffer drives.
-            at: where the step starts.
-            scheme: of the step.
-            semidefinite: gives the positive semidefinite tangent.
-        """
+        """What a step tries, and after the exact tangent the same with more on the diagonal of drives."""
         drives = self.product.drive_places[self.driven]
         mass = (self.masses(at.state) if scheme.static else at.mass)[drives] / scheme.h**2
         loose = scheme.static and bool((at.K[drives] < LEAST * mass).any())

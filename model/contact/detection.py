@@ -103,14 +103,7 @@ class ContactSet:
         distance: float = 0.0,
         sums: Sequence[LargestSum] = (),
     ) -> None:
-        """Check the pairs and join their arrays.
-
-        Args:
-            pairs: their slots follow each other in this order.
-            n_vertices: number of vertices positions are given for.
-            alarm_distance: largest distance that is reported [m].
-            distance: at which surfaces are held from each other [m].
-            sums: largest sums of normal forces that decisions keep.
+        """Check the pairs and join their arrays; arguments as the attributes.
 
         Raises:
             ValueError: the alarm distance is not positive and larger than the other, or a pair has no
@@ -280,14 +273,7 @@ class ContactSet:
         return len(kept)
 
     def _touching(self, number: int, x: Array, found: _Found, m: int) -> int:
-        """Add the candidates within reach of the obstacle of a pair to m others; how many there are then.
-
-        Args:
-            number: of the pair.
-            x: (n_vertices, 3) positions [m].
-            found: of `detect_all`.
-            m: contacts in it.
-        """
+        """Add the candidates within reach of the obstacle of a pair to m others; how many there are then."""
         pair, first = self.pairs[number], int(self._first[number])
         assert pair.obstacle is not None
         place, points = np.empty(len(pair.nodes), np.int64), np.zeros((len(pair.nodes), 3))

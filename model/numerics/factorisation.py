@@ -289,14 +289,7 @@ class Pardiso(Analysed, HalfSolving):
     def __init__(
         self, indptr: Ints, indices: Ints, threads: int, other: Pardiso | None = None
     ) -> None:
-        """Prepare for matrices of a pattern, which is analysed before the first of them.
-
-        Args:
-            indptr: (n + 1,) CSC column pointers.
-            indices: (nnz,) row indices, sorted in each column.
-            threads: of every phase.
-            other: for the same pattern, whose triangle and ordering are taken over.
-        """
+        """As `make_factorisation`; triangle and ordering are those of another one for the same pattern."""
         super().__init__(indptr, indices, threads)
         # The lower triangle by columns is the upper triangle by rows, which PARDISO expects.
         if other is None:

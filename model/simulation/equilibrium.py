@@ -98,12 +98,8 @@ class Merit:
     ) -> None:
         """Start with no weights.
 
-        Args:
-            robot: whose constraints are weighted.
-            space: basis of its contact forces.
-            command: what is held.
-            energy: of a state, what is minimised under the constraints [J].
-            moved: the state after a step of a system, a change of velocity (n,).
+        The energy of a state [J] is minimised under the constraints; a system and a change of velocity (n,)
+        lead to the state that `moved` gives.
         """
         self._moved = moved
         self._robot, self._space, self._command, self._energy = robot, space, command, energy

@@ -217,12 +217,8 @@ class StepShares:
     ) -> None:
         """Before the first step.
 
-        Args:
-            robot: that moves.
-            merit: of the load.
-            reach: of a step [m].
-            near: steps shorter than this are linear [m].
-            patience: steps that may be longer than the shortest so far, before they are searched along.
+        Steps have a reach [m], are linear where they are shorter than `near` [m], and are searched along
+        after as many as `patience` that are longer than the shortest so far.
         """
         self._robot, self._merit, self._reach, self._near = robot, merit, reach, near
         self._shortest, self._anderson = np.inf, Anderson(DEPTH)

@@ -347,14 +347,7 @@ class Simulator(RobotModel):
     def _attempt(
         self, command: Command, start: Command, tolerance: float, max_iterations: int
     ) -> Report:
-        """Search an equilibrium; where steps diverge, the last finite state is kept.
-
-        Args:
-            command: the load there.
-            start: the load from which it grows.
-            tolerance: largest displacement of a node in the last step [m].
-            max_iterations: linearised steps at most.
-        """
+        """Search an equilibrium under a command, as `settle` does once; its last finite state is kept."""
         if self._search is None:
             self._search = EquilibriumSearch(self._at_rest(), self.space, self._enrichment)
         state, forces = self._state, self._forces

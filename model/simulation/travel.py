@@ -383,14 +383,7 @@ def _ahead(robot: Robot, state: State, h: float) -> State:
 
 
 def _beyond(robot: Robot, start: State, middle: State, h: float) -> State:
-    """Where the second stage starts: s of (S1).
-
-    Args:
-        robot: the robot.
-        start: y, where the first stage started.
-        middle: y₁, where it ended.
-        h: length of a stage [s].
-    """
+    """Where the second stage starts: s of (S1), of y = `start`, y₁ = `middle` and the length h of a stage."""
     farther = 1.0 / STAGE - 1.0
     there = robot.body.advance(start, middle.v, farther * h)
     v, memory = start.v + farther * (middle.v - start.v), there.memory

@@ -290,10 +290,7 @@ def recondensed(
 def _with_stiffened(rho: Array | None, stiffened: tuple[Ints, Array], H: Array) -> Array | None:
     """Stiffness (n_a,) along actuators, with what a system has more on the diagonal of single drives.
 
-    Args:
-        rho: (n_a,) what is added along actuators besides; None: nothing is.
-        stiffened: of the system.
-        H: (n_a, n) rows of the actuators.
+    Of rows H (n_a, n) of the actuators; `rho` (n_a,) is added along them besides.
     """
     found = np.zeros(len(H)) if rho is None else rho.copy()
     alone = np.count_nonzero(H, axis=1) == 1  # no coupling of several drives

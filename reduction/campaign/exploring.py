@@ -138,15 +138,9 @@ def _to_command(
     gravity: Array | None = None,
     force: Array | None = None,
 ) -> Run:
-    """A run from rest to a command, under constant loads.
+    """A run from rest to a command under constant loads, by default those of the robot.
 
-    Args:
-        robot: its gravity and effectors are used.
-        found: range of each actuator.
-        end: (n_a,) shares of the ranges at the end.
-        rise: (s,) shares of the way there.
-        gravity: (3,) [m/s²]; None: the robot's.
-        force: (3 p,) on the effectors [N]; None: none.
+    The command has shares `end` (n_a,) of the ranges, of which the run goes shares `rise` (s,) of the way.
     """
     commands = [found.command(share * end) for share in rise]
     pushed = np.zeros(3 * len(robot.effector_names)) if force is None else force

@@ -140,14 +140,7 @@ def touching_surfaces(file: RobotConfig) -> tuple[str, ...]:
 
 
 def _places(vertices: Array, triangles: Ints, count: int, where: str) -> tuple[Array, Array]:
-    """Places (m, 3) spread over a surface [m], and its normals there (m, 3).
-
-    Args:
-        vertices: (v, 3) of the surface [m].
-        triangles: (t, 3) of it.
-        count: number m of places.
-        where: for errors.
-    """
+    """Places (m, 3) spread over a surface (v, 3), (t, 3) [m], and its normals there (m, 3)."""
     try:
         nodes, weights = spread_points(vertices, triangles, count)
     except ValueError as error:
