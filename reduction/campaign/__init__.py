@@ -2,12 +2,12 @@
 
 from tauten.reduction.campaign.chunk import MAX_ITERATIONS, TOLERANCE
 from tauten.reduction.campaign.command_range import CommandRange, Report, command_range
-from tauten.reduction.campaign.design_csv import from_csv
 from tauten.reduction.campaign.designs import (
     Design,
     DesignError,
     Ranges,
     Run,
+    from_csv,
     latin_hypercube,
     latin_hypercube_levels,
     plackett_burman,
@@ -20,8 +20,7 @@ from tauten.reduction.campaign.executors import (
     interrupts_blocked,
     processes,
 )
-from tauten.reduction.campaign.exploring import exploring
-from tauten.reduction.campaign.payload import payload
+from tauten.reduction.campaign.exploring import exploring, payload
 from tauten.reduction.campaign.run import run_campaign
 from tauten.reduction.campaign.snapshots import Origin, SnapshotError, Snapshots, join_snapshots
 from tauten.reduction.campaign.touched import (

@@ -8,13 +8,17 @@ import numpy as np
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
-from tauten.model import Robot
+from tauten.model import Robot, static_compliance
 from tauten.model.numerics import Array
 from tauten.reduction.campaign.command_range import CommandRange, Report, command_range
 from tauten.reduction.campaign.designs import Design, Run, latin_hypercube_levels, ramp
-from tauten.reduction.campaign.payload import payload
 from tauten.reduction.campaign.touched import TouchedRobot, pressing_runs
 
+PAYLOAD = 0.2  # of training and of comparisons, as a share of the weight
+FARTHEST = (
+    0.5  # how far a payload moves an effector of the robot at rest, of its size, to first order
+)
+STANDARD_GRAVITY = 9.81  # m/s², by which payloads are chosen where a robot file has no gravity
 RAMP_STEPS = 200  # of one actuator whose position is commanded; the paper takes 800
 EFFORT_STEPS = 60  # of one actuator whose effort is commanded
 RUN_STEPS = 8  # of a run of several actuators
@@ -150,3 +154,20 @@ def _to_command(
         effector_force=np.tile(pushed[:, None], len(rise)),
         effort=np.stack([command.effort for command in commands], axis=1),
     )
+
+
+def payload(robot: Robot, effectors: int) -> float:
+    """`PAYLOAD` of the weight, spread evenly over the first effectors: the force on each of them [N].
+
+    It is smaller where that would move one of them by more than `FARTHEST` of the robot's size, to first
+    order: a soft robot whose file has no gravity may not bear its own weight.
+    """
+    size = float(np.linalg.norm(robot.gravity)) or STANDARD_GRAVITY
+    heavy = PAYLOAD * robot.body.moving_mass * size / max(effectors, 1)
+    places = robot.effectors.places(robot.body.motion(robot.rest()))
+    W = static_compliance(robot, places.dense())  # (3 p, 3 p) [m/N]
+    softest = max(
+        (np.linalg.eigvalsh(W[i : i + 3, i : i + 3])[-1] for i in range(0, 3 * effectors, 3)),
+        default=0.0,
+    )
+    return min(heavy, FARTHEST * robot.size / softest) if softest > 0.0 else heavy

@@ -1,11 +1,18 @@
 """Bases of contact forces, λ_c = Ψ β, and their errors."""
 
-from tauten.reduction.contact.basis import SUFFIX, BasisError, ContactBasis
+from tauten.reduction.contact.basis import SUFFIX, BasisError, ContactBasis, coverage
 from tauten.reduction.contact.energy import energy_error, refine
-from tauten.reduction.contact.fit import BasisMethod, BasisQuality, Fit, fit_each, quality
+from tauten.reduction.contact.fit import (
+    BasisMethod,
+    BasisQuality,
+    Fit,
+    Weighting,
+    fit_each,
+    quality,
+    snapshot_weights,
+)
 from tauten.reduction.contact.mode_count import ChoiceError, Curve, choose_k, cross_validate, folds
 from tauten.reduction.contact.nnmf import leading_part
-from tauten.reduction.contact.pair_coverage import coverage
 from tauten.reduction.contact.parts import joined_basis
 from tauten.reduction.contact.positive_basis import METHODS, Method, factorise, factorise_each
 from tauten.reduction.contact.problems import ContactProblem, contact_problems
@@ -18,7 +25,6 @@ from tauten.reduction.contact.reduce import (
     reduce_snapshots,
 )
 from tauten.reduction.contact.tip_error import TipErrors, snapshot_values, tip_errors
-from tauten.reduction.contact.weighting import Weighting, snapshot_weights
 
 __all__ = [
     "BasisError",

@@ -248,3 +248,38 @@ def _accumulate(
             if weight != 0.0:
                 for entry in range(indptr[row], indptr[row + 1]):
                     H[mode, indices[entry]] += weight * data[entry]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PairCoverage:
+    """Coverage of one contact pair.
+
+    Attributes:
+        pair: its name.
+        slots: (m,) slots of its candidates.
+        untouched: (u,) those without force in any mode: contact there needs extra columns.
+        modes: (j,) modes with forces on the pair.
+    """
+
+    pair: str
+    slots: Ints
+    untouched: Ints
+    modes: Ints
+
+
+def coverage(robot: Robot, basis: ContactBasis) -> tuple[PairCoverage, ...]:
+    """Coverage of every contact pair of the robot that the basis was made for.
+
+    Raises:
+        BasisError: it was made for another robot.
+    """
+    basis.check_robot(robot)
+    result = []
+    for pair in robot.pairs:
+        slots = np.arange(pair.first, pair.end)
+        weights = basis.Psi[slots]  # (m, k)
+        untouched = slots[~weights.any(axis=1)]
+        result.append(
+            PairCoverage(pair.name, slots, untouched, np.flatnonzero(weights.any(axis=0)))
+        )
+    return tuple(result)

@@ -9,8 +9,7 @@ from typing import Literal, TypeAlias, get_args
 import numpy as np
 
 from tauten.model import one_blas_thread
-from tauten.model.numerics import Array, Ints
-from tauten.reduction.contact.greedy import cone_projected_greedy
+from tauten.model.numerics import Array, Ints, coordinates
 from tauten.reduction.contact.nnmf import Factors, als, hals, hals_nndsvd, relative_error
 
 Method: TypeAlias = Literal["hals", "hals-nndsvd", "als", "greedy"]
@@ -161,3 +160,31 @@ def _columns(index: Ints) -> str:
     names = ", ".join(str(i) for i in index[:5])
     more = f" and {len(index) - 5} more" if len(index) > 5 else ""
     return f"column{'s' if len(index) > 1 else ''} {names}{more}"
+
+
+def cone_projected_greedy(S: Array, k: int) -> Iterator[Factors]:
+    """Cone-projected greedy: next column = the snapshot farthest from the cone of those chosen.
+
+    The cones are nested: neither the largest nor the mean distance increases with k, and the basis of
+    k columns is the first k columns of any larger one. Every mode is a column of S.
+
+    Args:
+        S: (n_c, s) snapshots.
+        k: number of snapshots to choose.
+
+    Yields:
+        For 1, 2, … k: the chosen columns Ψ (n_c, k) and the coordinates B (k, s) of the nearest
+        points of their cone.
+
+    Source: Benaceur, Ern, Ehrlacher, Int. J. Numerical Methods in Engineering 121, 2020.
+    """
+    chosen: list[int] = []
+    residual = S
+    for _ in range(k):
+        distance = np.linalg.norm(residual, axis=0)  # (s,)
+        distance[chosen] = -1.0  # zero except for rounding
+        chosen.append(int(np.argmax(distance)))
+        Psi: Array = S[:, chosen]
+        B = coordinates(Psi, S)
+        residual = S - Psi @ B
+        yield Psi, B

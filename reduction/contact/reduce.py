@@ -20,16 +20,18 @@ from tauten.reduction.campaign import (
 from tauten.reduction.contact.basis import ContactBasis
 from tauten.reduction.contact.fit import (
     BASIS_METHODS,
+    WEIGHTINGS,
     BasisMethod,
     BasisQuality,
     Fit,
+    Weighting,
     fit_each,
     quality,
+    snapshot_weights,
 )
 from tauten.reduction.contact.mode_count import ChoiceError, Curve, choose_k, cross_validate, folds
 from tauten.reduction.contact.positive_basis import checked_forces
 from tauten.reduction.contact.problems import contact_problems
-from tauten.reduction.contact.weighting import WEIGHTINGS, Weighting, snapshot_weights
 from tauten.reduction.provenance import CurvePoint, Provenance, package_versions
 
 TOLERANCE = 1e-3  # effector error that "auto" allows, relative to the size of the robot
