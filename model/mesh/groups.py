@@ -1,8 +1,8 @@
-"""Groups of cells that a mesh file names: physical groups, sets, and values of integer arrays."""
+"""What a mesh file calls its parts: groups of cells (physical groups, sets, values), and numbers of nodes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -120,3 +120,38 @@ def divided(group: CellGroup, edges: Ints, middle: Ints) -> CellGroup:
     parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
     smaller = np.stack([np.stack(part, axis=1) for part in parts], axis=1).reshape(-1, 3)
     return CellGroup(group.name, (8 * group.tets[:, None] + np.arange(8)).ravel(), smaller)
+
+
+@dataclass(frozen=True, slots=True)
+class NodeNumbers:
+    """The numbers of nodes in a mesh file, counted from 0.
+
+    Attributes:
+        of_file: (m,) numbers of the first m nodes in the file, ascending; it may have nodes that no
+            tetrahedron uses.
+        middles: nodes added after these, level by level: the two ends (k, 2) that each lies between.
+    """
+
+    of_file: Ints
+    middles: tuple[Ints, ...] = ()
+
+    def chosen(self, wanted: Ints) -> Bools:
+        """The nodes with some numbers, and those added between two of them: (n_nodes,) bool.
+
+        Raises:
+            ValueError: a number that no node has.
+        """
+        missing = np.setdiff1d(wanted, self.of_file)
+        if len(missing):
+            raise ValueError(
+                f"node {missing[0]} is not in the mesh or in no tetrahedron; numbers count from 0 and go up "
+                f"to {self.of_file[-1]}"
+            )
+        found: Bools = np.isin(self.of_file, wanted)
+        for ends in self.middles:
+            found = np.concatenate([found, found[ends].all(axis=1)])
+        return found
+
+    def with_middles(self, ends: Ints) -> NodeNumbers:
+        """These nodes with one more between each two `ends` (k, 2)."""
+        return replace(self, middles=(*self.middles, ends))

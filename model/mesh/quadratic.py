@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.model.mesh.groups import CellGroup
+from tauten.model.mesh.groups import CellGroup, NodeNumbers
 from tauten.model.mesh.mesh_files import MeshError, kinds_of, read_with_meshio
-from tauten.model.mesh.node_numbers import NodeNumbers
 from tauten.model.mesh.surface import FACES
 from tauten.model.mesh.tet_mesh import (
     EDGES,

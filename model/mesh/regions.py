@@ -17,9 +17,8 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from tauten.model.mesh.groups import CellGroup
+from tauten.model.mesh.groups import CellGroup, NodeNumbers
 from tauten.model.mesh.mesh_files import MeshError, read_triangles
-from tauten.model.mesh.node_numbers import NodeNumbers
 from tauten.model.mesh.surface import boundary_owners, boundary_triangles, unit_normals
 from tauten.model.mesh.tet_mesh import UNITS, TetMesh
 from tauten.model.mesh.triangle_distance import distances_to_triangles

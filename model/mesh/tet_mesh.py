@@ -11,9 +11,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from tauten.model.mesh.groups import CellGroup, divided, read_groups
+from tauten.model.mesh.groups import CellGroup, NodeNumbers, divided, read_groups
 from tauten.model.mesh.mesh_files import MeshError, kinds_of, read_with_meshio
-from tauten.model.mesh.node_numbers import NodeNumbers
 from tauten.model.mesh.surface import FACES
 from tauten.model.numerics import Array, Ints, diameter, row_keys
 from tauten.model.schema import LARGEST_COORDINATE

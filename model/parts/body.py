@@ -22,11 +22,11 @@ from tauten.model.body import Body, Turning
 from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Factorisation, Ints
 from tauten.model.parts.actuators import PartsActuators
-from tauten.model.parts.assembly import Assembly
 from tauten.model.parts.factors import BlockFactors, block_factors
 from tauten.model.parts.motion import PartsMotion, PartsPoints, slices
-from tauten.model.parts.part import Part
+from tauten.model.parts.part import Assembly, Part
 from tauten.model.parts.spans import (
+    PartsAssembled,
     Spans,
     advanced,
     joined_forces,
@@ -35,7 +35,6 @@ from tauten.model.parts.spans import (
     scheme_of_part,
     start_of_part,
 )
-from tauten.model.parts.tangents import PartsAssembled
 from tauten.model.robot import Robot
 from tauten.model.state import Assembled, Augmentation, State, StepStart
 from tauten.model.system import Integration, System

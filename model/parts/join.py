@@ -18,12 +18,11 @@ from tauten.model.contact import (
 )
 from tauten.model.numerics import diameter, joined, matrix_quaternion
 from tauten.model.parts.actuators import PartsActuators
-from tauten.model.parts.assembly import Assembly, Between
 from tauten.model.parts.body import PartsBody
 from tauten.model.parts.effectors import parts_effectors
 from tauten.model.parts.motion import PartsPoints, PointsOfPart, slices
 from tauten.model.parts.motors import parts_motors
-from tauten.model.parts.part import Part, Placement
+from tauten.model.parts.part import Assembly, Between, Part, Placement
 from tauten.model.parts.spans import spans_of
 from tauten.model.robot import Robot
 from tauten.model.schema import check_unique

@@ -1,4 +1,4 @@
-"""Where the numbers of each part are among those of all parts."""
+"""Where the numbers of each part are among those of all parts, and what the parts assemble."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from tauten.model.body import Body
 from tauten.model.numerics import Array, Factorisation
 from tauten.model.parts.motion import slices
-from tauten.model.state import State, StepStart
+from tauten.model.state import Assembled, Augmentation, State, StepStart
 from tauten.model.system import Integration, System
 
 
@@ -151,3 +151,25 @@ def joined_system(
         stiffened=(np.concatenate(unknowns), np.concatenate(more)) if stiffer else None,
         inertia=joined_forces(spans, [one.inertia for one in systems]),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class PartsAssembled(Assembled):
+    """Forces and tangents of each part; attributes beside those of `Assembled`.
+
+    Attributes:
+        parts: as the body of each part assembled it.
+    """
+
+    parts: tuple[Assembled, ...]
+
+    def augmentation(self, H: Array, rho: Array) -> tuple[Augmentation, Array]:
+        """What adds ρ_i h_iᵀ h_i to tangents, of rows that are those of one part; see `Assembled`."""
+        blocks = [H[:, span] for span in slices([len(part.state.v) for part in self.parts])]
+        of_part = np.array([block.any(axis=1) for block in blocks])  # (p, m)
+        alone, added, parts = of_part.sum(axis=0) == 1, np.zeros_like(rho), []
+        for part, block, own in zip(self.parts, blocks, of_part, strict=True):
+            made, found = part.augmentation(block, np.where(own & alone, rho, 0.0))
+            parts.append(made)
+            added += found
+        return tuple(parts), added

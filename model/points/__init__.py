@@ -14,6 +14,7 @@ from tauten.model.points.cable import add_cable_stiffness, segment_nodes, segmen
 from tauten.model.points.entries import (
     Entries,
     Motion,
+    OuterForces,
     Placed,
     dense_units,
     mapped_rows,
@@ -29,7 +30,6 @@ from tauten.model.points.nodes import (
     mean_points,
     points_at,
 )
-from tauten.model.points.outer import OuterForces
 from tauten.model.points.paths import Paths, Segments, blunted, make_paths, path_lengths
 
 __all__ = [

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,6 +17,7 @@ import scipy.sparse as sp
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.rows import ChainedRows, Jacobian, Rows, sparse_rows
 
+P = TypeVar("P")
 P_contra = TypeVar("P_contra", contravariant=True)
 
 
@@ -181,3 +182,31 @@ def mapped_rows(starts: Ints, points: Ints, vectors: Array, map: Array, H: Array
             for j in range(n):
                 first, second = v0 * x[j] + v1 * y[j] + v2 * z[j], w0 * a[j] + w1 * b[j] + w2 * c[j]
                 h[j] += first + second
+
+
+@dataclass(frozen=True, slots=True)
+class OuterForces(Generic[P]):
+    """Forces of fixed direction on points of type P.
+
+    Attributes:
+        points: the points.
+        vectors: (p, 3) [N].
+    """
+
+    points: P
+    vectors: Array
+
+    def __bool__(self) -> bool:
+        return bool(self.vectors.any())
+
+    def on(self, motion: Motion[P]) -> Array:
+        """Forces (n,) on the unknowns of a body [N]."""
+        count = len(self.vectors)
+        entries = Entries(np.array([0, count]), np.arange(count), self.vectors)
+        force: Array = motion.placed(self.points).rows(entries).T @ np.ones(1)
+        return force
+
+    def work(self, motion: Motion[P], rest: Motion[P]) -> float:
+        """Work of the forces on the way from one state to another [J]."""
+        moved = motion.placed(self.points).y - rest.placed(self.points).y
+        return float(np.vdot(self.vectors, moved))

@@ -6,15 +6,13 @@ from tauten.model.robot.skin import (
     NO_CONTACTS,
     Floats,
     Geometry,
+    ObstacleOutline,
     PushingContacts,
     SkinMesh,
-    skin_of,
-)
-from tauten.model.robot.surroundings import (
-    ObstacleOutline,
     contact_wrenches,
     held_vertices,
     obstacles_of,
+    skin_of,
     touched_names,
 )
 

@@ -20,10 +20,10 @@ from tauten.model.step.enrichment import (
 from tauten.model.step.force_limits import ForceLimits, Grasp, force_limits
 from tauten.model.step.forces import Forces, TangentialForces, no_forces
 from tauten.model.step.forward_step import eliminate_rows, forward_step, known_forces
-from tauten.model.step.friction_law import unit_start
-from tauten.model.step.given_friction import (
+from tauten.model.step.friction_law import (
     step_certificate,
     under_friction,
+    unit_start,
 )
 from tauten.model.step.sorted_rows import sorted_rows
 
