@@ -36,7 +36,7 @@ class PlaybackSession:
         while not len(self._history):
             self._compute()
         self._panel = ViewPanel(server, recorded.look, targets=None)
-        guard.let_all(self._panel.for_all)
+        guard.for_all = self._panel.for_all
         SaveButtons(
             server.gui, recorded.look, guard, self._film, self._panel.viewing, operated=False
         )

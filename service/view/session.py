@@ -92,12 +92,12 @@ class ViewSession:
         self._scene.on_drag(self._dragged)
         self._panel.on_follow(self.targets.arm)
         self._panel.on_scalar(self._dragged)
-        guard.on_operator_left(self._disarm)
-        guard.let_all(self._panel.for_all)
+        guard.operator_left = self._disarm
+        guard.for_all = self._panel.for_all
         self._simulated = source if isinstance(source, SimulatedRobot) else None
         self._pushing = HandPull(server.scene, look, self._scene.skins) if self._simulated else None
         SaveButtons(server.gui, look, guard, self._film, self._panel.viewing, operated=True)
-        guard.let_upload(self.program.uploads)
+        guard.uploads = self.program.uploads
 
     @property
     def program(self) -> WaypointProgram:

@@ -63,27 +63,24 @@ class Guard:
 
     Attributes:
         refused: number of refused messages by reason.
+        for_all: values that browsers that look on may give inputs of the panel, by identifiers of these.
+        takes: whether an input of the panel, by its identifier, may get a value.
+        uploads: inputs that the browser that operates may send files to.
+        operator_left: called, in the server's thread, when the browser that operates has left: its connection
+            has ended, or it has not answered a ping for 1.5 s.
     """
 
     def __init__(self) -> None:
         """Start without a browser."""
         self.refused: Counter[str] = Counter()
         self._connections: list[ServerConnection] = []
-        self._leaving: list[Callable[[], None]] = []
-        self._for_all: Mapping[str, frozenset[bool | str]] = {}
-        self._takes: Callable[[str, object], bool] = lambda identifier, value: True
-        self._uploads: frozenset[str] = frozenset()
+        self.operator_left: Callable[[], None] = lambda: None
+        self.for_all: Mapping[str, frozenset[bool | str]] = {}
+        self.takes: Callable[[str, object], bool] = lambda identifier, value: True
+        self.uploads: frozenset[str] = frozenset()
         self._files = 0
         self._file_from: ServerConnection | None = None  # that has announced one
         self._picture: tuple[ServerConnection, tuple[int, int]] | None = None  # that is expected
-
-    def let_all(self, values: Mapping[str, frozenset[bool | str]]) -> None:
-        """Let browsers that look on give inputs of the panel these values."""
-        self._for_all = values
-
-    def let_upload(self, identifiers: frozenset[str]) -> None:
-        """Let the browser that operates send files to these inputs of the panel."""
-        self._uploads = identifiers
 
     @contextmanager
     def picture(self, height: int, width: int) -> Iterator[None]:
@@ -95,25 +92,10 @@ class Guard:
         finally:
             self._picture = None
 
-    def check_inputs(self, takes: Callable[[str, object], bool]) -> None:
-        """Let through only what inputs of the panel may get.
-
-        Args:
-            takes: whether an input, by its identifier, may get a value.
-        """
-        self._takes = takes
-
     @property
     def browsers(self) -> int:
         """Number of connected browsers."""
         return len(self._connections)
-
-    def on_operator_left(self, callback: Callable[[], None]) -> None:
-        """Call a function, in the server's thread, when the browser that operates has left.
-
-        It has when its connection ends, and 1.5 s after a ping that it does not answer.
-        """
-        self._leaving.append(callback)
 
     def wrapped(self, handler: Handler) -> Handler:
         """A handler of connections that sees only what this guard passes."""
@@ -129,12 +111,12 @@ class Guard:
                 operated = self.operates(connection)
                 self._connections.remove(connection)
                 if operated:
-                    self._left()
+                    self.operator_left()
 
         return guarded
 
     async def _watch(self, connection: ServerConnection) -> None:
-        """Ping a browser until it has left: `on_operator_left` does not wait for its connection to end."""
+        """Ping a browser until it has left: `operator_left` does not wait for its connection to end."""
         while True:
             answer = asyncio.create_task(_answers(connection))
             try:
@@ -155,11 +137,7 @@ class Guard:
             silent += 1
             if silent == _SILENT and not answer.done() and self.operates(connection):
                 log.warning("the browser that operates does not answer")
-                self._left()
-
-    def _left(self) -> None:
-        for callback in self._leaving:
-            callback()
+                self.operator_left()
 
     def passes(self, connection: ServerConnection, raw: object) -> bool:
         """Whether a message of a connection is correct and its sender may send it."""
@@ -211,18 +189,18 @@ class Guard:
             return expected is not None and (not payload or picture_size(payload) == expected)
         if kind in (FILE, PART):
             self._files += kind == FILE
-            fits = self._files <= _MOST_FILES and content["source_component_uuid"] in self._uploads
+            fits = self._files <= _MOST_FILES and content["source_component_uuid"] in self.uploads
             self._file_from = connection if fits and kind == FILE else None
             return fits
         if kind != "GuiUpdateMessage":
             return True
-        return all(self._takes(content["uuid"], value) for value in content["updates"].values())
+        return all(self.takes(content["uuid"], value) for value in content["updates"].values())
 
     def _is_for_all(self, content: dict[str, Any]) -> bool:
         """Whether a correct message may come from a browser that looks on."""
         if (kind := message_type(content)) != "GuiUpdateMessage":
             return kind == CAMERA
-        allowed = self._for_all.get(content["uuid"], frozenset())
+        allowed = self.for_all.get(content["uuid"], frozenset())
         value = content["updates"].get("value")
         return isinstance(value, bool | str) and value in allowed
 

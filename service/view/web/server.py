@@ -127,7 +127,7 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
     finally:
         websockets.asyncio.server.serve = serve  # type: ignore[misc]
     server.colours = colours
-    guard.check_inputs(server.takes)
+    guard.takes = server.takes
     messages = server._websock_server._broadcast_buffer
     before, messages.message_event = messages.message_event, LoopEvent()
     messages.event_loop.call_soon_threadsafe(before.set)  # who waits for it already
