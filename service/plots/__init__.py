@@ -3,8 +3,13 @@
 from tauten.service.plots.body import Side
 from tauten.service.plots.comparison import draw_comparison
 from tauten.service.plots.contact_modes import draw_modes
-from tauten.service.plots.error_curve import draw_curve
-from tauten.service.plots.mesh_error import COLOURS, EXACT, QUANTITIES, draw_mesh_error
+from tauten.service.plots.errors import (
+    COLOURS,
+    EXACT,
+    QUANTITIES,
+    draw_curve,
+    draw_mesh_error,
+)
 from tauten.service.plots.regions import draw_regions
 from tauten.service.plots.run import draw_distances, draw_replay, draw_run, widest_plane
 from tauten.service.plots.saving import save_figure

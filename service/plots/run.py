@@ -41,14 +41,11 @@ class Shown:
     columns: Ints
 
 
-def shown_positions(actuators: Actuators) -> tuple[Shown, ...]:
-    """How the positions of actuators are shown: one item for each quantity."""
-    return _shown(actuators.names, [kind.position for kind in actuators.kinds])
-
-
-def shown_efforts(actuators: Actuators) -> tuple[Shown, ...]:
-    """How the efforts of actuators are shown: one item for each quantity."""
-    return _shown(actuators.names, [kind.effort for kind in actuators.kinds])
+def shown_quantities(actuators: Actuators) -> tuple[tuple[Shown, ...], tuple[Shown, ...]]:
+    """How the positions and the efforts of actuators are shown: one item for each quantity."""
+    names, kinds = actuators.names, actuators.kinds
+    positions, efforts = [kind.position for kind in kinds], [kind.effort for kind in kinds]
+    return _shown(names, positions), _shown(names, efforts)
 
 
 def _shown(names: tuple[str, ...], quantities: list[Quantity]) -> tuple[Shown, ...]:
@@ -61,7 +58,7 @@ def _shown(names: tuple[str, ...], quantities: list[Quantity]) -> tuple[Shown, .
 
 def draw_run(run: RecordedRun, actuators: Actuators, path: Path) -> None:
     """Draw a run."""
-    positions, efforts = shown_positions(actuators), shown_efforts(actuators)
+    positions, efforts = shown_quantities(actuators)
     commanded = len(positions) + len(efforts)
     figure = Figure(figsize=(13.0, max(8.0, 1.6 * (commanded + 2))), layout="constrained")
     paths_box, time_box = figure.subfigures(1, 2, width_ratios=(1.0, 1.25), squeeze=False)[0]
@@ -231,7 +228,7 @@ def draw_step_time(run: RecordedRun, axes: Axes) -> None:
 def draw_replay(replay: Replay, log: str, path: Path) -> None:
     """Draw recorded and replayed actuation, each above their difference."""
     courses = replay.courses
-    positions, efforts = shown_positions(replay.actuators), shown_efforts(replay.actuators)
+    positions, efforts = shown_quantities(replay.actuators)
     drawn = [
         *((courses.position, shown) for shown in positions),
         *((courses.effort, shown) for shown in efforts),

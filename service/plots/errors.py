@@ -1,4 +1,4 @@
-"""Figure of the error of meshes against their nodes."""
+"""Figures of errors: of meshes against their nodes, of contact modes against their number."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from tauten.reduction.contact import Curve
 from tauten.service.check import MeshErrorEstimate
 from tauten.service.plots.saving import save_figure
 
@@ -71,3 +72,21 @@ def whole_decades(axes: Axes) -> None:
         low, high = np.log10(limits)
         axis.set_minor_formatter(NullFormatter())
         axis.set_view_interval(10.0 ** np.floor(low), 10.0 ** np.ceil(high), ignore=True)
+
+
+def draw_curve(curve: Curve, path: str | Path, chosen: int | None = None) -> None:
+    """Draw energy error and held-out effector error over k."""
+    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    energy, tip = figure.subplots(1, 2)
+    energy.semilogy(curve.k, curve.training, "o-", color="#0072b2", label="training")
+    energy.semilogy(curve.k, curve.held_out, "s-", color="#d55e00", label="held out")
+    energy.set_ylabel("√ of the contact energy lost")
+    tip.semilogy(curve.k, 1e3 * curve.tip, "s-", color="#d55e00", label="held out, largest")
+    tip.set_ylabel("effector error, first order [mm]")
+    for axes in (energy, tip):
+        if chosen is not None:
+            axes.axvline(chosen, color="0.6", linestyle="--", label=f"k = {chosen}")
+        axes.set_xlabel("number of contact modes k")
+        axes.grid(visible=True, which="both", alpha=0.3)
+        axes.legend()
+    save_figure(figure, path, dpi=150)
