@@ -10,7 +10,6 @@ import viser
 
 from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook
-from tauten.service.view.picture.directions import sideways, upwards
 
 Preset = Literal["fit", "front", "side", "top"]
 PRESETS: tuple[Preset, ...] = ("fit", "front", "side", "top")
@@ -21,6 +20,7 @@ _HEIGHT, _WIDTH = 0.5, 0.45  # of the window, that the robot takes
 PANEL = 335  # pixels of the window's width under the panel, where that is beside the robot
 _FIRST = 1.5  # width of a window over its height, which all browsers start with
 _USUAL = 1400  # pixels of its width
+WEIGHTLESS = 1e-6  # m/s²
 _NARROW = 0.8  # aspect below which the panel is at the bottom of the window, as on a phone
 
 
@@ -109,3 +109,23 @@ def show_preset(client: viser.ClientHandle, look: RobotLook, preset: Preset) -> 
     with client.atomic():
         client.camera.position = wanted.position
         client.camera.look_at = wanted.look_at
+
+
+def upwards(gravity: tuple[float, float, float]) -> tuple[float, float, float]:
+    """The direction against gravity; without gravity that of z."""
+    size = float(np.linalg.norm(gravity))
+    if size < WEIGHTLESS:
+        return (0.0, 0.0, 1.0)
+    x, y, z = (-float(part) / size for part in gravity)
+    return x, y, z
+
+
+def sideways(up: Array) -> tuple[Array, Array]:
+    """Unit vectors to the right and away from somebody who looks at the robot from the front.
+
+    Where the unit vector upwards (3,) is that of z they are those of x and y.
+    """
+    x = np.eye(3)[0] if abs(up[0]) < 0.9 else np.eye(3)[1]
+    right: Array = x - (x @ up) * up
+    right /= np.linalg.norm(right)
+    return right, np.cross(up, right)

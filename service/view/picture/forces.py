@@ -15,8 +15,7 @@ from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.view.picture.actuators import LINES, TIGHT, effort_share
 from tauten.service.view.picture.arrows import Arrows
-from tauten.service.view.picture.cameras import Camera, camera_of
-from tauten.service.view.picture.directions import upwards
+from tauten.service.view.picture.cameras import Camera, camera_of, upwards
 
 _MOST = 6  # contact forces with a number
 _APART = 0.12  # between them, as a share of the robot's size: numbers do not cover each other

@@ -13,8 +13,7 @@ from tauten.model.numerics import Array
 from tauten.service.frames import RobotLook, ViewFrame
 from tauten.service.view.picture.actuators import drawings_of
 from tauten.service.view.picture.arrows import Arrows
-from tauten.service.view.picture.cameras import place_first
-from tauten.service.view.picture.directions import upwards
+from tauten.service.view.picture.cameras import place_first, upwards
 from tauten.service.view.picture.surroundings import draw_surroundings
 from tauten.service.wire import places_of
 
@@ -87,12 +86,14 @@ class RobotScene:
             for i, one in enumerate(robot.effectors)
             if draggable and one.has_position
         }  # fmt: skip
-        count = len(robot.effectors)
         self._trails = [
-            _Trail(server, f"/trails/{kind}/{robot.effectors[i].name}", colour, 0.0025 * size)
+            scene.add_line_segments(
+                f"/trails/{kind}/{one.name}", np.zeros((_TRAIL, 2, 3), np.float32), colour,
+                thickness=0.0025 * size, visible=False,
+            )
             for kind, colour in (("target", TARGET), ("effector", EFFECTOR))
-            for i in range(count)
-        ]
+            for one in robot.effectors
+        ]  # fmt: skip
 
     def draw(self, frame: ViewFrame, trail: list[ViewFrame]) -> None:
         """Show a frame."""
@@ -121,8 +122,8 @@ class RobotScene:
         targets, effectors = look.trails(trail)  # (m, p, 3)
         count = len(look.robot.effectors)
         for i in range(count):
-            self._trails[i].draw(targets[:, i])
-            self._trails[count + i].draw(effectors[:, i])
+            _show_trail(self._trails[i], targets[:, i])
+            _show_trail(self._trails[count + i], effectors[:, i])
 
     def show_skin(self, shown: bool) -> None:
         """Show or hide the skins in one colour each."""
@@ -184,22 +185,12 @@ class RobotScene:
             arrows.draw(points[chosen])
 
 
-class _Trail:
-    """A line through the last positions, of a fixed number of pieces."""
-
-    def __init__(
-        self, server: viser.ViserServer, name: str, colour: tuple[int, int, int], thickness: float
-    ) -> None:
-        self._handle = server.scene.add_line_segments(
-            name, np.zeros((_TRAIL, 2, 3), np.float32), colour, thickness=thickness, visible=False
-        )
-
-    def draw(self, positions: Array) -> None:
-        """Show a line through positions (m, 3) [m]; pieces to those that are not finite are left out."""
-        pieces = line_pieces(positions)
-        self._handle.visible = pieces is not None
-        if pieces is not None:
-            self._handle.points = pieces
+def _show_trail(line: viser.LineSegmentsHandle, positions: Array) -> None:
+    """Show a line through positions (m, 3) [m]; pieces to those that are not finite are left out."""
+    pieces = line_pieces(positions)
+    line.visible = pieces is not None
+    if pieces is not None:
+        line.points = pieces
 
 
 def line_pieces(points: Array) -> Floats | None:

@@ -6,10 +6,11 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from tauten.model import Floats
 from tauten.model.numerics import Array, Ints
 from tauten.service.frames import RobotLook
 from tauten.service.view.picture.arrows import Arrows
-from tauten.service.view.picture.directions import WEIGHTLESS, sideways, upwards
+from tauten.service.view.picture.cameras import WEIGHTLESS, sideways, upwards
 from tauten.service.view.picture.round_numbers import rounded_down
 
 GRAVITY, BASE, OBSTACLE = (128, 128, 128), (70, 76, 84), (170, 140, 100)
@@ -51,10 +52,15 @@ def cell_size(size: float) -> float:
 
 def above(look: RobotLook) -> Array:
     """A point (3,) above the robot, for a text [m]."""
-    low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
     up = np.array(upwards(look.robot.gravity))
-    found: Array = 0.5 * (low + high) + _ABOVE * look.robot.size * up
+    found: Array = middle_of(look.vertices) + _ABOVE * look.robot.size * up
     return found
+
+
+def middle_of(vertices: Floats) -> Array:
+    """The middle (3,) between the least and the largest coordinates of vertices (v, 3) [m]."""
+    middle: Array = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0)).astype(float)
+    return middle
 
 
 def scale_text(look: RobotLook) -> str:
@@ -79,8 +85,7 @@ def ground_height(look: RobotLook) -> float:
 def _draw_ground(scene: viser.SceneApi, look: RobotLook) -> None:
     up, cell = np.array(upwards(look.robot.gravity)), cell_size(look.robot.size)
     right, back = sideways(up)
-    low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
-    middle = 0.5 * (low + high).astype(float)
+    middle = middle_of(look.vertices)
     middle += (ground_height(look) - _UNDER * look.robot.size - float(middle @ up)) * up
     side = cell * float(np.ceil(_GROUND * look.robot.size / cell / 2.0)) * 2.0
     along = np.arange(-0.5 * side, 0.5 * side + 0.5 * cell, cell)  # (l,)
@@ -114,17 +119,11 @@ def _draw_base(scene: viser.SceneApi, look: RobotLook) -> None:
         "/base", vertices, corners.reshape(-1, 3).astype(np.uint32), color=BASE, side="double",
         flat_shading=True, cast_shadow=False, receive_shadow=False,
     )  # fmt: skip
-    scene.add_label(
-        "/base/name", "base", position=_beside(look, vertices.astype(float)), anchor="center-right"
-    )
-
-
-def _beside(look: RobotLook, vertices: Array) -> Array:
-    """A point (3,) to the left of vertices (v, 3) [m]."""
     right, _ = sideways(np.array(upwards(look.robot.gravity)))
-    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    left: Array = middle - (0.5 * np.ptp(vertices @ right) + 0.04 * look.robot.size) * right
-    return left
+    beside = 0.5 * np.ptp(vertices.astype(float) @ right) + 0.04 * look.robot.size  # to the left
+    scene.add_label(
+        "/base/name", "base", position=middle_of(vertices) - beside * right, anchor="center-right"
+    )
 
 
 def _draw_gravity(scene: viser.SceneApi, look: RobotLook) -> None:
@@ -133,8 +132,7 @@ def _draw_gravity(scene: viser.SceneApi, look: RobotLook) -> None:
         return
     size, up = look.robot.size, np.array(upwards(look.robot.gravity))
     right, _ = sideways(up)
-    low, high = look.vertices.min(axis=0), look.vertices.max(axis=0)
-    start = 0.5 * (low + high) + _BESIDE * size * right + 0.5 * _ARROW * size * up
+    start = middle_of(look.vertices) + _BESIDE * size * right + 0.5 * _ARROW * size * up
     ends = np.stack([start, start - _ARROW * size * up])[None]  # (1, 2, 3)
     arrow = Arrows(scene, "/gravity", GRAVITY, size, (0.004, 0.012, 0.03))
     arrow.draw(ends.astype(np.float32))

@@ -16,7 +16,7 @@ from tauten.service.frames import RobotLook
 from tauten.service.frames.frame import distance_between, targets_of
 from tauten.service.setup import load_setup
 from tauten.service.view import open_server
-from tauten.service.view.picture.directions import sideways, upwards
+from tauten.service.view.picture.cameras import sideways, upwards
 from tauten.service.view.picture.legend import legend_html
 from tauten.service.view.picture.scene import RobotScene
 
