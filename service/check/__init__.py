@@ -20,7 +20,7 @@ from tauten.service.check.mesh_variants import (
 from tauten.service.check.rate import (
     RateError,
     check_rate,
-    faster_here,
+    faster,
     fits,
     rate_for,
     step_seconds,
@@ -47,7 +47,7 @@ __all__ = [
     "check_rate",
     "check_robot",
     "equilibria",
-    "faster_here",
+    "faster",
     "first_decision",
     "fits",
     "make_loads",

@@ -11,6 +11,7 @@ from tauten.model.numerics import Array, Bools
 from tauten.model.schema import RobotConfig
 from tauten.service.check.findings import Finding
 
+MOVEMENT = "movement of effectors"  # subject of findings
 FAR = 10.0  # of the robot's size; a cable that starts farther from its first point is doubtful
 SLOW = 600.0  # s from rest to the farthest position; a longer time is doubtful
 SHARE = 0.1  # of the way, at which it is looked whether an actuator moves the effectors
@@ -33,7 +34,7 @@ def actuator_findings(robot: Robot, config: RobotConfig, held: bool = True) -> I
         if robot.effector_layout.kinds and held:
             moved = movement(robot)
             share = buckling_share(robot) if moved.level == "fine" else 1.0
-            yield moved if share == 1.0 else buckles(moved.subject, share)
+            yield moved if share == 1.0 else buckles(share)
 
 
 def cable_lengths(config: RobotConfig, size: float) -> Finding:
@@ -85,7 +86,7 @@ def interval(values: Array) -> str:
 
 def movement(robot: Robot) -> Finding:
     """Whether each actuator moves an effector, and each effector is moved, at equilibria without contact."""
-    subject, layout = "movement of effectors", robot.effector_layout
+    subject, layout = MOVEMENT, robot.effector_layout
     moved, efforts, lacking = movements(robot)  # (n_a, p), (n_a,), (n_a, n_a)
     owner = (
         np.searchsorted(layout.row_starts, [part.start for part in layout.parts()], side="right")
@@ -118,21 +119,15 @@ def movement(robot: Robot) -> Finding:
             subject, "doubtful", found, f"check young_modulus [Pa] and the limits of {name}"
         )
     if lacking.any():
-        return held_back(robot, subject, lacking)
+        return held_back(robot, lacking)
     farthest = moved.max(axis=1)  # (n_a,)
     return Finding(
         subject, "fine", f"{interval(1e3 * farthest)} mm by each actuator a tenth of its way"
     )
 
 
-def held_back(robot: Robot, subject: str, lacking: Array) -> Finding:
-    """Cables that are too short for what others do.
-
-    Args:
-        robot: the robot.
-        subject: of the finding.
-        lacking: (n_a, n_a) as of `movements`.
-    """
+def held_back(robot: Robot, lacking: Array) -> Finding:
+    """Cables that are too short for what others do, by the lengths (n_a, n_a) of `movements`."""
     names = robot.actuators.names
     by, which = np.unravel_index(lacking.argmax(), lacking.shape)
     others = ", ".join(names[i] for i in np.flatnonzero(lacking.any(axis=0)))
@@ -141,7 +136,7 @@ def held_back(robot: Robot, subject: str, lacking: Array) -> Finding:
         "its min_pull lets out, which keeps the effectors from moving"
     )
     advice = f"a smaller min_pull of {others} [m], below zero, where winches let cable out"
-    return Finding(subject, "doubtful", found, advice)
+    return Finding(MOVEMENT, "doubtful", found, advice)
 
 
 def movements(robot: Robot) -> tuple[Array, Array, Array]:
@@ -210,7 +205,7 @@ def motors(robot: Robot) -> Bools:
     return np.array([kind in kinds for kind in robot.actuators.kinds], dtype=np.bool_)
 
 
-def buckles(subject: str, share: float) -> Finding:
+def buckles(share: float) -> Finding:
     """A robot that buckles under a share of the largest tensions of all its cables."""
     percent = 100.0 * share
     found = f"under {percent:.0f} % of the largest tensions of all cables it buckles"
@@ -218,7 +213,7 @@ def buckles(subject: str, share: float) -> Finding:
         f"max_tension [N] below {percent:.0f} % of what it is: targets that only a shorter robot reaches "
         "lead decisions there, and what has buckled is not where they expect it"
     )
-    return Finding(subject, "doubtful", found, advice)
+    return Finding(MOVEMENT, "doubtful", found, advice)
 
 
 def buckling_share(robot: Robot) -> float:

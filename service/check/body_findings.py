@@ -122,11 +122,10 @@ def vibration(
         carried: whether it stands still under gravity.
         shipped: as of `body_findings`.
     """
-    subject = VIBRATION
     if frequencies is None:
         if carried:
-            return Finding(subject, "fine", "not looked at: nothing but cables holds the body")
-        return Finding(subject, "wrong", "the body is not held", "check fixed")
+            return Finding(VIBRATION, "fine", "not looked at: nothing but cables holds the body")
+        return Finding(VIBRATION, "wrong", "the body is not held", "check fixed")
     scheme = robot.integration
     listed = ", ".join(f"{value:.3g}" for value in frequencies)
     found = f"{listed} Hz at {scheme.rate:g} Hz of control"
@@ -134,10 +133,10 @@ def vibration(
     if scheme.static:
         if first < scheme.rate:
             advice = 'integration.scheme = "quasi-static" leaves the first vibration out'
-            return Finding(subject, "doubtful", found, advice)
-        return Finding(subject, "fine", found)
+            return Finding(VIBRATION, "doubtful", found, advice)
+        return Finding(VIBRATION, "fine", found)
     if scheme.rate >= STEPS_A_PERIOD * first:
-        return light_damping(subject, scheme, frequencies) or Finding(subject, "fine", found)
+        return light_damping(scheme, frequencies) or Finding(VIBRATION, "fine", found)
     advice = f"a period of the first vibration has {scheme.rate / first:.2g} decisions, which do not see it; "
     if shipped:
         advice += f"tauten serve --rate {STEPS_A_PERIOD * first:.3g} would resolve it"
@@ -146,16 +145,13 @@ def vibration(
             f"controller.rate = {STEPS_A_PERIOD * first:.3g} would resolve it, controller.substeps = "
             f"{math.ceil(STEPS_A_PERIOD * first / scheme.rate)} in the model alone"
         )
-    return Finding(subject, "doubtful", found, advice)
+    return Finding(VIBRATION, "doubtful", found, advice)
 
 
-def light_damping(subject: str, scheme: Integration, frequencies: Array) -> Finding | None:
+def light_damping(scheme: Integration, frequencies: Array) -> Finding | None:
     """Rayleigh damping so light that decisions may keep the model swinging; None where it is not, or is none.
 
-    Args:
-        subject: of the finding.
-        scheme: of the robot.
-        frequencies: (k,) its lowest natural frequencies [Hz].
+    It is that of the vibrations with the lowest natural frequencies (k,) [Hz].
     """
     omega, shares = 2.0 * np.pi * frequencies, damping_ratios(scheme, frequencies)  # (k,)
     least = int(shares.argmin())
@@ -169,4 +165,4 @@ def light_damping(subject: str, scheme: Integration, frequencies: Array) -> Find
         f"targets out of reach may keep the model swinging; integration.rayleigh_stiffness = {needed:.2g} "
         "damps it"
     )
-    return Finding(subject, "doubtful", found, advice)
+    return Finding(VIBRATION, "doubtful", found, advice)

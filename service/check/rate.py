@@ -85,7 +85,12 @@ def _reducing(file: Path) -> str:
 
 
 def faster(
-    path: Path, seconds: float, reduced: bool, robot: Robot | None = None, option: bool = False
+    path: Path,
+    seconds: float,
+    reduced: bool,
+    robot: Robot | None = None,
+    option: bool = False,
+    here: bool = False,
 ) -> str:
     """How the steps of a robot come to fit its period, in one sentence.
 
@@ -96,6 +101,7 @@ def faster(
         robot: what moves objects by friction throws them where its actuators move farther in a tick; None:
             nothing is known of it.
         option: whether the command has an option for the rate.
+        here: whether the real clock timed the step, which is longer where other programs run: that is said.
 
     Raises:
         RobotFileError: the file cannot be read.
@@ -107,25 +113,12 @@ def faster(
         rate = f"serve it with --rate {rate}" if shipped else f"set controller.rate = {rate}"
     if robot is not None and robot.contacts.frictional and robot.contacts.loose:
         rate += " and every max_rate lower by the same factor (else objects are thrown)"
-    if reduced:
-        return rate if shipped else f"{rate}, or reduce with fewer modes"
-    return f"{reducing(path)} gives a model with faster steps; or {rate}"
-
-
-def faster_here(
-    path: Path, seconds: float, reduced: bool, robot: Robot, option: bool = False
-) -> str:
-    """`faster` of a step that the real clock timed, which is longer where other programs run, and says so.
-
-    Args:
-        path: of the robot file.
-        seconds: time of a control step by the real clock.
-        reduced: whether its model is reduced already.
-        robot: of the file.
-        option: whether the command has an option for the rate.
-    """
-    advice, others = faster(path, seconds, reduced, robot, option), busy()
-    return f"{advice}; {others}" if others else advice
+    if not reduced:
+        rate = f"{reducing(path)} gives a model with faster steps; or {rate}"
+    elif not shipped:
+        rate += ", or reduce with fewer modes"
+    others = busy() if here else ""
+    return f"{rate}; {others}" if others else rate
 
 
 def check_rate(rate: float, seconds: float, requested: bool, advice: str) -> None:

@@ -156,21 +156,18 @@ def check_model(settings: CheckSettings, stop: StopFlag, progress: Progress) -> 
             findings += (contact_finding(robot, bodies, config.contact.tolerance),)
         findings += tuple(idle_obstacles(config))
         progress(0.08, own.name)
+        findings += tuple(actuator_findings(robot, config, held=not free))
+        found, complete = None, True
         if free:
-            findings += tuple(actuator_findings(robot, config, held=False))
-            findings += (Finding("error of the mesh", "fine", not_held(free)),)
-            return RobotCheck(config.name, findings, digest=robot.digest)
-        findings += tuple(actuator_findings(robot, config))
-        if not settings.shares:
+            findings += (Finding(MESH_ERROR, "fine", not_held(free)),)
+        elif settings.shares:
+            variants = chosen_variants(element, settings.refinements)
+            make = partial(variant_robot, config, path)
+            found = compare_meshes(settings, robot, variants, make, stop, progress)
+            findings, complete = findings + found.findings, found.complete
+        else:
             findings += tuple(thin_layers(config, meshes))
-            return RobotCheck(config.name, findings, digest=robot.digest)
-        variants = chosen_variants(element, settings.refinements)
-        make = partial(variant_robot, config, path)
-        found = compare_meshes(settings, robot, variants, make, stop, progress)
-        findings += found.findings
-        return RobotCheck(
-            config.name, findings, found, complete=found.complete, digest=robot.digest
-        )
+        return RobotCheck(config.name, findings, found, complete=complete, digest=robot.digest)
 
 
 def least_density(config: RobotConfig) -> float | None:

@@ -12,7 +12,7 @@ import zenoh
 
 from tauten.controller import warm_controller
 from tauten.model import one_blas_thread
-from tauten.service.check import check_rate, faster_here, step_seconds
+from tauten.service.check import check_rate, faster, step_seconds
 from tauten.service.describing import log_metadata
 from tauten.service.kernels import waiting
 from tauten.service.link import address, announced
@@ -80,7 +80,8 @@ def serve(setup: Setup, network: Network, settings: ServeSettings, stop: StopFla
             stack.enter_context(announced(session, claim))
             claimed = time.monotonic()
             step = step_seconds(controller)
-            advice = faster_here(setup.path, step, bool(setup.states), setup.robot, option=True)
+            reduced = bool(setup.states)
+            advice = faster(setup.path, step, reduced, setup.robot, option=True, here=True)
             check_rate(rate, step, settings.rate_requested, advice)
             loop = ControlLoop(controller, not settings.wait, setup.service, timed=True)
             typestore()

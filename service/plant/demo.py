@@ -16,7 +16,7 @@ from pathlib import Path
 
 from tauten.controller import Order, Status, warm_controller
 from tauten.model import Actuators, Robot, one_blas_thread
-from tauten.service.check import faster_here, first_decision, rate_for
+from tauten.service.check import faster, first_decision, rate_for
 from tauten.service.describing import describe
 from tauten.service.kernels import waiting
 from tauten.service.link import step_at_start
@@ -324,7 +324,7 @@ def step_in_demo(step: float, robot: Robot) -> float:
 def _too_slow(step: float, rate: float, setup: Setup) -> str:
     """That the period cannot be held, by how much all is slower, and what to do."""
     own = setup.robot.integration.rate
-    advice = faster_here(setup.path, step, bool(setup.states), setup.robot)
+    advice = faster(setup.path, step, bool(setup.states), setup.robot, here=True)
     contact = (
         " at the start and longer in contact" if step_in_demo(step, setup.robot) > step else ""
     )

@@ -13,7 +13,7 @@ from support.robots.hanging import hanging_beam
 
 from tauten.model import load_robot
 from tauten.model.load import robot_path
-from tauten.service.check import CheckSettings, Finding, check_robot, faster_here
+from tauten.service.check import CheckSettings, Finding, check_robot, faster
 from tauten.service.check.control_findings import step_time
 from tauten.service.check.rate import reducing
 from tauten.service.process import StopFlag
@@ -118,6 +118,6 @@ def test_a_busy_computer_is_said_where_the_robot_file_is_to_be_changed(
     monkeypatch.setattr(os, "getloadavg", lambda: (load, load, load))
     monkeypatch.setattr(os, "sched_getaffinity", lambda _process: {0, 1})
     robot = load_robot("finger")
-    advice = faster_here(robot_path("finger"), 0.019, True, robot)
+    advice = faster(robot_path("finger"), 0.019, True, robot, here=True)
     assert advice.startswith("serve it with --rate 42")
     assert ("; this computer is busy (load 6.5 on 2 processors), on an idle one" in advice) == said
