@@ -14,13 +14,13 @@ from tauten.service.cli.bench import bench
 from tauten.service.cli.check import check, schema
 from tauten.service.cli.compare import compare
 from tauten.service.cli.drive import drive, plant
-from tauten.service.cli.kernels import kernels
 from tauten.service.cli.new import new
 from tauten.service.cli.operate import (
     alive,
     command,
     contacts,
     doctor,
+    kernels,
     lock,
     metrics,
     record,

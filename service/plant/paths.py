@@ -11,9 +11,14 @@ import numpy as np
 
 from tauten.model import Command, Robot, Simulator, State
 from tauten.model.numerics import Array
-from tauten.model.schema import EffectorKind
+from tauten.model.schema import EffectorKind, cause
 from tauten.reduction.campaign import command_range
-from tauten.service.plant.waypoints import PathError, TargetPath, csv_path, without_sign_changes
+from tauten.service.plant.waypoints import (
+    PathError,
+    TargetPath,
+    csv_text_path,
+    without_sign_changes,
+)
 
 log = logging.getLogger(__name__)
 
@@ -97,7 +102,11 @@ def path_from(
     if not name.endswith(".csv"):
         allowed = ", ".join([*SHAPES, "reach"])
         raise PathError(f"no path {name!r}: allowed are {allowed} and files that end in .csv")
-    return csv_path(Path(name), kind, settings.rate, settings.repeats)
+    try:
+        text = Path(name).read_text(encoding="utf-8-sig")  # spreadsheets write its mark
+    except (OSError, UnicodeDecodeError) as error:
+        raise PathError(f"{name}: cannot be read ({cause(error)})") from error
+    return csv_text_path(text, name, kind, settings.rate, settings.repeats)
 
 
 def shape_path(shape: Shape, start: Array, size: float, period: float, plane: Plane) -> TargetPath:

@@ -22,7 +22,7 @@ import numpy as np
 
 from tauten.model import UNIT_LENGTH
 from tauten.model.numerics import Array
-from tauten.model.schema import EffectorKind, cause
+from tauten.model.schema import EffectorKind
 from tauten.reduction import write_text
 
 _POSITION = ("x", "y", "z")
@@ -98,36 +98,17 @@ def save_path(path: TargetPath, file: Path) -> None:
     write_text(file, path_text(path))
 
 
-def csv_path(path: Path, kind: EffectorKind, rate: float, repeats: bool) -> TargetPath:
-    """A path from a CSV file with the columns of an effector's kind and, if any, t [s].
-
-    Args:
-        path: the file; its first line names the columns.
-        kind: of the effector.
-        rate: targets a second, where there is no column t.
-        repeats: start again at the end.
-
-    Raises:
-        PathError: what is wrong, with the line.
-    """
-    try:
-        text = path.read_text(encoding="utf-8-sig")  # spreadsheets write its mark
-    except (OSError, UnicodeDecodeError) as error:
-        raise PathError(f"{path}: cannot be read ({cause(error)})") from error
-    return csv_text_path(text, str(path), kind, rate, repeats)
-
-
 def csv_text_path(
     text: str, path: str, kind: EffectorKind, rate: float, repeats: bool
 ) -> TargetPath:
-    """A path from the text of a CSV file, see `csv_path`.
+    """A path from the text of a CSV file with the columns of an effector's kind and, if any, t [s].
 
     Args:
-        text: of the file.
-        path: its name, for errors.
+        text: of the file; its first line names the columns.
+        path: name of the file, for errors.
         kind: of the effector.
         rate: targets a second, where there is no column t.
-        repeats: start again at the end.
+        repeats: whether it starts again at the end.
 
     Raises:
         PathError: what is wrong, with the line.

@@ -81,16 +81,12 @@ def kept_curve(basis: ContactBasis, name: str) -> Curve:
 
 def basis_tables(basis: ContactBasis, name: str, robot: Robot | None) -> list[Table]:
     """Provenance, coverage, and the error curve if there is one."""
-    result = [_provenance(basis, name), _coverage(basis, robot)]
+    entries = asdict(basis.provenance)
+    del entries["curve"]  # has a table of its own
+    result = [origin_table("contact basis", name, entries), _coverage(basis, robot)]
     if basis.provenance.curve:
         result.append(_errors(basis.provenance.curve, basis.k))
     return result
-
-
-def _provenance(basis: ContactBasis, name: str) -> Table:
-    entries = asdict(basis.provenance)
-    del entries["curve"]  # has a table of its own
-    return origin_table("contact basis", name, entries)
 
 
 def origin_table(title: str, name: str, entries: dict[str, Any]) -> Table:
