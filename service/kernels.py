@@ -67,10 +67,10 @@ def take_inventory() -> Inventory:
     unchanged = [cache for cache in caches if f"{cache.file_name}.nbi" in names]
     shipped = {name.rpartition("-")[0] for name in names}
     known = [cache for cache in caches if cache.file_name.rpartition("-")[0] in shipped]
-    here = compiled_here()
+    served, here = {cache.file_name for cache in unchanged}, compiled_here()
     return Inventory(
         len(caches), compiled_machine()[1], len(unchanged), len(known) - len(unchanged),
-        sum(name.endswith(".nbc") and _stem(name) in {c.file_name for c in unchanged} for name in names),
+        sum(name.endswith(".nbc") and name.rsplit(".", 2)[0] in served for name in names),
         "" if unchanged else why_none(),
         str(kernel_folder()), why_not_kept(), len(here), sum(path.stat().st_size for path in here),
     )  # fmt: skip
@@ -142,8 +142,3 @@ def _import(name: str) -> None:
     except ImportError as error:
         if str(error.name).startswith("tauten"):
             raise
-
-
-def _stem(name: str) -> str:
-    """The part of the name of an entry's file that belongs to the kernel."""
-    return name.rsplit(".", 2)[0]

@@ -172,13 +172,9 @@ class Workers:
 
 
 def expected(count: int, seconds: float, workers: int | None, advice: str) -> str:
-    """What is said of a campaign before it begins.
+    """What is said of a campaign before it begins, whose equilibria take some time each [s].
 
-    Args:
-        count: of the equilibria that are to be found.
-        seconds: that one of them takes [s].
-        workers: that work at the same time; None: a cluster, of unknown size.
-        advice: how a campaign that takes long becomes shorter.
+    Without a number of workers a cluster of unknown size computes them; what takes long gets an advice.
     """
     total = count * seconds / (workers or 1)
     said = f"{count} equilibria of about {seconds:.2g} s each"

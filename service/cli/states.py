@@ -77,15 +77,7 @@ def number_or_auto(what: str, text: str, fault: type[ValueError]) -> int | Liter
 def state_settings(
     robot: Robot, modes: str, responses: int | None, touched: int, sample: float, seed: int
 ) -> StateSettings:
-    """Settings from the command line.
-
-    Args:
-        robot: the robot.
-        modes: number of state modes, or "auto".
-        responses: number of static responses; None for as many as the robot needs.
-        touched: number of places at which it yields as the full one.
-        sample: relative residual of the sampled forces.
-        seed: of random numbers.
+    """Settings from the command line; without a number of static responses as many as the robot needs.
 
     Raises:
         StateBasisError: a value is not allowed.
@@ -109,16 +101,8 @@ def save_states(
 ) -> None:
     """Compute the state basis, compare it with the full model on held-out paths, and save it.
 
-    Where the error is larger than allowed, more modes and elements are tried, then smaller ranges.
-
-    Args:
-        robot: the full robot.
-        snapshots: of its campaign.
-        basis: its contact basis; empty where nothing touches.
-        settings: of the state basis.
-        path: of the new file.
-        max_tip_error: error of the tip that is allowed [m]; None: any.
-        narrower: campaigns within a share of the positions; None: there are none.
+    Where the error of the tip is larger than allowed [m], more modes and elements are tried, then campaigns
+    within narrower ranges, if there are any.
 
     Raises:
         StateBasisError: the error is larger than the robot file allows, and not accepted.

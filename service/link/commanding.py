@@ -27,6 +27,7 @@ from tauten.service.link.network import (
 )
 
 _PATIENCE = 5.0  # s until a node must be alive
+_SOON = 2.0  # s until one that is alive is found
 _ANSWER = 20.0  # s until a node must have carried a command out, on a machine that is busy too
 _STEP = re.compile(r"^tauten_system_step_at_start_ms\{.*\} (\S+)$", re.M)
 _PAUSE = 0.01  # s between two questions
@@ -37,17 +38,10 @@ class OrderError(ValueError):
     """An order that the node refuses; the text says why."""
 
 
-def is_there(robot: str, network: Network, token: str, patience: float = 2.0) -> bool:
-    """Whether a liveliness token appears.
-
-    Args:
-        robot: name.
-        network: of the robot.
-        token: of its node or plant.
-        patience: time to wait for it [s].
-    """
+def is_there(robot: str, network: Network, token: str) -> bool:
+    """Whether the liveliness token of a robot's node or plant appears."""
     with session_of(network, Role.OTHER, robot) as session:
-        end = time.monotonic() + patience
+        end = time.monotonic() + _SOON
         while not is_alive(session, token):
             if time.monotonic() > end:
                 return False

@@ -300,6 +300,9 @@ class MeasuredLoop:
 
         Returns:
             Why the node cannot follow, or `Cause.NONE`.
+
+        Raises:
+            ExtensionError: the estimator has failed.
         """
         self._history.add(now, effectors)
         measured = self.subscriber.complete(now)
@@ -313,22 +316,14 @@ class MeasuredLoop:
                 rejection = Rejection(RejectionReason.NOT_PLAUSIBLE, self._reason)
                 self.subscriber.counts.refuse(rejection)
             else:
-                found = self._estimated(model, measured, min(seconds, self._timeout))
+                with self._named():
+                    found = self._estimator.update(model, measured, min(seconds, self._timeout))
                 self._ignored = self._fault(found)
                 if not self._ignored:
                     self.correction = capped(self._layout, found, self._largest)
                 self._plausible = now
         lasting = bool(self._reason) and now - self._plausible > self._timeout
         return Cause.IMPLAUSIBLE if self._check.fault or lasting else Cause.NONE
-
-    def _estimated(self, predicted: Array, measured: Array, seconds: float) -> Array:
-        """The estimator's `update`.
-
-        Raises:
-            ExtensionError: it has failed.
-        """
-        with self._named():
-            return self._estimator.update(predicted, measured, seconds)
 
     def _fault(self, found: Array) -> str:
         """Why a correction is ignored; "" where it is not."""

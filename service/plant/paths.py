@@ -68,7 +68,7 @@ def make_path(name: str, robot: Robot, settings: PathSettings) -> TargetPath:
         PathError: no such path, or one that cannot be made.
     """
     if name == "reach":
-        return reach_path(robot, settings.effector, settings.fraction, settings.period)
+        return reach_path(robot, settings)
     layout = robot.effector_layout
     simulator = Simulator(robot, contact="full")
     if name in SHAPES:
@@ -143,9 +143,7 @@ def _unit_shape(shape: Shape, angle: Array) -> tuple[Array, Array]:
     return (angle >= np.pi).astype(float), flat
 
 
-def reach_path(
-    robot: Robot, effector: int, fraction: float, period: float | None = None
-) -> TargetPath:
+def reach_path(robot: Robot, settings: PathSettings) -> TargetPath:
     """Where an effector gets when the cables are pulled: a path that the robot can follow.
 
     One cable is pulled and let go once; several are pulled one after another, in turns that grow
@@ -154,16 +152,11 @@ def reach_path(
     full-order model with pointwise contact. Where there is no equilibrium under a load, the path goes through
     the last one on the way to it. The path begins and ends where the robot starts.
 
-    Args:
-        robot: the robot.
-        effector: its number.
-        fraction: of the range of each actuator that is used.
-        period: seconds of one pass; None: as many as the robot needs, at least 10 (`_unhurried`).
-
     Raises:
         PathError: the model finds no equilibrium but that at rest.
     """
-    reach, shares = command_range(robot), fraction * reach_shares(directions(robot, effector))
+    reach, effector, period = command_range(robot), settings.effector, settings.period
+    shares = settings.fraction * reach_shares(directions(robot, effector))
     simulator, shortened = Simulator(robot, contact="full"), 0
     layout = robot.effector_layout
     kind = layout.kinds[effector]

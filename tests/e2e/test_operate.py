@@ -74,7 +74,7 @@ def test_a_command_reaches_the_node_and_metrics_show_its_mode(served: Served, be
     answer = send_command("beam", Network(served.port), OperatorCommand.HOLD)
     assert (answer.mode, answer.cause) == (Mode.HOLD, Cause.OPERATOR)
     assert is_there("beam", Network(served.port), served.keys.token)
-    assert not is_there("beam", Network(served.port), served.keys.plant_token, patience=0.0)
+    assert not is_there("beam", Network(served.port), served.keys.plant_token)
     stop, port = StopFlag(), free_ports()
     answering = (served.session, "beam", port, stop)
     server = threading.Thread(target=serve_metrics, args=answering)
