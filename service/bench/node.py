@@ -272,7 +272,6 @@ class _Observer:
     """
 
     def __init__(self, session: zenoh.Session, keys: Keys) -> None:
-        """Subscribe."""
         self.ticks: list[Tick] = []
         self._published: list[tuple[float, int]] = []  # time of arrival [s], surfaces so far
         self._source = session.declare_subscriber(keys.tick, zenoh.handlers.RingChannel(_RING))

@@ -48,7 +48,6 @@ class Window:
     """The last values of a measured quantity, in fixed memory."""
 
     def __init__(self) -> None:
-        """Start without values."""
         self._values = np.full(_KEPT, np.nan)
         self._count = 0
         self.largest = 0.0

@@ -17,7 +17,6 @@ class FrameHistory:
     """
 
     def __init__(self, whole: bool, budget: int = BUDGET) -> None:
-        """Start empty."""
         self._whole = whole
         self._budget = budget
         self._frames: list[ViewFrame] = []

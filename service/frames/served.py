@@ -58,6 +58,7 @@ class ServedRobot:
     Attributes:
         look: what of the robot does not change.
         pausable: never: the robot moves whether one looks or not.
+        locked: names of the actuators that are locked, by the node's health.
     """
 
     pausable = False
@@ -110,7 +111,7 @@ class ServedRobot:
         self._values = description.rest
         self._obstacles = dict[str, ObstaclePose]()
         self._health: tuple[str, ...] = ()
-        self._locked: frozenset[str] = frozenset()
+        self.locked: frozenset[str] = frozenset()
         self._refused = 0
 
     @property
@@ -128,11 +129,6 @@ class ServedRobot:
         """Time for which the node has been missing [s]; 0 while it is there."""
         since = time.monotonic() - self._heard
         return since if since > max(_SILENT, _SILENT_PERIODS / self.look.robot.rate) else 0.0
-
-    @property
-    def locked(self) -> frozenset[str]:
-        """Names of the actuators that are locked, by the node's health."""
-        return self._locked
 
     def command(self, command: OperatorOrder) -> None:
         """Send an operator's order."""
@@ -182,7 +178,7 @@ class ServedRobot:
             bad = [one for one in health.values() if one.level]
             self._health = tuple(f"{one.name}: {one.message}" for one in bad)
             if "locks" in health:
-                self._locked = frozenset(health["locks"].values) & frozenset(self._names)
+                self.locked = frozenset(health["locks"].values) & frozenset(self._names)
         for effector, place in zip(self.look.robot.effectors, self._places, strict=True):
             decode = partial(decode_effector, effector.kind, effector.name, encoding=CDR)
             found: EffectorMessage | None = self._newest(f"effector {effector.name}", decode)

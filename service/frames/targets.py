@@ -49,25 +49,22 @@ class TargetStore:
     A dead man's switch: there are targets only while *follow* is armed, and it is disarmed when the
     browser leaves. Before it is armed the targets are where the effectors are, so that arming never makes a
     robot jump.
+
+    Attributes:
+        armed: whether the robot follows.
     """
 
     def __init__(self, effectors: tuple[DescribedEffector, ...], size: float) -> None:
-        """Start disarmed, at rest."""
         self._effectors, self._places = effectors, places_of(effectors)
         self._size, self._reach = size, _WITHIN * reach_of(size)
         self._values = np.concatenate([np.array(one.rest) for one in effectors])
-        self._armed = False
+        self.armed = False
         self._lock = threading.Lock()
-
-    @property
-    def armed(self) -> bool:
-        """Whether the robot follows."""
-        return self._armed
 
     def arm(self, armed: bool) -> None:
         """Follow the targets, or stop to."""
         with self._lock:
-            self._armed = armed
+            self.armed = armed
 
     def put(self, effector: int, values: tuple[float, ...] | Array) -> None:
         """Move a target, to the nearest values within reach; without effect while disarmed.
@@ -76,7 +73,7 @@ class TargetStore:
         """
         found = self.clamped(effector, np.asarray(values, dtype=float))
         with self._lock:
-            if self._armed and found is not None:
+            if self.armed and found is not None:
                 first = self._places[effector].start
                 self._values[first : first + len(found)] = found
 
@@ -108,13 +105,13 @@ class TargetStore:
     def rest_at(self, values: Array) -> None:
         """While disarmed: the targets are where the effectors, goal values (n_v,), are."""
         with self._lock:
-            if not self._armed and np.isfinite(values).all():
+            if not self.armed and np.isfinite(values).all():
                 self._values = values.copy()
 
     def goal(self) -> Array | None:
         """Goal values (n_v,) to follow; None while disarmed."""
         with self._lock:
-            return self._values.copy() if self._armed else None
+            return self._values.copy() if self.armed else None
 
     @property
     def values(self) -> Array:

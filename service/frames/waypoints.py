@@ -25,7 +25,6 @@ class WaypointList:
     """Targets of one effector, one after another."""
 
     def __init__(self, effector: DescribedEffector, size: float) -> None:
-        """Start without any."""
         self._effector, self._size = effector, size
         self._values: list[Array] = []
 

@@ -22,7 +22,6 @@ class QuestionAnswers:
     """Answers questions about a robot and its node."""
 
     def __init__(self, session: zenoh.Session, robot: str, description: bytes) -> None:
-        """Declare the queryables."""
         keys = Keys(robot)
         self._description = description
         self._keys = (keys.metrics, keys.description)

@@ -103,7 +103,6 @@ class ModelHistory:
     """The model's effectors of the last moments, for measurements that are late."""
 
     def __init__(self, layout: EffectorLayout) -> None:
-        """Start without positions."""
         self._layout = layout
         self._past: deque[tuple[float, Array]] = deque(maxlen=_LONGEST)
 

@@ -68,6 +68,7 @@ class ControlLoop:
 
     Attributes:
         controller: the model that follows. It keeps what left last.
+        state: of the state machine.
     """
 
     def __init__(
@@ -86,7 +87,7 @@ class ControlLoop:
                 does not set any.
             timed: whether decisions with friction end after a share of the period on the clock.
         """
-        self._state = NodeState(enabled=enabled)
+        self.state = NodeState(enabled=enabled)
         self._settings = settings or ServiceSettings()
         self._share = self._settings.decision_share if timed else math.inf
         self.take_over(controller)
@@ -103,11 +104,6 @@ class ControlLoop:
         self._hurried = False  # whether the ramp is as fast as the rate limits permit
 
     @property
-    def state(self) -> NodeState:
-        """State of the state machine."""
-        return self._state
-
-    @property
     def released(self) -> bool:
         """Whether a stop has slackened the cables."""
         return self._ramp is not None and self._limiter.at_rest(self.controller.actuation)
@@ -119,7 +115,7 @@ class ControlLoop:
         if self.command(order):
             return None
         why = "there was no stop"
-        if self._state.mode is Mode.STOP:
+        if self.state.mode is Mode.STOP:
             reset = order is OperatorCommand.RESET
             why = (
                 "the actuators are still being released"
@@ -133,7 +129,7 @@ class ControlLoop:
 
         Where the node does not follow, a lock waits: it moves its actuator from the next `Mode.RUN` on.
         """
-        if self._state.mode is Mode.STOP:
+        if self.state.mode is Mode.STOP:
             return Rejection(RejectionReason.NOT_NOW, f"{quoted(order)} is not possible in a stop")
         try:
             if order.moves:
@@ -146,7 +142,7 @@ class ControlLoop:
 
     def command(self, command: OperatorCommand) -> bool:
         """Obey an operator's command; False where it is not possible now."""
-        found = commanded(self._state, command, self.released)
+        found = commanded(self.state, command, self.released)
         if found is None:
             return False
         if command is OperatorCommand.RESET:
@@ -154,7 +150,7 @@ class ControlLoop:
         elif command is OperatorCommand.LET_GO:
             names = self.controller.let_go()
             log.info("let go: %s", ", ".join(names) or "nothing was grasped")
-        self._state = found
+        self.state = found
         return True
 
     @property
@@ -179,11 +175,11 @@ class ControlLoop:
 
     def set_mode(self, mode: Mode, cause: Cause) -> None:
         """Set the state that a recorded tick was in, for a replay."""
-        self._state = replace(self._state, mode=mode, cause=cause)
+        self.state = replace(self.state, mode=mode, cause=cause)
 
     def tick(self, goal: Array | None, seen: Signals) -> Action:
         """One tick: a transition of the state machine by what was seen in it, then its action, see `act`."""
-        self._state = transition(self._state, seen, self._settings.late_limit)
+        self.state = transition(self.state, seen, self._settings.late_limit)
         return self.act(goal)
 
     def act(self, goal: Array | None, checks: int = -1) -> Action:
@@ -193,23 +189,23 @@ class ControlLoop:
         """
         last, decided = self.controller.actuation, False
         time = TimeLimit(self._within) if checks < 0 else TimeLimit(checks=checks)
-        if self._state.mode is Mode.STOP:
+        if self.state.mode is Mode.STOP:
             wanted = self._release()
-        elif self._state.mode is Mode.RUN and goal is not None:
+        elif self.state.mode is Mode.RUN and goal is not None:
             self._ramp, decided = None, True
             wanted = self.controller.decide(goal, time)
-            self._state = judged(self._state, wanted.status.usable)
+            self.state = judged(self.state, wanted.status.usable)
         else:
             self._ramp = None
             wanted = self.controller.hold()
         actuation = self._limiter.limit(wanted, last)
         self.controller.limit(actuation)
-        mode, cause = self._state.mode, self._state.cause
+        mode, cause = self.state.mode, self.state.cause
         return Action(mode, cause, decided, wanted, actuation, time.repeats)
 
     def rehearse(self, goal: Array) -> None:
         """Go through a decision that the next tick may need, for goal values (n_v,), without effect."""
-        if self._state.mode is Mode.RUN:
+        if self.state.mode is Mode.RUN:
             self.controller.rehearse(goal)
 
     def prepare(self, placed: Mapping[str, ObstaclePose] = _NOTHING) -> None:
@@ -217,7 +213,7 @@ class ControlLoop:
 
         Obstacles may be placed, by name, elsewhere after the step than the model has them.
         """
-        controller, stopped = self.controller, self._state.mode is Mode.STOP
+        controller, stopped = self.controller, self.state.mode is Mode.STOP
         if not stopped:
             controller.advance()
         for name, pose in placed.items():
@@ -237,7 +233,7 @@ class ControlLoop:
 
         A ramp that is hurried begins anew from where the cables are.
         """
-        hurried = self._state.cause is Cause.HURRIED
+        hurried = self.state.cause is Cause.HURRIED
         if self._ramp is None or hurried is not self._hurried:
             last, self._hurried = self.controller.actuation, hurried
             start = Actuation(

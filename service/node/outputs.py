@@ -74,7 +74,6 @@ class NodeOutputs:
     """Publishes what a node sends."""
 
     def __init__(self, session: zenoh.Session, robot: Robot, recorder: LogRecorder | None) -> None:
-        """Declare the publishers."""
         keys = Keys(robot.name)
         self._robot = robot
         self._recorder = recorder
@@ -201,7 +200,6 @@ class ShapePublisher:
     """
 
     def __init__(self, session: zenoh.Session, robot: Robot) -> None:
-        """Declare the publishers."""
         keys = Keys(robot.name)
         self._surface = Publisher(session, keys.surface, CLOUD, urgent=False)
         self._frame = robot.frame

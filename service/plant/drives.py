@@ -49,7 +49,6 @@ class DrivenRobot:
     """
 
     def __init__(self, simulator: Simulator, steps: int) -> None:
-        """Of a simulator at its start."""
         self.simulator, self.steps = simulator, steps
         self._position: Array | None = None
 

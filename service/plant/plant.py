@@ -138,7 +138,6 @@ class SimulatedDriver:
     """A simulated robot as a driver: each reading comes after a period of simulation."""
 
     def __init__(self, warm: Warm, settings: PlantSettings) -> None:
-        """Start where the simulation is."""
         self._driven, self._simulator = warm.driven, warm.driven.simulator
         robot, self._kind = self._simulator.robot, settings.steps
         self._facts = {"drive": settings.drive, "steps": settings.steps, **warm.fields}

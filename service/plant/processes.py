@@ -42,7 +42,6 @@ class Copy:
     """
 
     def __init__(self, program: Program, output: Path) -> None:
-        """Start it."""
         process = get_context("fork").Process(target=_become, args=(program, output, os.getpid()))
         with warnings.catch_warnings():  # of threads: BLAS ends its own before a fork
             warnings.simplefilter("ignore", DeprecationWarning)
@@ -143,7 +142,6 @@ class StartLimit:
     """
 
     def __init__(self, seconds: float = _START) -> None:
-        """Start now."""
         self.seconds = seconds
         self._changed, self._end = _last_compiled(), time.monotonic() + seconds
 

@@ -34,7 +34,6 @@ class StopFlag:
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
-        """Start without a request."""
         self.requested = False
         self.urgent = False
         self._now = now

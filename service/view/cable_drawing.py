@@ -40,7 +40,6 @@ class CableDrawing:
     """The cable that is being drawn."""
 
     def __init__(self, scene: viser.SceneApi, look: RobotLook, file: Path) -> None:
-        """Start without points."""
         self._scene, self._look, self._file = scene, look, file
         self._points: list[SkinPoint] = []
         self._saved: list[str] = []

@@ -64,7 +64,6 @@ class Charts:
     """The plots of a robot, which share the time and its cursor."""
 
     def __init__(self, server: viser.ViserServer, look: RobotLook) -> None:
-        """Add them to the panel."""
         self._look = look
         self._groups = groups(look.robot.actuators)
         names = [actuator.name for actuator in look.robot.actuators]

@@ -36,7 +36,6 @@ class SaveButtons:
         viewing: Viewing,
         operated: bool,
     ) -> None:
-        """Add them."""
         self._operated = operated
         self._look, self._guard, self._frames = look, guard, frames
         self._viewing = viewing

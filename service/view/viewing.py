@@ -39,7 +39,6 @@ class Viewing:
     """
 
     def __init__(self, server: LoopbackServer, look: RobotLook, reaches: bool) -> None:
-        """Add the inputs."""
         gui = server.gui
         presets: dict[str, Preset] = {one: one for one in PRESETS}
 

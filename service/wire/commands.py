@@ -35,7 +35,6 @@ class CommandSubscriber:
     """
 
     def __init__(self, source: Ring) -> None:
-        """Read from a ring of samples."""
         self.counts = MessageCounts()
         self._source = source
 

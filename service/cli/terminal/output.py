@@ -96,7 +96,6 @@ class WithKernels:
     """A text of a command that waits for others, and how many kernels have been compiled meanwhile."""
 
     def __init__(self, text: str) -> None:
-        """Count from now."""
         self._text, self._before = text, self._count()
 
     def __rich__(self) -> str:

@@ -33,7 +33,6 @@ class ForceNumbers:
     """Arrows and labels, which are only there while they are wanted."""
 
     def __init__(self, scene: viser.SceneApi, look: RobotLook) -> None:
-        """Add nothing yet."""
         self._scene, self._look = scene, look
         self._labels: dict[str, viser.LabelHandle] = {}
         self._arrows = Arrows(scene, "/efforts", TIGHT, look.robot.size, (0.005, 0.012, 0.025))

@@ -18,7 +18,6 @@ class ReachDrawing:
     """Both in a scene, shown while there is something to show."""
 
     def __init__(self, scene: viser.SceneApi, size: float) -> None:
-        """Add nothing yet."""
         self._scene, self._size = scene, size
         self._points = 0
         self._miss: tuple[Array, Array] | None = None

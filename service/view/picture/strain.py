@@ -26,7 +26,6 @@ class StrainSkin:
     """
 
     def __init__(self, scene: viser.SceneApi, look: RobotLook) -> None:
-        """Add nothing yet."""
         surface = look.robot.surface
         self._scene, self._vertices = scene, look.vertices
         self._triangles: Ints = surface.triangles[surface.chambers < 0]

@@ -30,7 +30,6 @@ class Colours:
     """The colours of the pages of one server."""
 
     def __init__(self) -> None:
-        """Start without a page."""
         self._asked: dict[str, viser.ClientHandle] = {}
 
     async def ask(self, client: viser.ClientHandle) -> None:

@@ -71,7 +71,6 @@ class Guard:
     """
 
     def __init__(self) -> None:
-        """Start without a browser."""
         self.refused: Counter[str] = Counter()
         self._connections: list[ServerConnection] = []
         self.operator_left: Callable[[], None] = lambda: None
