@@ -133,122 +133,149 @@ def run_demo(
     """
     if kernels := waiting():
         log.info("%s", kernels)
+    folder = settings.folder
     with contextlib.ExitStack() as held:
-        return _run(settings, stop, notify, as_command, held)
+        with one_blas_thread():
+            setup = load_setup(settings.robot, basis=settings.basis, model=settings.model)
+        typestore()  # for the copies too
+        copies = robot_copies(setup.path, settings.basis, folder)
+        _spare(folder, settings.path)
+        folder.mkdir(parents=True, exist_ok=True)
+        held.enter_context(alone_in(folder))
+        write_copies(copies)
+        return _Demo(settings, setup, stop, notify).run(as_command)
 
 
-def _run(
-    settings: DemoSettings,
-    stop: StopFlag,
-    notify: Callable[[str], None],
-    as_command: Callable[[Program], object] | None,
-    held: contextlib.ExitStack,
-) -> DemoResult:
-    """Run the demo, see `run_demo`; `held` keeps the folder for this one."""
-    with one_blas_thread():
-        setup = load_setup(settings.robot, basis=settings.basis, model=settings.model)
-    typestore()  # for the copies too
-    robot, folder, notes = setup.robot, settings.folder, list[str]()
+class _Demo:
+    """A demo whose robot is loaded and whose folder is its own."""
 
-    def say(note: str) -> None:
-        notes.append(note)
-        notify(note)
+    def __init__(
+        self, settings: DemoSettings, setup: Setup, stop: StopFlag, notify: Callable[[str], None]
+    ) -> None:
+        self._settings, self._setup, self._stop, self._notify = settings, setup, stop, notify
+        self._keys, self._port, self._notes = Keys(setup.robot.name), free_ports(), list[str]()
+        self._network = Network(self._port)
 
-    copies = robot_copies(setup.path, settings.basis, folder)
-    _spare(folder, settings.path)
-    folder.mkdir(parents=True, exist_ok=True)
-    held.enter_context(alone_in(folder))
-    write_copies(copies)
-    port = free_ports()
-    common, network = ["--port", str(port)], Network(port)
-    targets, recording = folder / TARGETS, folder / LOG
-    path_settings = PathSettings(period=settings.period, fraction=settings.fraction)
-    rate = robot.integration.rate
-    with contextlib.ExitStack() as stack:
-        node, plant = (
-            _started(stack, settings, recording, common, None)
-            if as_command is None
-            else _copies(stack, settings, setup, network, as_command)
-        )
-        notify("node and plant get ready, targets that can be reached are found")
-        with contextlib.suppress(Interrupted), stop.interruptible():
-            save_path(make_path(settings.path, robot, path_settings), targets)
-        step = _wait_alive(Keys(robot.name), network, (node, plant), stop)
-        if stop.requested:
-            raise DemoError(
-                "stopped before the node and the plant were ready: nothing was recorded"
+    def run(self, as_command: Callable[[Program], object] | None) -> DemoResult:
+        """Run it, see `run_demo`."""
+        settings, setup, robot = self._settings, self._setup, self._setup.robot
+        folder, rate = settings.folder, robot.integration.rate
+        with contextlib.ExitStack() as stack:
+            started = (
+                self._started(stack) if as_command is None else self._copies(stack, as_command)
             )
-        path = make_path(str(targets), robot, PathSettings(repeats=True))
-        if math.isnan(step):
-            say(
-                f"the node does not say how long a control step takes: whether it holds {rate:g} Hz is "
-                "unknown"
+            self._notify("node and plant get ready, targets that can be reached are found")
+            with contextlib.suppress(Interrupted), self._stop.interruptible():
+                wanted = PathSettings(period=settings.period, fraction=settings.fraction)
+                save_path(make_path(settings.path, robot, wanted), folder / TARGETS)
+            step = _wait_alive(self._keys, self._network, started, self._stop)
+            if self._stop.requested:
+                raise DemoError(
+                    "stopped before the node and the plant were ready: nothing was recorded"
+                )
+            path = make_path(str(folder / TARGETS), robot, PathSettings(repeats=True))
+            if math.isnan(step):
+                self._say(
+                    f"the node does not say how long a control step takes: whether it holds {rate:g} Hz is "
+                    "unknown"
+                )
+            if step_in_demo(step, robot) * rate > 1.0:  # a node that misses its deadlines holds
+                rate, started = self._slowed(stack, step, started)
+                path = replace(path, times=robot.integration.rate / rate * path.times)
+                save_path(path, folder / TARGETS)
+            node, plant = started
+            sending = StreamSettings(rate, settings.seconds, False, 0, True)
+            sender = stack.enter_context(_sending(describe(setup), path, sending, self._network))
+            plant.give_way()
+            whole = (
+                "" if path.duration <= settings.seconds else f"; a pass takes {path.duration:g} s"
             )
-        if step_in_demo(step, robot) * rate > 1.0:  # a node that misses its deadlines holds
-            rate, (node, plant) = _slowed(
-                step=step,
-                rate=rate,
-                children=(node, plant),
-                start=partial(_started, stack, settings, recording, common),
-                ready=lambda children: _wait_alive(Keys(robot.name), network, children, stop),
-                say=lambda slower: say(_too_slow(step, slower, setup)),
-            )
-            path = replace(path, times=robot.integration.rate / rate * path.times)
-            save_path(path, targets)
-        sending = StreamSettings(rate, settings.seconds, False, 0, True)
-        sender = stack.enter_context(_sending(describe(setup), path, sending, network))
-        plant.give_way()
-        whole = "" if path.duration <= settings.seconds else f"; a pass takes {path.duration:g} s"
-        notify(f"following targets for {settings.seconds:g} s{whole}")
-        _wait_end(sender, (node, plant), stop)
-        notify("releasing the actuators")
-        _end(node)
-        _end(plant)
-    notify("reading the log")
-    run = read_run(folder / LOG)
-    report = make_report(run)
-    report.save(folder / REPORT)
-    notes += slow_plant(run)
-    if not report.statuses.get(Status.OK.name):
-        found = first_decision(warm_controller(setup))
-        notes.append(
-            f"no decision was OK; {found.found}{f': {found.advice}' if found.advice else ''}"
-        )
-    return DemoResult(run, report, robot.actuators, tuple(notes))
+            self._notify(f"following targets for {settings.seconds:g} s{whole}")
+            _wait_end(sender, started, self._stop)
+            self._notify("releasing the actuators")
+            _end(node)
+            _end(plant)
+        self._notify("reading the log")
+        run = read_run(folder / LOG)
+        report = make_report(run)
+        report.save(folder / REPORT)
+        self._notes += slow_plant(run)
+        if not report.statuses.get(Status.OK.name):
+            found = first_decision(warm_controller(setup))
+            advice = f": {found.advice}" if found.advice else ""
+            self._notes.append(f"no decision was OK; {found.found}{advice}")
+        return DemoResult(run, report, robot.actuators, tuple(self._notes))
 
+    def _say(self, note: str) -> None:
+        self._notes.append(note)
+        self._notify(note)
 
-def _slowed(
-    step: float,
-    rate: float,
-    children: tuple[Child, Child],
-    start: Callable[[float], tuple[Child, Child]],
-    ready: Callable[[tuple[Child, Child]], object],
-    say: Callable[[float], None],
-) -> tuple[float, tuple[Child, Child]]:
-    """Node and plant at a rate that the node holds, at a still lower one where it refuses the first.
+    def _slowed(
+        self, stack: contextlib.ExitStack, step: float, started: tuple[Child, Child]
+    ) -> tuple[float, tuple[Child, Child]]:
+        """Node and plant at a rate that the node holds [Hz], instead of those that have been started.
 
-    Args:
-        step: duration of a control step [s].
-        rate: that the node does not hold [Hz].
-        children: node and plant at this rate, which are ended.
-        start: starts both at a rate [Hz].
-        ready: waits until both are ready.
-        say: tells the rate that is tried [Hz].
-    """
-    for spare in SPARE:
-        slower = min(rate_for(spare * step), rate)
-        say(slower)
-        for one in children:
-            if one.process.poll() is None:  # a node that refused has ended
-                _end(one)
-        children = start(slower)
-        try:
-            ready(children)
-            break
-        except DemoError:
-            if spare == SPARE[-1]:
-                raise
-    return slower, children
+        Where the node refuses the first rate for control steps of some time [s], a still lower one is tried.
+        """
+        for spare in SPARE:
+            rate = min(rate_for(spare * step), self._setup.robot.integration.rate)
+            self._say(_too_slow(step, rate, self._setup))
+            for one in started:
+                if one.process.poll() is None:  # a node that refused has ended
+                    _end(one)
+            started = self._started(stack, rate)
+            try:
+                _wait_alive(self._keys, self._network, started, self._stop)
+                break
+            except DemoError:
+                if spare == SPARE[-1]:
+                    raise
+        return rate, started
+
+    def _started(
+        self, stack: contextlib.ExitStack, rate: float | None = None
+    ) -> tuple[Child, Child]:
+        """Node and plant as new processes."""
+        settings, folder = self._settings, self._settings.folder
+        common = ["--port", str(self._port), *([] if rate is None else ["--rate", repr(rate)])]
+        serving = [settings.robot, "--record", str(folder / LOG), *common]
+        if settings.basis is not None:
+            serving += ["--basis", settings.basis]
+        if settings.model is not None:
+            serving += ["--model", settings.model]
+        behaving = ["--young-scale", repr(settings.young_scale), "--drive", settings.drive]
+        if settings.model is not None and settings.young_scale == 1.0:
+            behaving += ["--model", settings.model]
+        behaving += ["--steps", settings.steps]
+        if settings.closed_loop:
+            serving.append("--closed-loop")
+            behaving.append("--measure")
+        node = stack.enter_context(child(NODE, serving, folder))
+        plant = [settings.robot, *behaving, *common]
+        return node, stack.enter_context(child(PLANT, plant, folder))
+
+    def _copies(
+        self, stack: contextlib.ExitStack, as_command: Callable[[Program], object]
+    ) -> tuple[Child, Child]:
+        """Node and plant as copies of this process, with the robot that it has loaded; see `_started`."""
+        settings, setup, network = self._settings, self._setup, self._network
+
+        def serving() -> None:
+            with stop_on_signals() as stop:
+                ways = ServeSettings(settings.folder / LOG, settings.closed_loop)
+                serve(setup, network, ways, stop)
+
+        def behaving() -> None:
+            simulated = setup
+            if settings.young_scale != 1.0:
+                simulated = plant_robot(settings.robot, None, None, settings.young_scale)
+            ways = PlantSettings(settings.closed_loop, settings.drive, settings.steps)
+            with stop_on_signals() as stop:
+                simulate(simulated, network, ways, stop, settings.model)
+
+        node = stack.enter_context(child(NODE, [], settings.folder, partial(as_command, serving)))
+        plant = child(PLANT, [], settings.folder, partial(as_command, behaving))
+        return node, stack.enter_context(plant)
 
 
 def _spare(folder: Path, path: str) -> None:
@@ -261,59 +288,6 @@ def _spare(folder: Path, path: str) -> None:
     for file in (folder / name for name in (LOG, REPORT, FIGURE, TARGETS)):
         if file.exists() and (not is_left or file.resolve() == Path(path).resolve()):
             raise DemoError(f"{file}: the demo would replace it: choose another --out, or move it")
-
-
-def _started(
-    stack: contextlib.ExitStack,
-    settings: DemoSettings,
-    log: Path,
-    common: list[str],
-    rate: float | None,
-) -> tuple[Child, Child]:
-    """Node and plant as new processes."""
-    common = [*common, *([] if rate is None else ["--rate", repr(rate)])]
-    serving = [settings.robot, "--record", str(log), *common]
-    if settings.basis is not None:
-        serving += ["--basis", settings.basis]
-    if settings.model is not None:
-        serving += ["--model", settings.model]
-    behaving = ["--young-scale", repr(settings.young_scale), "--drive", settings.drive]
-    if settings.model is not None and settings.young_scale == 1.0:
-        behaving += ["--model", settings.model]
-    behaving += ["--steps", settings.steps]
-    if settings.closed_loop:
-        serving.append("--closed-loop")
-        behaving.append("--measure")
-    node = stack.enter_context(child(NODE, serving, settings.folder))
-    plant = [settings.robot, *behaving, *common]
-    return node, stack.enter_context(child(PLANT, plant, settings.folder))
-
-
-def _copies(
-    stack: contextlib.ExitStack,
-    settings: DemoSettings,
-    setup: Setup,
-    network: Network,
-    as_command: Callable[[Program], object],
-) -> tuple[Child, Child]:
-    """Node and plant as copies of this process, with the robot that it has loaded; see `_started`."""
-
-    def serving() -> None:
-        with stop_on_signals() as stop:
-            ways = ServeSettings(settings.folder / LOG, settings.closed_loop)
-            serve(setup, network, ways, stop)
-
-    def behaving() -> None:
-        simulated = setup
-        if settings.young_scale != 1.0:
-            simulated = plant_robot(settings.robot, None, None, settings.young_scale)
-        ways = PlantSettings(settings.closed_loop, settings.drive, settings.steps)
-        with stop_on_signals() as stop:
-            simulate(simulated, network, ways, stop, settings.model)
-
-    node = stack.enter_context(child(NODE, [], settings.folder, partial(as_command, serving)))
-    plant = stack.enter_context(child(PLANT, [], settings.folder, partial(as_command, behaving)))
-    return node, plant
 
 
 def step_in_demo(step: float, robot: Robot) -> float:
