@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tauten.model.numerics import Array
 from tauten.service.check import MESH_ERROR, RobotCheck, fits
+from tauten.service.new.trial import Reached
 
 LEAST_RATE = 20.0  # Hz; of meshes whose steps fit it, the nearest to the part is taken
 FINER = 0.7  # size of the elements of a finer mesh that is advised, in that of the mesh
@@ -21,10 +21,7 @@ class Trial:
     Attributes:
         size: of its elements [m].
         nodes: of the mesh.
-        effort: [N, Pa].
-        tip: (3,) where the tip is [m].
-        moved: distance from where it is at the start [m].
-        share: of the guessed command that has an equilibrium.
+        reached: where the guessed actuators take it.
         step: processor time of a control step [s]; NaN of a mesh that is finer than one whose steps are not
             in time.
         difference: of effort or tip to the finest mesh, the larger of both, relative to its effort and to the
@@ -33,10 +30,7 @@ class Trial:
 
     size: float
     nodes: int
-    effort: float
-    tip: Array
-    moved: float
-    share: float
+    reached: Reached
     step: float
     difference: float = np.nan
 
@@ -48,19 +42,20 @@ class Trial:
 
 def compared(trials: list[Trial]) -> tuple[Trial, ...]:
     """The trials with their differences to the last; none where one was moved by another share."""
-    finest = trials[-1]
+    *coarser, finest = [trial.reached for trial in trials]
     moved = max(finest.moved, 1e-9)
     differences = [
         max(
-            abs(trial.effort / finest.effort - 1.0),
-            float(np.linalg.norm(trial.tip - finest.tip)) / moved,
+            abs(one.effort / finest.effort - 1.0),
+            float(np.linalg.norm(one.tip - finest.tip)) / moved,
         )
-        if trial.share == finest.share and trial is not finest
+        if one.share == finest.share
         else np.nan
-        for trial in trials
+        for one in coarser
     ]
     return tuple(
-        replace(one, difference=value) for one, value in zip(trials, differences, strict=True)
+        replace(one, difference=value)
+        for one, value in zip(trials, [*differences, np.nan], strict=True)
     )
 
 

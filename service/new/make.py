@@ -140,7 +140,7 @@ def make_new_robot(new: NewRobot, folder: Path, stop: StopFlag, progress: Progre
             if not drafts and number == len(meshes):
                 raise
         progress(MOVING / len(meshes), "")
-    least = drafts[-1].trial.share  # coarser meshes may be moved farther than finer ones
+    least = drafts[-1].trial.reached.share  # coarser meshes may be moved farther than finer ones
     drafts = [_moved_less(new, guess, one, least) for one in drafts]
     trials = compared([draft.trial for draft in drafts])
     chosen = chosen_trial(trials, new.accuracy)
@@ -197,7 +197,7 @@ def _draft(
     new: NewRobot, size: float, mesh: TetMesh, guess: Guess, coarser: Trial | None
 ) -> _Draft:
     """Try and describe the robot of one mesh."""
-    share = 1.0 if coarser is None else coarser.share
+    share = 1.0 if coarser is None else coarser.reached.share
     values = _values(new, size, mesh, RATE)
     found = _reached(new, guess, values, mesh, share)
     actuators = _actuators(guess, found)
@@ -206,20 +206,18 @@ def _draft(
         step = step_time(_robot(robot_text(values, guess, actuators), mesh, new.name))
     rate = min(RATE, rate_for(SPARE * step)) if fits(LEAST_RATE, step) else RATE
     text = robot_text(replace(values, rate=rate), guess, actuators)
-    trial = Trial(size, len(mesh.nodes), found.effort, found.tip, found.moved, found.share, step)
-    return _Draft(mesh, text, trial, rate)
+    return _Draft(mesh, text, Trial(size, len(mesh.nodes), found, step), rate)
 
 
 def _moved_less(new: NewRobot, guess: Guess, draft: _Draft, share: float) -> _Draft:
     """The same mesh, moved by no more than a share of the guess."""
     trial, mesh = draft.trial, draft.mesh
-    if trial.share <= share:
+    if trial.reached.share <= share:
         return draft
     values = _values(new, trial.size, mesh, draft.rate)
     found = _reached(new, guess, values, mesh, share)
     text = robot_text(values, guess, _actuators(guess, found))
-    where = replace(trial, effort=found.effort, tip=found.tip, moved=found.moved, share=found.share)
-    return replace(draft, text=text, trial=where)
+    return replace(draft, text=text, trial=replace(trial, reached=found))
 
 
 def _values(new: NewRobot, size: float, mesh: TetMesh, rate: float) -> Values:

@@ -73,8 +73,8 @@ def trial_table(trials: Sequence[Trial], chosen: int, unit: str) -> Numbers:
             "taken" if index == chosen else "",
             f"{1e3 * trial.size:.3g}",
             f"{trial.nodes:,}",
-            f"{trial.effort:.3g}",
-            f"{1e3 * trial.moved:.2f}",
+            f"{trial.reached.effort:.3g}",
+            f"{1e3 * trial.reached.moved:.2f}",
             "-" if np.isnan(trial.difference) else f"{100.0 * trial.difference:.1f}",
             "-" if np.isnan(trial.step) else f"{1e3 * trial.step:.0f}",
         )

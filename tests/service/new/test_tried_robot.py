@@ -25,7 +25,7 @@ from tauten.service.new.make import write_files
 from tauten.service.new.meshing import mesh_part
 from tauten.service.new.side_cable import in_mesh
 from tauten.service.new.template import Values, chamber_tables, robot_text
-from tauten.service.new.trial import HALF, PRESSURE, inflated
+from tauten.service.new.trial import HALF, PRESSURE, Reached, inflated
 from tauten.service.process import StopFlag
 from tauten.service.setup import load_setup
 
@@ -103,9 +103,14 @@ def test_new_and_check_say_the_same_of_a_mesh(sagging: Made) -> None:
     assert all(other.tip is not None and other.tip <= own.tip + 1e-3 for other in others)
 
 
+def reached(tip: float) -> Reached:
+    """Where a mesh was moved to, with its tip somewhere along x [m]."""
+    return Reached(1.0, np.array([tip, 0.0, 0.0]), 0.1, 1.0, 0.0)
+
+
 def test_the_mesh_that_is_taken_has_control_steps_in_time() -> None:
     def trial(nodes: int, tip: float, step: float) -> Trial:
-        return Trial(1e-3, nodes, 1.0, np.array([tip, 0.0, 0.0]), 0.1, 1.0, step)
+        return Trial(1e-3, nodes, reached(tip), step)
 
     def chosen(*steps: float) -> int:
         tips = (0.03, 0.02, 0.005, 0.0)
@@ -132,7 +137,7 @@ def test_there_is_one_verdict(
     step: float, difference: float, level: Level, said: str, unsaid: tuple[str, ...]
 ) -> None:
     """A finer mesh and a lower rate were advised side by side."""
-    trials = (Trial(1e-3, 300, 1.0, np.zeros(3), 0.1, 1.0, step, difference),)
+    trials = (Trial(1e-3, 300, reached(0.0), step, difference),)
     check = RobotCheck("part", (Finding("error of the mesh", level, "", "refine the mesh"),))
     found = verdict(trials, 0, 0.1, Path("part.toml"), check, True)
     assert found.startswith("Verdict: ") and said in found
@@ -144,7 +149,7 @@ def test_the_mesh_that_is_advised_is_finer_than_all_of_as_many_nodes() -> None:
     """Of a part with small details sizes of 4.3 to 2 mm all gave 6,000 nodes, and 3 mm was advised."""
 
     def advised(*meshes: tuple[float, int]) -> float:
-        trials = [Trial(size, n, 1.0, np.zeros(3), 0.1, 1.0, 0.1) for size, n in meshes]
+        trials = [Trial(size, n, reached(0.0), 0.1) for size, n in meshes]
         return finer_than(tuple(trials), trials[0])
 
     assert advised((4e-3, 5900), (3e-3, 5920), (2e-3, 6160)) < 2e-3
@@ -306,8 +311,9 @@ def test_meshes_are_compared_where_all_of_them_get(tmp_path: Path) -> None:
     thin = occ.Box((0, 0, 0), (16, 16, 80)) - occ.Box((3, 5, 5), (6, 11, 75))
     made = made_of(thin, tmp_path)
     *coarser, finest = made.trials
-    assert finest.effort < HALF * PRESSURE * 0.3e6
-    assert all(trial.effort == finest.effort for trial in coarser)
+    effort = finest.reached.effort
+    assert effort < HALF * PRESSURE * 0.3e6
+    assert all(trial.reached.effort == effort for trial in coarser)
     assert coarser[0].difference > 0.2 > max(trial.difference for trial in coarser[1:])
     simulator = Simulator(load_robot(made.file), contact="none")
-    assert simulator.robot.limits.effort_max == pytest.approx(finest.effort / HALF)
+    assert simulator.robot.limits.effort_max == pytest.approx(effort / HALF)
