@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,6 @@ from tauten.model.mesh import (
     part_numbers,
     read_triangles,
 )
-from tauten.model.numerics import Array
 from tauten.model.points import attach
 from tauten.model.schema import Point, RobotConfig
 from tauten.service.check.findings import Finding
@@ -46,25 +45,10 @@ def mesh_findings(config: RobotConfig, meshes: list[TetMesh]) -> Iterator[Findin
         yield points_outside(config, meshes[0])
 
 
-@dataclass(frozen=True, slots=True)
-class NamedPoint:
-    """A point of a robot file that lies on the body.
-
-    Attributes:
-        field: where it stands.
-        position: (3,) [m].
-        allowed: how far outside of the mesh it may lie [m].
-    """
-
-    field: str
-    position: Array
-    allowed: float
-
-
-def named_points(config: RobotConfig) -> list[NamedPoint]:
-    """Points of cables and effectors."""
+def named_points(config: RobotConfig) -> list[tuple[str, Point, float]]:
+    """Points of cables and effectors on the body: field, position [m], how far outside they may lie [m]."""
     found = [
-        NamedPoint(f"cables.{i}.points.{j}", np.array(point), cable.max_outside)
+        (f"cables.{i}.points.{j}", point, cable.max_outside)
         for i, cable in enumerate(config.cables)
         for j, point in enumerate(cable.points)
     ]
@@ -74,7 +58,7 @@ def named_points(config: RobotConfig) -> list[NamedPoint]:
         fields: list[tuple[str, Point | None]] = [("point", point), ("other", item.other)]
         fields += [(f"points.{j}", point) for j, point in enumerate(item.points or ())]
         found += [
-            NamedPoint(f"effectors.{i}.{name}", np.array(point), item.max_outside)
+            (f"effectors.{i}.{name}", point, item.max_outside)
             for name, point in fields
             if point is not None
         ]
@@ -83,7 +67,7 @@ def named_points(config: RobotConfig) -> list[NamedPoint]:
 
 def length_unit(config: RobotConfig, unit: str, mesh: TetMesh) -> Finding:
     """Whether the mesh has the size of a robot, and where its cables are."""
-    points = np.array([point.position for point in named_points(config)])  # (p, 3)
+    points = np.array([point for _, point, _ in named_points(config)])  # (p, 3)
     size = float(np.ptp(mesh.nodes, axis=0).max())
     found = f"{1e3 * size:.4g} mm long with length_unit = {unit!r}"
     inside, filled = dict.fromkeys(UNITS, 0), dict.fromkeys(UNITS, 0.0)
@@ -173,7 +157,7 @@ def points_outside(config: RobotConfig, mesh: TetMesh) -> Finding:
     named = named_points(config)
     if not named:
         return Finding(subject, "fine", "no points in the robot file")
-    points = np.array([point.position for point in named])  # (p, 3)
+    points = np.array([point for _, point, _ in named])  # (p, 3)
     held = attach(sound, points, subject, np.inf)
     corners = sound.nodes[held.nodes]  # (p, 4, 3)
     inverse = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2))  # (p, 3, 3)
@@ -182,11 +166,11 @@ def points_outside(config: RobotConfig, mesh: TetMesh) -> Finding:
     beyond = np.flatnonzero(distance > 1e-9 * sound.size)
     if not len(beyond):
         return Finding(subject, "fine", f"all {len(points)} points in the mesh")
-    allowed = [point.allowed for point in named]
+    allowed = [outside for _, _, outside in named]
     refused = bool((distance > np.maximum(allowed, 1e-9 * sound.size)).any())
     far = int(distance.argmax())
     found = (
-        f"{len(beyond)} of {len(points)} points outside of the mesh, {named[far].field} by at least "
+        f"{len(beyond)} of {len(points)} points outside of the mesh, {named[far][0]} by at least "
         f"{1e3 * distance[far]:.2g} mm"
     )
     advice = "move them into the body; max_outside only extrapolates the nearest element"

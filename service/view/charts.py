@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-from dataclasses import dataclass
 
 import numpy as np
 import viser
@@ -34,14 +33,6 @@ _NAMES = (
 _NAME = '<span><b style="color:{}">—</b> {}</span>'
 
 
-@dataclass(frozen=True, slots=True)
-class _Group:
-    """Actuators of one kind."""
-
-    kind: ActuatorKind
-    numbers: tuple[int, ...]
-
-
 class _Chart:
     """One plot, whose range changes by leaps and does not show noise as large as the plot is high."""
 
@@ -65,21 +56,24 @@ class Charts:
 
     def __init__(self, server: viser.ViserServer, look: RobotLook) -> None:
         self._look = look
-        self._groups = groups(look.robot.actuators)
-        names = [actuator.name for actuator in look.robot.actuators]
-        self._travel, self._force = [], []
-        for group in self._groups:
-            shown = [names[i] for i in group.numbers]
-            position, effort = group.kind.position, group.kind.effort
-            own = [look.robot.actuators[i] for i in group.numbers]
+        # of each kind: its actuators, the largest effort of all of them, plots of travel and force
+        self._groups: list[tuple[ActuatorKind, list[int], float | None, _Chart, _Chart]] = []
+        for kind, numbers in groups(look.robot.actuators).items():
+            own, position, effort = (
+                [look.robot.actuators[i] for i in numbers],
+                kind.position,
+                kind.effort,
+            )
+            shown = [one.name for one in own]
             least = position.scale * _least([one.position for one in own])
-            self._travel.append(_Chart(server, position.label, shown, least))
-            limit = _common_limit(look, group)
+            travel = _Chart(server, position.label, shown, least)
+            limit = _common_limit(kind, own)
             lines = shown if limit is None else [*shown, "limit"]
             least = effort.scale * _least([one.effort for one in own])
             # decisions are within limits; what a robot that keeps positions has may be beyond them
             of = "" if look.ghost is None else ", simulated"
-            self._force.append(_Chart(server, f"{effort.label}{of}", lines, least))
+            force = _Chart(server, f"{effort.label}{of}", lines, least)
+            self._groups.append((kind, numbers, limit, travel, force))
             if len(lines) > _NAMED:
                 server.gui.add_html(names_html(lines))
         self._error = _Chart(
@@ -95,10 +89,9 @@ class Charts:
         time = np.array([frame.time for frame in frames])  # (m,)
         position = np.array([frame.position for frame in frames])  # (m, n_a)
         effort = np.array([frame.effort for frame in frames])  # (m, n_a)
-        for group, travel, force in zip(self._groups, self._travel, self._force, strict=True):
-            travel.draw(time, *(group.kind.position.scale * position[:, i] for i in group.numbers))
-            lines = [group.kind.effort.scale * effort[:, i] for i in group.numbers]
-            limit = _common_limit(self._look, group)
+        for kind, numbers, limit, travel, force in self._groups:
+            travel.draw(time, *(kind.position.scale * position[:, i] for i in numbers))
+            lines = [kind.effort.scale * effort[:, i] for i in numbers]
             if limit is not None:
                 lines.append(np.full(len(time), limit))
             force.draw(time, *lines)
@@ -120,18 +113,18 @@ def _scales(shown: tuple[float, float]) -> dict[str, uplot.Scale]:
     }
 
 
-def groups(actuators: tuple[DescribedActuator, ...]) -> tuple[_Group, ...]:
-    """Actuators by their kind, in the order in which the kinds appear."""
+def groups(actuators: tuple[DescribedActuator, ...]) -> dict[ActuatorKind, list[int]]:
+    """Numbers of the actuators by their kind, in the order in which the kinds appear."""
     found: dict[ActuatorKind, list[int]] = {}
     for i, actuator in enumerate(actuators):
         found.setdefault(actuator.kind, []).append(i)
-    return tuple(_Group(kind, tuple(numbers)) for kind, numbers in found.items())
+    return found
 
 
-def _common_limit(look: RobotLook, group: _Group) -> float | None:
-    """Largest effort of all actuators of a group as shown; None where they differ."""
-    found = {look.robot.actuators[i].effort[1] for i in group.numbers}
-    limit = group.kind.effort.scale * found.pop()
+def _common_limit(kind: ActuatorKind, actuators: list[DescribedActuator]) -> float | None:
+    """Largest effort of all actuators of a kind as shown; None where they differ."""
+    found = {one.effort[1] for one in actuators}
+    limit = kind.effort.scale * found.pop()
     return limit if not found and np.isfinite(limit) else None
 
 

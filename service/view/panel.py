@@ -28,7 +28,7 @@ _STATUS = '<div style="height:192px;overflow-y:auto">{}</div>'
 
 
 class Request(Enum):
-    """What an operator asks for by a button."""
+    """What an operator asks for by a button; a node's commands are called as they are there."""
 
     HOLD = "hold"
     ENABLE = "enable"

@@ -43,12 +43,6 @@ from tauten.service.wire import OperatorCommand
 
 FRAMES = 30.0  # a second
 _PLOTS = 6  # frames between two updates of the plots
-_COMMANDS = {
-    Request.HOLD: OperatorCommand.HOLD,
-    Request.ENABLE: OperatorCommand.ENABLE,
-    Request.STOP: OperatorCommand.STOP,
-    Request.RESET: OperatorCommand.RESET,
-}
 
 
 class ViewSession:
@@ -234,8 +228,8 @@ class ViewSession:
 
     def _do(self, request: Request) -> None:
         """Carry out a request of the operator."""
-        if request in _COMMANDS:
-            self._command(_COMMANDS[request])
+        if request.value in set(OperatorCommand):
+            self._command(OperatorCommand(request.value))
         elif request is Request.NOW:
             self._shown = None
             self._panel.pause(False)
