@@ -344,7 +344,7 @@ def test_it_is_drawn_as_a_line(
         monkeypatch.setattr(server.scene, "add_line_segments", added)
         drawings = dict(drawings_of(server.scene, look))
         own = shown.segments[look.robot.surface.segments == 2]
-        drawings[2].draw(shown.vertices, own, 0.0, 3e5)
+        drawings[2](shown.vertices, own, 0.0, 3e5)
         handle = handles["/actuators/muscle"]
         np.testing.assert_allclose(handle.points[:, 1], LINE, atol=1e-7)
         np.testing.assert_allclose(handle.points[:, 0], np.mean([LINE, LINE], axis=1), atol=1e-7)

@@ -5,7 +5,7 @@ A drawing is made once for each actuator and updated with each frame; viser send
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
 
 import numpy as np
 import viser
@@ -37,18 +37,9 @@ _COILS = 6
 _SPRING = 0.06  # length of a spring without force, as a share of the robot's size
 
 
-class Drawing(Protocol):
-    """One actuator in the scene."""
-
-    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
-        """Show it.
-
-        Args:
-            vertices: (P, 3) of the skin [m].
-            segments: (s, 2, 3) of this actuator [m], see `Robot.actuator_segments`.
-            position: δ [SI].
-            effort: λ [SI].
-        """
+# Shows an actuator by the vertices (P, 3) of the skin [m], its own segments (s, 2, 3) [m], see
+# `Robot.actuator_segments`, its position and its effort [SI].
+Drawing = Callable[[Floats, Floats, float, float], None]
 
 
 def drawings_of(scene: viser.SceneApi, look: RobotLook) -> list[tuple[int, Drawing]]:
@@ -59,117 +50,108 @@ def drawings_of(scene: viser.SceneApi, look: RobotLook) -> list[tuple[int, Drawi
         count = int((surface.segments == i).sum())
         triangles = surface.triangles[surface.chambers == i]
         if len(triangles):
-            found.append((i, _Chamber(scene, look, actuator, triangles)))
+            found.append((i, _chamber(scene, look, actuator, triangles)))
         if count == 0:
             continue
         if actuator.kind in LINES:
-            found.append((i, _Cable(scene, look, actuator, count)))
+            found.append((i, _cable(scene, look, actuator, count)))
             if actuator.flexibility > 0.0:
-                found.append((i, _Spring(scene, look, actuator)))
+                found.append((i, _spring(scene, look, actuator)))
         elif actuator.kind is ActuatorKind.FORCE:
-            found.append((i, _Force(scene, look, actuator)))
+            found.append((i, _force(scene, look, actuator)))
         else:
-            found.append((i, _Drive(scene, look, actuator, count)))
+            found.append((i, _drive(scene, look, actuator, count)))
     return found
 
 
-class _Cable:
+def _cable(
+    scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, count: int
+) -> Drawing:
     """A line, from blue and thin to red and thick."""
+    width = width_of(look)
+    line = scene.add_line_segments(
+        f"/actuators/{actuator.name}", np.zeros((count, 2, 3), np.float32), SLACK,
+        thickness=_THIN * width,
+    )  # fmt: skip
 
-    def __init__(
-        self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, count: int
-    ) -> None:
-        self._actuator, self._width = actuator, width_of(look)
-        self._handle = scene.add_line_segments(
-            f"/actuators/{actuator.name}",
-            np.zeros((count, 2, 3), np.float32),
-            SLACK,
-            thickness=_THIN * self._width,
-        )
-
-    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
-        handle = self._handle
-        handle.points = segments
-        share = round(effort_share(self._actuator, effort) * LEVELS) / LEVELS
+    def draw(vertices: Floats, segments: Floats, position: float, effort: float) -> None:
+        line.points = segments
+        share = round(effort_share(actuator, effort) * LEVELS) / LEVELS
         colour = np.array(cable_colour(share), np.uint8)
-        handle.colors = np.tile(colour, (len(segments), 2, 1))
-        handle.thickness = self._width * (_THIN + (_THICK - _THIN) * share)
+        line.colors = np.tile(colour, (len(segments), 2, 1))
+        line.thickness = width * (_THIN + (_THICK - _THIN) * share)
+
+    return draw
 
 
-class _Spring:
+def _spring(scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator) -> Drawing:
     """A zigzag before the first piece of a cable, as much longer as the spring is."""
+    width, unloaded = width_of(look), _SPRING * look.robot.size
+    line = scene.add_line_segments(
+        f"/springs/{actuator.name}", np.zeros((2 * _COILS, 2, 3), np.float32), SPRING,
+        thickness=0.04 * width,
+    )  # fmt: skip
 
-    def __init__(self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator) -> None:
-        self._actuator, self._length = actuator, _SPRING * look.robot.size
-        self._across = 0.15 * width_of(look)
-        self._handle = scene.add_line_segments(
-            f"/springs/{actuator.name}", np.zeros((2 * _COILS, 2, 3), np.float32), SPRING,
-            thickness=0.04 * width_of(look),
-        )  # fmt: skip
-
-    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
+    def draw(vertices: Floats, segments: Floats, position: float, effort: float) -> None:
         start, first = segments[0].astype(float)
-        length = self._length + self._actuator.flexibility * max(effort, 0.0)
-        self._handle.points = zigzag(start, start - first, length, self._across)
+        length = unloaded + actuator.flexibility * max(effort, 0.0)
+        line.points = zigzag(start, start - first, length, 0.15 * width)
+
+    return draw
 
 
-class _Chamber:
+def _chamber(
+    scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, triangles: Ints
+) -> Drawing:
     """The inner surface, from blue (vacuum) over white to red (pressure)."""
+    # opaque: what is transparent may be hidden by the skin around it
+    used, corners = np.unique(triangles, return_inverse=True)
+    mesh = scene.add_mesh_simple(
+        f"/actuators/{actuator.name}", look.vertices[used], corners.reshape(-1, 3).astype(np.uint32),
+        color=NO_PRESSURE, side="double", flat_shading=True, cast_shadow=False, receive_shadow=False,
+    )  # fmt: skip
 
-    def __init__(
-        self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, triangles: Ints
-    ) -> None:
-        # opaque: what is transparent may be hidden by the skin around it
-        self._actuator = actuator
-        self._used, corners = np.unique(triangles, return_inverse=True)
-        self._handle = scene.add_mesh_simple(
-            f"/actuators/{actuator.name}", look.vertices[self._used],
-            corners.reshape(-1, 3).astype(np.uint32), color=NO_PRESSURE, side="double",
-            flat_shading=True, cast_shadow=False, receive_shadow=False,
-        )  # fmt: skip
+    def draw(vertices: Floats, segments: Floats, position: float, effort: float) -> None:
+        mesh.vertices = vertices[used]
+        share = round(effort_share(actuator, effort) * LEVELS) / LEVELS
+        mesh.color = chamber_colour(share if effort >= 0.0 else -share)
 
-    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
-        self._handle.vertices = vertices[self._used]
-        share = round(effort_share(self._actuator, effort) * LEVELS) / LEVELS
-        self._handle.color = chamber_colour(share if effort >= 0.0 else -share)
+    return draw
 
 
-class _Force:
+def _force(scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator) -> Drawing:
     """An arrow from each point of action, as long as the force is large."""
+    size = look.robot.size
+    shown = Arrows(scene, f"/actuators/{actuator.name}", FORCE, size, (0.006, 0.014, 0.03))
 
-    def __init__(self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator) -> None:
-        size, name = look.robot.size, f"/actuators/{actuator.name}"
-        self._actuator, self._length = actuator, _ARROW * size
-        self._arrows = Arrows(scene, name, FORCE, size, (0.006, 0.014, 0.03))
-
-    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
-        share = effort_share(self._actuator, effort) * (1.0 if effort >= 0.0 else -1.0)
+    def draw(vertices: Floats, segments: Floats, position: float, effort: float) -> None:
+        share = effort_share(actuator, effort) * (1.0 if effort >= 0.0 else -1.0)
         starts = segments[:, 0]
-        along = (segments[:, 1] - starts) * np.float32(share * self._length)
+        along = (segments[:, 1] - starts) * np.float32(share * _ARROW * size)
         arrows = np.stack([starts, starts + along], axis=1)  # (s, 2, 3)
-        self._arrows.draw(arrows if abs(share) > _LEAST else arrows[:0])
+        shown.draw(arrows if abs(share) > _LEAST else arrows[:0])
+
+    return draw
 
 
-class _Drive:
+def _drive(
+    scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, count: int
+) -> Drawing:
     """An axis; of a drive that turns also a hand and the arc of its angle, of a slide its travel."""
+    shown = turn_pieces if actuator.kind is ActuatorKind.DRIVE else travel_pieces
+    line = scene.add_line_segments(
+        f"/actuators/{actuator.name}", np.zeros((count * (_ARC + 3), 2, 3), np.float32), AXIS,
+        thickness=0.005 * look.robot.size,
+    )  # fmt: skip
 
-    def __init__(
-        self, scene: viser.SceneApi, look: RobotLook, actuator: DescribedActuator, count: int
-    ) -> None:
-        self._turns, self._radius = actuator.kind is ActuatorKind.DRIVE, _RADIUS * look.robot.size
-        pieces = count * (_ARC + 3)
-        self._handle = scene.add_line_segments(
-            f"/actuators/{actuator.name}", np.zeros((pieces, 2, 3), np.float32), AXIS,
-            thickness=0.005 * look.robot.size,
-        )  # fmt: skip
-
-    def draw(self, vertices: Floats, segments: Floats, position: float, effort: float) -> None:
-        shown = turn_pieces if self._turns else travel_pieces
+    def draw(vertices: Floats, segments: Floats, position: float, effort: float) -> None:
         pieces = [
-            shown(start, end - start, position, self._radius)
+            shown(start, end - start, position, _RADIUS * look.robot.size)
             for start, end in segments.astype(float)
         ]
-        self._handle.points = np.concatenate(pieces).astype(np.float32)
+        line.points = np.concatenate(pieces).astype(np.float32)
+
+    return draw
 
 
 def turn_pieces(start: Array, axis: Array, angle: float, radius: float) -> Array:

@@ -100,9 +100,9 @@ class RobotScene:
         geometry = frame.geometry
         for skin in self.skins:
             skin.vertices = geometry.vertices
-        for i, drawing in self._drawings:
+        for i, draw in self._drawings:
             own = geometry.segments[self._look.robot.surface.segments == i]
-            drawing.draw(geometry.vertices, own, float(frame.position[i]), float(frame.effort[i]))
+            draw(geometry.vertices, own, float(frame.position[i]), float(frame.effort[i]))
         if self._ghost is not None and self._ghost.visible and frame.ghost is not None:
             self._ghost.vertices = frame.ghost
         self._draw_contacts(geometry.contacts)
