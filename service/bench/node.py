@@ -162,10 +162,7 @@ def bench_node(
     stop: StopFlag,
     notify: Callable[[str], None],
 ) -> NodeBench | None:
-    """Serve a robot in a process of its own, stream targets to it, and look at its ticks.
-
-    Returns:
-        The numbers; None when stopped before there were any.
+    """Serve a robot as a process, stream targets to it, and look at its ticks; None: stopped before any.
 
     Raises:
         DemoError: a process failed, or no target was followed.

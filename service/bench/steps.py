@@ -79,10 +79,9 @@ def bench_steps(
 
 
 def forward_steps(robot: Robot, steps: int) -> tuple[Spread, Array]:
-    """Simulator steps while the cables are pulled to half their limit.
+    """Times of simulator steps [ms] while the cables are pulled to half their limit, and where they lead.
 
-    Returns:
-        Their times [ms], and values (steps + WARM_UP, n_v) of the effectors after them.
+    These are values (steps + WARM_UP, n_v) of the effectors.
     """
     simulator, times, values = Simulator(robot, contact="none"), [], []
     for share in np.linspace(0.0, 0.5, steps + WARM_UP):

@@ -83,14 +83,8 @@ class SimulatedRobot:
     def pull(self, effector: int, end: Array | None) -> Array | None:
         """Pull the simulated robot at an effector by a spring; what decides does not know of it.
 
-        The spring is as stiff as the robot is there at rest, in its softest direction.
-
-        Args:
-            effector: its number.
-            end: (3,) where the spring ends [m]; None: there is none.
-
-        Returns:
-            The force (3,) on the effector [N]; None without a spring.
+        The spring, as stiff as the robot is there at rest in its softest direction, ends at (3,) [m]; None:
+        there is none. Returns the force (3,) on the effector [N]; None without a spring.
         """
         simulator = self._simulator
         forces = np.zeros((len(self.look.robot.effectors), 3))
@@ -115,14 +109,11 @@ class SimulatedRobot:
         return self._stiff[effector]
 
     def advance(self, goal: Array | None, drawn: bool) -> ViewFrame | None:
-        """One period of model and plant.
+        """One period of model and plant; its frame, None where there is none, or none is wanted.
 
         Args:
             goal: (n_v,) goal values to follow; None: nothing to follow.
             drawn: whether a frame is wanted.
-
-        Returns:
-            The frame; None where there is none, or none is wanted.
         """
         begin = time.perf_counter()
         action = self._loop.tick(goal, Signals(target=goal is not None))

@@ -298,8 +298,7 @@ class MeasuredLoop:
     def correct(self, now: float, effectors: Array) -> Cause:
         """Correct by a measurement that has arrived, where the model has effectors (n_v,) now [s].
 
-        Returns:
-            Why the node cannot follow, or `Cause.NONE`.
+        Returns why the node cannot follow, or `Cause.NONE`.
 
         Raises:
             ExtensionError: the estimator has failed.

@@ -24,15 +24,12 @@ Copies = Mapping[Path, bytes]
 
 
 def robot_copies(file: Path, basis: str | None, folder: Path) -> Copies:
-    """Copies of a robot file and what it names: meshes, surfaces, bases, parts, the error of its mesh.
+    """Copies of a robot file and what it names: meshes, surfaces, bases, parts, error of its mesh; by path.
 
     Shipped robots are known by their names and are not copied. Files that do not stand below the robot file
     get a folder for each one that they are from, and the copy of the robot file names them so. The contact
     basis, which may be another than the file's, is also copied beside the robot file, where logs look for it.
     A robot in its own folder stays as it is, and nothing in the folder changes.
-
-    Returns:
-        Contents by path.
 
     Raises:
         RobotFileError: two files would be the same copy, or one is in the folder with other contents.

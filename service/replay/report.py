@@ -299,15 +299,12 @@ def apart(first: Array, second: Array, weighted: Bools) -> tuple[Array, Array]:
 
 
 def held(times: Array, values: Array, at: Array) -> Array:
-    """Values at some times, each constant until the next one; NaN before the first.
+    """Values (k, d) at some times, each constant until the next one; NaN before the first.
 
     Args:
         times: (m,) ascending [s].
         values: (m, d) at these times.
         at: (k,) times to evaluate at [s].
-
-    Returns:
-        (k, d) values.
     """
     index = np.searchsorted(times, at, side="right") - 1
     if len(times) == 0:
