@@ -16,7 +16,6 @@ from benchmarks.physics.step_length import (
 )
 from tauten.controller import warm_controller
 from tauten.model import Robot, Simulator, State, load_robot, one_blas_thread
-from tauten.model.numerics import Array
 from tauten.service.plant import PathSettings, make_path, own_steps
 from tauten.service.process import HostInfo, Progress, host_info
 from tauten.service.replay import Distances, Series, Spread, spread
@@ -275,20 +274,20 @@ def path_distance(name: str, seconds: float) -> PathDistance:
     as_model = moved_by(own, positions, max(controller.settings.substeps, 1))
     timed, full = moved_by(own, positions, steps), moved_by(plant, positions, steps)
 
-    def apart(one: Array, other: Array) -> Series:
-        return Series(time, np.linalg.norm(one - other, axis=1).astype(float))
-
     tips = np.array(model)
     late = np.vstack([full[:1], full[:-1]])
-    found = Distances(
-        robot=robot.name,
-        steps="own",
-        reduction=apart(tips, as_model),
-        time=apart(as_model, timed),
-        model=apart(tips, timed),
-        contact_basis=apart(timed, full),
-        delay=apart(late, full),
-        total=apart(late, tips),
-        tick=apart(tips, np.vstack([tips[:1], tips[:-1]])),
-    )
+    pairs = {
+        "state reduction": (tips, as_model),
+        "time": (as_model, timed),
+        "model without contact": (tips, timed),
+        "contact basis": (timed, full),
+        "delay": (late, full),
+        "plant against model": (late, tips),
+        "motion of the model in a tick": (tips, np.vstack([tips[:1], tips[:-1]])),
+    }
+    series = {
+        name: Series(time, np.linalg.norm(one - other, axis=1).astype(float))
+        for name, (one, other) in pairs.items()
+    }
+    found = Distances(robot.name, "own", series)
     return PathDistance(found, step_length_errors(setup, positions))

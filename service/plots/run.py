@@ -272,15 +272,16 @@ def draw_distances(found: Distances, path: Path) -> None:
     figure = Figure(figsize=(11.0, 6.5), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
     lines = (
-        (above, found.total, "plant against model", "#222222"),
-        (above, found.delay, "delay", "#d55e00"),
-        (above, found.tick, "motion of the model in a tick", "#999999"),
-        (below, found.model, "model without contact", "#222222"),
-        (below, found.time, "time", "#0072b2"),
-        (below, found.contact_basis, "contact basis", "#009e73"),
-        (below, found.reduction, "state reduction", "#cc79a7"),
+        (above, "plant against model", "#222222"),
+        (above, "delay", "#d55e00"),
+        (above, "motion of the model in a tick", "#999999"),
+        (below, "model without contact", "#222222"),
+        (below, "time", "#0072b2"),
+        (below, "contact basis", "#009e73"),
+        (below, "state reduction", "#cc79a7"),
     )
-    for axes, series, name, color in lines:
+    for axes, name, color in lines:
+        series = found.series[name]
         if np.isfinite(series.value).any():
             axes.plot(series.time, _MM * series.value, color=color, lw=1.1, label=name)
     for axes in (above, below):

@@ -41,37 +41,16 @@ class Distances:
     Attributes:
         robot: its name.
         steps: the plant's time steps, "own", "single" or "converged".
-        reduction: recorded model against the same with all degrees of freedom [m].
-        time: this with the model's time steps against it with the plant's [m].
-        model: recorded model against the plant's time steps with all degrees of freedom [m].
-        contact_basis: with the model's contact basis against pointwise contact [m].
-        delay: the plant against the simulation of it without delay [m]; empty without plant.
-        total: the plant against the model [m]; empty without plant.
-        tick: how far the model moves from one tick to the next [m].
+        series: each share over time by its name [m]; those of the plant are empty without one.
     """
 
     robot: str
     steps: str
-    reduction: Series
-    time: Series
-    model: Series
-    contact_basis: Series
-    delay: Series
-    total: Series
-    tick: Series
+    series: dict[str, Series]
 
     def shares(self) -> dict[str, TrackingError]:
         """RMS and largest value of each share, by name."""
-        named = {
-            "state reduction": self.reduction,
-            "time": self.time,
-            "model without contact": self.model,
-            "contact basis": self.contact_basis,
-            "delay": self.delay,
-            "plant against model": self.total,
-            "motion of the model in a tick": self.tick,
-        }
-        return {name: error("point", series.value, np.zeros(0)) for name, series in named.items()}
+        return {name: error("point", one.value, np.zeros(0)) for name, one in self.series.items()}
 
 
 def measure_distances(path: Path, recorded_paths: bool, progress: Progress) -> Distances:
@@ -159,17 +138,17 @@ def distances(run: RecordedRun, as_model: Series, timed: Series, as_plant: Serie
     model = run.model
     before = Series(model.time[1:], model.value[:-1])
     after = Series(model.time[1:], model.value[1:])
-    return Distances(
-        robot=run.description.name,
-        steps=run.plant_value("steps", "single"),
-        reduction=apart(run, model, as_model),
-        time=apart(run, as_model, timed),
-        model=apart(run, model, timed),
-        contact_basis=apart(run, timed, as_plant),
-        delay=apart(run, run.plant, as_plant),
-        total=apart(run, run.plant, model),
-        tick=apart(run, after, before),
-    )
+    pairs = {
+        "state reduction": (model, as_model),
+        "time": (as_model, timed),
+        "model without contact": (model, timed),
+        "contact basis": (timed, as_plant),
+        "delay": (run.plant, as_plant),
+        "plant against model": (run.plant, model),
+        "motion of the model in a tick": (after, before),
+    }
+    series = {name: apart(run, *pair) for name, pair in pairs.items()}
+    return Distances(run.description.name, run.plant_value("steps", "single"), series)
 
 
 def apart(run: RecordedRun, series: Series, other: Series) -> Series:
