@@ -11,12 +11,7 @@ T = TypeVar("T")
 
 
 def of_kind(name: str, given: object, kind: type[T]) -> T:
-    """An argument that has to be of a kind.
-
-    Args:
-        name: of the argument.
-        given: what is given.
-        kind: that it is to be.
+    """An argument of that name that has to be of a kind.
 
     Raises:
         TypeError: it is of another kind.

@@ -41,11 +41,8 @@ def located(
 ) -> Iterator[Path]:
     """The file of a path, or the file shipped for a robot of that name, while it is read.
 
-    Args:
-        name_or_path: of the file.
-        suffix: of its name.
-        what: such files are called in messages.
-        fault: raised where it is neither, where it cannot be read, and as by `whole`.
+    Messages call such files `what`. The fault is raised where it is neither, where it cannot be read, and as
+    by `whole`.
     """
     path = Path(name_or_path)
     shipped = {}
@@ -76,14 +73,7 @@ def whole(path: str | Path, what: str, fault: type[ValueError]) -> Iterator[None
 
 
 def named(path: str | Path, suffix: str, what: str, fault: type[ValueError]) -> Path:
-    """The path of a new file, whose name ends as it must.
-
-    Args:
-        path: of the file.
-        suffix: of its name.
-        what: such files are called in messages.
-        fault: raised where the name ends otherwise.
-    """
+    """The path of a new file, whose name ends as it must, or the fault; messages call such files `what`."""
     path = Path(path)
     if path.suffix != suffix:
         raise fault(f"{path}: a {what} file ends in {suffix}")

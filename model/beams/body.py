@@ -175,9 +175,7 @@ class BeamBody(SparseBody[AttachedPoints]):
 
         It leaves out what compression takes from the stiffness of beams, and where cables run along them the
         tension of the cables adds as much: one without the other makes an arm of tendons many times as stiff
-        as it is. Steps towards an equilibrium keep the curvature, which makes them shorter.
-
-        See `SparseBody`.
+        as it is. Steps towards an equilibrium keep the curvature, which makes them shorter. See `SparseBody`.
         """
         if scheme.static:
             return self.forces(at.state, at.effort, exact=False)[1]
@@ -277,9 +275,7 @@ class BeamBody(SparseBody[AttachedPoints]):
         beams form loops, and in straight steps.
 
         Velocities are not turned with the nodes: inertia continues them along straight lines, and the forces
-        of the next step curve the path.
-
-        See `Robot`.
+        of the next step curve the path. See `Robot`.
         """
         step, q = (h * v).reshape(-1, 6), state.q.reshape(-1, 7)
         if self.tree is None or straight:

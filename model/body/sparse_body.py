@@ -150,10 +150,7 @@ class SparseBody(Body[P]):
     def system(
         self, assembled: Assembled, integration: Integration, added: Augmentation = None
     ) -> System:
-        """The system of one step, `Robot.linearise` where forces and tangents are known.
-
-        See `Body`.
-        """
+        """The system of one step, `Robot.linearise` where forces and tangents are known, see `Body`."""
         assert isinstance(assembled, SparseAssembled)
         at, scheme, force = assembled, integration, assembled.force
         if at.inertia is not None:

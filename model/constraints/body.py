@@ -250,9 +250,8 @@ class ConstrainedBody(TetBody):
         hold on their hinges have a negative one at given tensions, which no tangent of elements makes
         positive. Then the mass over the square of a time is added, of a long time first, as in the
         pseudo-transient continuation of `tauten.model.simulation.relaxation`; of a second first where bodies
-        on pins turn freely, as about the line from the pin to their centre, and all else is exact.
-
-        See `SparseBody`.
+        on pins turn freely, as about the line from the pin to their centre, and all else is exact. See
+        `SparseBody`.
         """
         semidefinite = cache(lambda: self.semidefinite(at, scheme))
         tried = tried_tangents(scheme, at.K, semidefinite)

@@ -17,13 +17,7 @@ from tauten.model.rows import ContactRows, dense
 
 
 def contact_rows(detection: Detection, placed: Placed, frictional: bool = False) -> ContactRows:
-    """Contact rows H_c (m, n) with the gaps (T2), and their relative motion where there is friction.
-
-    Args:
-        detection: candidates in range.
-        placed: the vertices at this state.
-        frictional: whether any pair has friction.
-    """
+    """Contact rows H_c (m, n) with the gaps (T2) of candidates in range, and with friction their motion."""
     every, normal = np.arange(len(detection.gap)), detection.normal[:, None]  # (m, 1, 3)
     rows = placed.many_rows(relative_motion(detection, every, normal), detection.gap)
     if not (frictional and detection.friction.any()):

@@ -67,12 +67,7 @@ def enclosed(vertices: Array, triangles: Ints) -> MeshShape | None:
 
 
 def mesh_of_file(folder: Path, file: str, length_unit: str = "m") -> MeshShape:
-    """A closed surface of a file that meshio reads, as STL.
-
-    Args:
-        folder: of the robot file.
-        file: path relative to it.
-        length_unit: of the file, "m", "cm" or "mm".
+    """A closed surface of a file beside a robot file that meshio reads, as STL, of a unit "m", "cm" or "mm".
 
     Raises:
         ValueError: no such file or unit, no triangles, or a surface that is not closed or inside out.

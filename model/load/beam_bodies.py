@@ -119,13 +119,7 @@ def material_of(body: BodySettings) -> Material:
 def beam_network(
     config: RobotConfig, body: BodySettings, source: str = "robot.toml", refinements: int = 0
 ) -> BeamNetwork:
-    """Nodes and beams of a body in its own coordinates, before they are scaled.
-
-    Args:
-        config: the robot file, with the cross-sections.
-        body: the body.
-        source: the robot file's path, for errors and for the file beside it.
-        refinements: how often every element is halved.
+    """Nodes and beams of a body in its coordinates, halved as often as refined, before they are scaled.
 
     Raises:
         RobotFileError: a file that cannot be used, or a cross-section that the robot file has not.

@@ -152,10 +152,7 @@ def mesh_files(config: RobotConfig, path: Path) -> list[Path | None]:
 def read_bodies(config: RobotConfig, path: Path, refinements: int = 0) -> list[Shape]:
     """The shapes of the bodies as they are in their files [m], a mesh file used twice read once.
 
-    Args:
-        config: the robot file.
-        path: of the file.
-        refinements: how often every tetrahedron is cut into eight, every beam into two.
+    A refinement cuts every tetrahedron into eight, every beam into two.
 
     Raises:
         MeshError: a mesh cannot be used.
@@ -207,17 +204,7 @@ def robot_with(
     contacts: ContactSet,
     vertices: P,
 ) -> Robot[B]:
-    """The robot of a file, with what its kind of body has of its own.
-
-    Args:
-        config: the robot file.
-        shapes: of its bodies.
-        source: the robot file's path.
-        body: its mechanics.
-        effectors: over points of the body.
-        contacts: candidates and surfaces on
-        vertices: points of the body.
-    """
+    """The robot of a file, with what its kind of body has of its own: effectors and contacts."""
     folder = Path(source).parent
     digest = robot_digest(config, contents_of(config, shapes), folder)
     return Robot(
@@ -248,12 +235,7 @@ def content_of(mesh: AnyMesh) -> bytes:
 
 
 def build_bodies(config: RobotConfig, shapes: Sequence[Shape], source: str) -> Bodies:
-    """The bodies of a robot file, each in its place and with the laws of its regions.
-
-    Args:
-        config: the robot file.
-        shapes: of its bodies, as `read_bodies` gives them.
-        source: the robot file's path, for errors.
+    """The bodies of a robot file, made of its shapes, each in its place and with the laws of its regions.
 
     Raises:
         RobotFileError: a region that selects nothing, elements that do not fit a mesh, a beam without length.

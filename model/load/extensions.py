@@ -106,12 +106,7 @@ def made(
 
 
 def check_interface(found: object, kind: type, field: str) -> None:
-    """Refuse what lacks a part of an interface.
-
-    Args:
-        found: what a function of another package has made.
-        kind: the interface, a protocol.
-        field: where the robot file names it, for errors.
+    """Refuse what lacks a part of an interface, a protocol; the robot file names it in a field, for errors.
 
     Raises:
         RobotFileError: it lacks one, or a property fails.

@@ -127,12 +127,9 @@ def load_robot(
 
 
 def make_robot(contents: dict[str, Any], path: Path, changes: Changes) -> Robot:
-    """Build the robot of a robot file that has been read.
+    """Build the robot of a robot file that has been read but not validated, with changes in it.
 
-    Args:
-        contents: of the file, not validated; tables of other layers are left to them.
-        path: the file, for errors and for the files beside it.
-        changes: what is changed in it.
+    Tables of other layers are left to them.
 
     Raises:
         RobotFileError, MeshError: see `load_robot`.
@@ -266,12 +263,7 @@ def scaled(material: M, factor: float, source: str, prefix: str) -> M:
 
 
 def build_robot(config: RobotConfig, shapes: Shape | Sequence[Shape], source: str) -> Robot:
-    """Build a robot from a validated robot file and checked meshes and beams.
-
-    Args:
-        config: the robot file.
-        shapes: of its body, or of each of its bodies.
-        source: the robot file's path, for errors.
+    """Build a robot from a validated robot file and the checked mesh or beams of each of its bodies.
 
     Raises:
         RobotFileError: a region is empty or a point lies outside the mesh; the text names `source`.

@@ -356,10 +356,7 @@ class PartsBody(Body[PartsPoints]):
         return np.concatenate([body.velocity(one, other) for body, one, other in every])
 
     def at_end(self, start: State, end: State, force: Array) -> Array:
-        """Forces (n,) at the end of a step that do the work of given ones at its start [N].
-
-        See `Body`.
-        """
+        """Forces (n,) at the end of a step that do the work of given ones at its start [N], see `Body`."""
         every = zip(
             self.bodies, self.states(start), self.states(end), self.spans.columns, strict=True
         )

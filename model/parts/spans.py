@@ -124,13 +124,7 @@ def joined_system(
     systems: Sequence[System],
     joined: Callable[[list[Factorisation]], Factorisation],
 ) -> System:
-    """The system of one step of all parts.
-
-    Args:
-        spans: of the parts.
-        systems: of each part, with one time step.
-        joined: gives factors of all parts from those of each.
-    """
+    """The system of one step of all parts; `joined` gives factors of all parts from those of each."""
     if len(systems) == 1:
         return systems[0]
     tangents = [one.tangent.ravel() for one in systems if one.tangent is not None]

@@ -209,14 +209,7 @@ class Robot(Generic[B_co]):
     def with_body(
         self, body: Other, effectors: Effectors[P], contacts: ContactSet, vertices: P
     ) -> Robot[Other]:
-        """The same robot with another body.
-
-        Args:
-            body: the body.
-            effectors: over its points.
-            contacts: candidates and surfaces on
-            vertices: points of the body.
-        """
+        """The same robot with another body, with effectors and contacts over its points."""
         return Robot(
             self.name, self.frame, self.digest, self.tolerance, self.actuators, self.limits,
             effectors, contacts, vertices, body, self.digests_of_fewer,
@@ -265,13 +258,7 @@ class Robot(Generic[B_co]):
         return self.body.displacement(state, dq)
 
     def rows(self, state: State, contacts: bool = True, effectors: bool = True) -> RobotRows:
-        """Rows of effectors, actuators and contacts at a state.
-
-        Args:
-            state: where.
-            contacts: whether contacts are detected; else none is in range.
-            effectors: whether effectors have rows.
-        """
+        """Rows of effectors, actuators and contacts at a state; none of what is left out."""
         motion, touching = self.body.motion(state), self.contacts
         if contacts:
             placed = motion.placed(self.vertices)

@@ -90,13 +90,9 @@ class SkinMesh:
     triangles: Ints
 
     def geometry(self, robot: Robot, state: State, found: ContactForces | None) -> Geometry:
-        """Where a robot is.
+        """Where the robot of this skin is at a state, with the contacts in range that have these forces.
 
-        Args:
-            robot: whose skin this is.
-            state: of the robot.
-            found: contacts in range with their forces; None: they are left out, which is
-                faster.
+        Without contacts it is faster.
         """
         return Geometry(
             robot.points(state)[self.used].astype(np.float32),

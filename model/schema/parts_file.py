@@ -162,12 +162,9 @@ def parts_digest(
 ) -> str:
     """The digest of a robot of several parts: what its contact forces depend on; names do not count.
 
-    Args:
-        config: the robot file.
-        parts: digests of its parts.
-        surfaces: numbers of the vertices that touch of each part, and of the triangles of each contact.
-        members: actuators of each coupling, by their numbers among those of all parts.
-        folder: where files that obstacles name are; their content counts.
+    It takes the digests of the parts, numbers of the vertices that touch of each part and of the triangles of
+    each contact, and the members of each coupling by their numbers among the actuators of all parts. The
+    content of files in the folder that obstacles name counts.
     """
     places = [part.model_dump(exclude={"robot", "name"}) for part in config.parts]
     used = [item.against for item in config.contacts if isinstance(item.against, str)]

@@ -65,16 +65,9 @@ def balanced(
     start: Command,
     command: Command,
 ) -> tuple[State, Forces, PredictedStep, bool]:
-    """The equilibrium under a command, or as near to it as the search gets.
+    """The equilibrium under a command, or as near to it as the search from a state, forces and command gets.
 
-    Args:
-        robot: its factorisation workspace is in use until the next call.
-        space: basis of the contact forces.
-        enrichment: when unit columns join.
-        state: where the search starts.
-        forces: constraint forces there.
-        start: what the actuators have there.
-        command: what they have at the end.
+    The factorisation workspace of the robot is in use until the next call.
 
     Returns:
         The state, the constraint forces there, the last step of the search, and whether it has settled.

@@ -14,11 +14,6 @@ def turning_as_at_end(robot: Robot, step: CondensedStep, forces: Forces) -> Cond
     They depend on the velocity, and A has no derivative of them, which is not symmetric. With those of the
     velocity at the start, or at an end to which no cable and no contact pushes, a stage is of first order,
     and a body that tumbles gains energy. Forces of the stage before predict the end well enough.
-
-    Args:
-        robot: whose workspace contains the factors.
-        step: the stage with the forces of the velocity at its start, of something that turns.
-        forces: constraint forces of the stage before.
     """
     system, known = step.system, step.compliance
     assert system.inertia is not None

@@ -67,14 +67,7 @@ def eliminate_rows(W: Array, delta: Array, kept: Ints, zero: Ints) -> Eliminatio
 def forward_step(
     step: CondensedStep, enrichment: Enrichment, previous: Forces, command: Command
 ) -> PredictedStep:
-    """Solve a step under given positions and efforts of the actuators.
-
-    Args:
-        step: system, rows and compliance.
-        enrichment: when unit columns are added.
-        previous: forces of the last step, where the LCP starts.
-        command: position or effort of each actuator.
-    """
+    """Solve a step under a command, positions or efforts; the LCP starts at the forces of the last one."""
     left = enrichment.rounds
     # A given effort is that of its row, whatever was added along it.
     if step.rho is not None and step.system.stiffened is not None:

@@ -203,16 +203,7 @@ def plackett_burman_levels(factors: int) -> Array:
 
 
 def latin_hypercube_levels(runs: int, factors: int, seed: int) -> Array:
-    """Levels in [0, 1), one in each of the `runs` classes of every factor, of low centred discrepancy.
-
-    Args:
-        runs: number of runs.
-        factors: number of factors.
-        seed: of the random numbers.
-
-    Returns:
-        (runs, factors).
-    """
+    """Levels (runs, factors) in [0, 1), one in each class of every factor, of low centred discrepancy."""
     from scipy.stats.qmc import (
         LatinHypercube,
     )  # here, because it is slow and not every process needs it

@@ -86,13 +86,9 @@ class ContactProblem:
 def contact_problems(
     robot: Robot, snapshots: Snapshots, count: int = COUNT, as_held: bool = False
 ) -> tuple[ContactProblem, ...]:
-    """The problems of some snapshots with contact, evenly spread over all of them.
+    """The problems of converged snapshots with contact, at most `count`, evenly spread over all of them.
 
-    Args:
-        robot: the robot of the snapshots.
-        snapshots: converged ones.
-        count: largest number of problems.
-        as_held: whether actuators that the robot holds by their effort keep their efforts.
+    As held, actuators that the robot holds by their effort keep their efforts.
     """
     touching = np.flatnonzero(snapshots.lam.any(axis=0))
     chosen = touching[

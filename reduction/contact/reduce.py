@@ -206,16 +206,7 @@ def provenance(
     found: BasisQuality,
     curve: Curve | None = None,
 ) -> Provenance:
-    """Origin of a basis made from these snapshots by this fit.
-
-    Args:
-        robot: the robot of the snapshots.
-        snapshots: converged equilibria.
-        settings: number of modes, method, weighting.
-        fit: the modes.
-        found: their errors.
-        curve: error against k, if it was computed.
-    """
+    """Origin of a basis made from converged snapshots by a fit, with the errors that were computed."""
     points: list[CurvePoint] = []
     if curve is not None:
         columns = (curve.k, curve.training, curve.held_out, curve.force, curve.tip)

@@ -47,13 +47,7 @@ class ModelTimes:
 
 
 def step_times(robot: Robot, states: StateBasis, basis: ContactSpace) -> ModelTimes:
-    """Median times of steps of both models, alternating.
-
-    Args:
-        robot: the full model.
-        states: a state basis of it.
-        basis: contact modes that both have.
-    """
+    """Median times of steps of the full and the reduced model, alternating, with the same contact modes."""
     enrichment = default_enrichment(robot.tolerance)
     models = (robot, reduced_robot(robot, states))
     simulators = [Simulator(model, basis, enrichment) for model in models]

@@ -94,10 +94,7 @@ class ReducibleTetBody:
         return sample_elements(chart.tetrahedra, own, beta[: motion.elements], tolerance, seed)
 
     def implausible(self, elements: Ints, weights: Array) -> str:
-        """A sentence where the weighted elements have another volume than the body.
-
-        See `Reducible`.
-        """
+        """A sentence where the weighted elements have another volume than the body, see `Reducible`."""
         volume = integration_points(self.robot.body.tetrahedra).volume
         with np.errstate(over="ignore"):
             share = float(weights @ volume[elements] / volume.sum())
