@@ -25,12 +25,7 @@ R = TypeVar("R")
 
 @dataclass(frozen=True, slots=True)
 class _Library:
-    """A library that computes on several threads.
-
-    Attributes:
-        get: how many it uses.
-        set: how many it is to use.
-    """
+    """A library that computes on several threads, whose number is read and set."""
 
     get: Callable[[], int]
     set: Callable[[int], None]

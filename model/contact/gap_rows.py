@@ -27,12 +27,7 @@ def contact_rows(detection: Detection, placed: Placed, frictional: bool = False)
 
 @dataclass(frozen=True, slots=True)
 class PlacedContacts:
-    """Candidates in range at one state, a `RelativeMotion`.
-
-    Attributes:
-        detection: candidates in range.
-        placed: the vertices at this state.
-    """
+    """Candidates in range at one state, at which the vertices are placed; a `RelativeMotion`."""
 
     detection: Detection
     placed: Placed

@@ -37,12 +37,7 @@ _MODE = 0o644
 
 @dataclass(frozen=True, slots=True)
 class Seed:
-    """Files with machine code, only to be read.
-
-    Attributes:
-        folder: where they were unpacked; None where they are in memory.
-        contents: by name; empty where they are in a folder.
-    """
+    """Files with machine code, only to be read: in a folder, or in memory by their names."""
 
     folder: Path | None
     contents: Mapping[str, bytes]

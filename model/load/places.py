@@ -58,11 +58,7 @@ class Places(NodeSelector, Protocol[P]):
 
 @dataclass(frozen=True, slots=True)
 class OnBodies:
-    """What all places on bodies have.
-
-    Attributes:
-        bodies: the bodies.
-    """
+    """What all places on bodies have."""
 
     bodies: Bodies
 

@@ -242,14 +242,7 @@ class Selector:
 
 @dataclass(frozen=True, slots=True)
 class BodyRange:
-    """Where the mesh of a body stands in that of its robot.
-
-    Attributes:
-        selector: of the body, in its own coordinates.
-        first_node: number of its first node in the whole mesh.
-        first_tet: of its first tetrahedron.
-        first_triangle: of its first boundary triangle.
-    """
+    """Where the mesh of a body, with a selector in its own coordinates, begins in that of its robot."""
 
     selector: Selector
     first_node: int

@@ -18,12 +18,8 @@ from tauten.model.signals import EffectorLayout, joined_layout
 class PlacedMeasure:
     """An effector of a part, its position and rotation in the robot's frame; a `Measure`.
 
-    It is computed in the part's own frame, so that whatever an effector does there it does wherever the
-    part stands. The rotation of a frame is the one from rest, about axes of the robot's frame.
-
-    Attributes:
-        own: the effector in the part's frame.
-        placement: where that stands.
+    It is computed in the part's own frame, so that whatever an effector does there it does wherever the part
+    stands. The rotation of a frame is the one from rest, about axes of the robot's frame.
     """
 
     own: Measure

@@ -67,11 +67,7 @@ class BlockFactors:
 
 @dataclass(slots=True, eq=False)
 class HalfBlockFactors(BlockFactors, HalfSolving):
-    """The same where those of each part solve by halves.
-
-    Attributes:
-        parts: factors of each part.
-    """
+    """The same where those of each part solve by halves."""
 
     parts: tuple[HalfSolving, ...]
 

@@ -31,13 +31,7 @@ def slices(sizes: Sequence[int]) -> tuple[slice, ...]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointsOfPart:
-    """Points of one part.
-
-    Attributes:
-        part: its number.
-        points: of the type that its body has.
-        placement: where its frame stands; None: positions are given in its own frame.
-    """
+    """Points of a part, by its number, of the type its body has; without placement in its own frame."""
 
     part: int
     points: Any
@@ -46,23 +40,14 @@ class PointsOfPart:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartsPoints:
-    """Points of several parts, one group after the other.
-
-    Attributes:
-        groups: the points.
-    """
+    """Points of several parts, one group after the other."""
 
     groups: tuple[PointsOfPart, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PartsMotion:
-    """Several parts at one state, a `Motion` of `PartsPoints`.
-
-    Attributes:
-        parts: of each part.
-        columns: unknowns of each part.
-    """
+    """Several parts at one state, and the columns of their unknowns; a `Motion` of `PartsPoints`."""
 
     parts: tuple[Motion[Any], ...]
     columns: tuple[slice, ...]

@@ -61,13 +61,7 @@ class Placement:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """A part: what is coupled by coordinates or by elasticity.
-
-    Attributes:
-        name: of the part, used once.
-        robot: the part in its own frame, as its file describes it.
-        placement: where that frame stands in the frame of all parts.
-    """
+    """What is coupled by coordinates or by elasticity: a robot as in its file, placed among others."""
 
     name: str
     robot: Robot

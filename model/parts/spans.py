@@ -149,11 +149,7 @@ def joined_system(
 
 @dataclass(frozen=True, slots=True)
 class PartsAssembled(Assembled):
-    """Forces and tangents of each part; attributes beside those of `Assembled`.
-
-    Attributes:
-        parts: as the body of each part assembled it.
-    """
+    """Forces and tangents of each part, as its body assembled them, beside the attributes of `Assembled`."""
 
     parts: tuple[Assembled, ...]
 

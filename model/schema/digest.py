@@ -144,9 +144,7 @@ def _actuators(config: RobotConfig, write: _Writer) -> list[Any]:
 class _Writer:
     """Turns settings into values of JSON, always the same for the same robot.
 
-    Attributes:
-        named: regions and obstacles by name.
-        folder: where files that settings name are.
+    It knows regions and obstacles by name, and the folder of files that settings name.
     """
 
     named: Mapping[str, Section]

@@ -171,11 +171,7 @@ class EquilibriumSearch:
 
 
 class GrowingLoad:
-    """The load on its way from that at the start to the command.
-
-    Attributes:
-        share: of the way.
-    """
+    """The load at a share of the way from that at the start to the command."""
 
     def __init__(self, start: Command, command: Command) -> None:
         """At the start."""

@@ -66,12 +66,7 @@ def step_times(robot: Robot, states: StateBasis, basis: ContactSpace) -> ModelTi
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """What an attempt at a state basis came to.
-
-    Attributes:
-        states: with the tip errors on held-out equilibria; NaN where too few of them were found.
-        failure: why it has no errors, or nothing.
-    """
+    """A state basis with errors on held-out equilibria, NaN where too few were found; or a failure."""
 
     states: StateBasis
     failure: str = ""
