@@ -22,7 +22,7 @@ from tauten.model.body import Body, Turning
 from tauten.model.effectors import Effectors
 from tauten.model.numerics import Array, Factorisation, Ints
 from tauten.model.parts.actuators import PartsActuators
-from tauten.model.parts.factors import BlockFactors, block_factors
+from tauten.model.parts.factors import block_factors, joined_system
 from tauten.model.parts.motion import PartsMotion, PartsPoints, slices
 from tauten.model.parts.part import Assembly, Part
 from tauten.model.parts.spans import (
@@ -31,7 +31,6 @@ from tauten.model.parts.spans import (
     advanced,
     joined_forces,
     joined_state,
-    joined_system,
     scheme_of_part,
     start_of_part,
 )
@@ -272,7 +271,7 @@ class PartsBody(Body[PartsPoints]):
         efforts, schemes = self.actuator_set.split(effort), self.schemes(integration)
         every = zip(self.bodies, self.states(state), efforts, schemes, strict=True)
         found = [body.linearise(own, lam, one) for body, own, lam, one in every]
-        return joined_system(self.spans, found, self.blocks)
+        return joined_system(self.spans, found)
 
     def system(
         self, assembled: Assembled, integration: Integration, added: Augmentation = None
@@ -282,16 +281,11 @@ class PartsBody(Body[PartsPoints]):
         more = added if isinstance(added, tuple) else (None,) * len(self.bodies)
         every = zip(self.bodies, assembled.parts, self.schemes(integration), more, strict=True)
         found = [body.system(own, scheme, one) for body, own, scheme, one in every]
-        return joined_system(self.spans, found, self.blocks)
-
-    def blocks(self, factors: list[Factorisation]) -> BlockFactors:
-        """Factors of each part as those of all parts."""
-        spans = self.spans
-        return block_factors(factors, spans.columns, spans.stored, spans.shapes)
+        return joined_system(self.spans, found)
 
     def factors(self) -> Factorisation:
         """Workspaces for factors of the matrix of each part."""
-        return self.blocks([body.factors() for body in self.bodies])
+        return block_factors([body.factors() for body in self.bodies], self.spans)
 
     def masses(self, state: State) -> Array:
         """The mass matrix of each part at a state, as its body stores matrices."""

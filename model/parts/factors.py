@@ -1,4 +1,4 @@
-"""Factors of a block-diagonal matrix."""
+"""Factors of a block-diagonal matrix, and the system of a step that has it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.numerics import Array, Factorisation, HalfSolving
+from tauten.model.parts.spans import Spans, joined_forces
+from tauten.model.system import System
 
 
 @dataclass(slots=True, eq=False)
@@ -16,15 +18,11 @@ class BlockFactors:
 
     Attributes:
         parts: factors of each part.
-        columns: unknowns of each part.
-        stored: values of each part among those of all parts.
-        shapes: of the values of each part as its body stores them.
+        spans: where the numbers of each part are.
     """
 
     parts: tuple[Factorisation, ...]
-    columns: tuple[slice, ...]
-    stored: tuple[slice, ...]
-    shapes: tuple[tuple[int, ...], ...]
+    spans: Spans
 
     @property
     def name(self) -> str:
@@ -37,7 +35,7 @@ class BlockFactors:
         Raises:
             FactorisationError: a block is not positive definite or not finite.
         """
-        for part, span, shape in zip(self.parts, self.stored, self.shapes, strict=True):
+        for part, span, shape in zip(self.parts, self.spans.stored, self.spans.shapes, strict=True):
             part.refactor(values[span].reshape(shape))
 
     def solve(self, B: Array) -> Array:
@@ -49,7 +47,7 @@ class BlockFactors:
         if len(solvers) == 1:
             return solvers[0](B)
         X = np.zeros(B.shape, order="F")
-        for solve, span in zip(solvers, self.columns, strict=True):
+        for solve, span in zip(solvers, self.spans.columns, strict=True):
             block = B[span]
             if B.ndim == 1:
                 X[span] = solve(block)
@@ -61,8 +59,7 @@ class BlockFactors:
 
     def fork(self) -> Factorisation:
         """A workspace of its own for the same pattern, without factors."""
-        parts = [part.fork() for part in self.parts]
-        return block_factors(parts, self.columns, self.stored, self.shapes)
+        return block_factors([part.fork() for part in self.parts], self.spans)
 
 
 @dataclass(slots=True, eq=False)
@@ -80,14 +77,33 @@ class HalfBlockFactors(BlockFactors, HalfSolving):
         return self._each([part.second_half for part in self.parts], Y)
 
 
-def block_factors(
-    parts: Sequence[Factorisation],
-    columns: tuple[slice, ...],
-    stored: tuple[slice, ...],
-    shapes: tuple[tuple[int, ...], ...],
-) -> BlockFactors:
+def block_factors(parts: Sequence[Factorisation], spans: Spans) -> BlockFactors:
     """Factors of each part as those of all parts, by halves where those of each part solve so."""
     halves = tuple(part for part in parts if isinstance(part, HalfSolving))
     if len(halves) == len(parts):
-        return HalfBlockFactors(halves, columns, stored, shapes)
-    return BlockFactors(tuple(parts), columns, stored, shapes)
+        return HalfBlockFactors(halves, spans)
+    return BlockFactors(tuple(parts), spans)
+
+
+def joined_system(spans: Spans, systems: Sequence[System]) -> System:
+    """The system of one step of all parts."""
+    if len(systems) == 1:
+        return systems[0]
+    tangents = [one.tangent.ravel() for one in systems if one.tangent is not None]
+    pairs = zip(spans.columns, systems, strict=True)
+    stiffer = [
+        (own.start + one.stiffened[0], one.stiffened[1]) for own, one in pairs if one.stiffened
+    ]
+    unknowns, more = zip(*stiffer, strict=True) if stiffer else ((), ())
+    return System(
+        h=systems[0].h,
+        v=np.concatenate([one.v for one in systems]),
+        v_free=np.concatenate([one.v_free for one in systems]),
+        residual=float(np.linalg.norm([one.residual for one in systems])),
+        factorisation=block_factors([one.factorisation for one in systems], spans),
+        exact=all(one.exact for one in systems),
+        tangent=np.concatenate(tangents) if len(tangents) == len(systems) else None,
+        semidefinite=max(one.semidefinite for one in systems),
+        stiffened=(np.concatenate(unknowns), np.concatenate(more)) if stiffer else None,
+        inertia=joined_forces(spans, [one.inertia for one in systems]),
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from tauten.model.body import Body
-from tauten.model.numerics import Array, Factorisation
+from tauten.model.numerics import Array
 from tauten.model.parts.motion import slices
 from tauten.model.state import Assembled, Augmentation, State, StepStart
-from tauten.model.system import Integration, System
+from tauten.model.system import Integration
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,34 +117,6 @@ def joined_forces(spans: Spans, forces: Sequence[Array | None]) -> Array | None:
         if force is not None:
             total[span] = force
     return total
-
-
-def joined_system(
-    spans: Spans,
-    systems: Sequence[System],
-    joined: Callable[[list[Factorisation]], Factorisation],
-) -> System:
-    """The system of one step of all parts; `joined` gives factors of all parts from those of each."""
-    if len(systems) == 1:
-        return systems[0]
-    tangents = [one.tangent.ravel() for one in systems if one.tangent is not None]
-    pairs = zip(spans.columns, systems, strict=True)
-    stiffer = [
-        (own.start + one.stiffened[0], one.stiffened[1]) for own, one in pairs if one.stiffened
-    ]
-    unknowns, more = zip(*stiffer, strict=True) if stiffer else ((), ())
-    return System(
-        h=systems[0].h,
-        v=np.concatenate([one.v for one in systems]),
-        v_free=np.concatenate([one.v_free for one in systems]),
-        residual=float(np.linalg.norm([one.residual for one in systems])),
-        factorisation=joined([one.factorisation for one in systems]),
-        exact=all(one.exact for one in systems),
-        tangent=np.concatenate(tangents) if len(tangents) == len(systems) else None,
-        semidefinite=max(one.semidefinite for one in systems),
-        stiffened=(np.concatenate(unknowns), np.concatenate(more)) if stiffer else None,
-        inertia=joined_forces(spans, [one.inertia for one in systems]),
-    )
 
 
 @dataclass(frozen=True, slots=True)
