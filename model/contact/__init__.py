@@ -19,8 +19,8 @@ from tauten.model.contact.pair import (
     ContactPair,
     ForceBounds,
     LargestSum,
+    largest_sums,
     loose_bodies,
-    obstacle_sums,
 )
 from tauten.model.contact.self_contact import (
     ALARM_EDGES,
@@ -62,11 +62,11 @@ __all__ = [
     "heights_of_file",
     "holes_before_obstacles",
     "holes_between",
+    "largest_sums",
     "loose_bodies",
     "mean_edge",
     "mesh_of_file",
     "neighbours_at_rest",
     "pose_at",
     "velocity_between",
-    "obstacle_sums",
 ]

@@ -24,12 +24,14 @@ def holes_between(
     A body is as wide as the middle one of its extents. Of a contact in both directions one is enough.
 
     Args:
-        pairs: contacts of two surfaces, and triangles (t, 3) of that with the candidates.
+        pairs: contacts, those of loose bodies among them, and triangles (t, 3) of that with the candidates.
         vertices: (v, 3) of the surfaces at rest [m].
         body: (v,) number of the body that each vertex belongs to.
     """
     found = dict[tuple[int, int], tuple[float, str]]()
     for pair, own in pairs:
+        if not pair.loose:
+            continue
         points, owner = pair.candidates(vertices), body[own[:, 0]]
         target = body[pair.triangles[:, 0]]
         for one, other in product(np.unique(owner).tolist(), np.unique(target).tolist()):

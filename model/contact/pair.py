@@ -132,18 +132,29 @@ def loose_bodies(body: Ints, nodes: Ints, triangles: Ints) -> tuple[tuple[Ints, 
     return tuple(bodies for bodies in found if len(bodies[0]) > 0)
 
 
-def obstacle_sums(pairs: Sequence[ContactPair], first: int = 0) -> tuple[LargestSum, ...]:
-    """The largest sums of the normal forces on obstacles that have one, of pairs numbered from `first` on."""
+def largest_sums(
+    pairs: Sequence[ContactPair], of_all: float | None, first: int = 0
+) -> tuple[LargestSum, ...]:
+    """The largest sums of the normal forces: on obstacles that have one, and of all contacts.
+
+    Args:
+        pairs: of a robot, its last ones.
+        of_all: the largest sum of all its contacts [N]; None: any.
+        first: number of pairs before these.
+    """
     numbers = dict[str, list[int]]()
     forces = dict[str, float]()
     for number, pair in enumerate(pairs, first):
         if pair.obstacle is not None and pair.obstacle.max_force < np.inf:
             numbers.setdefault(pair.obstacle.name, []).append(number)
             forces[pair.obstacle.name] = pair.obstacle.max_force
-    return tuple(
+    sums = [
         LargestSum(f"all contacts on {name}", tuple(own), forces[name])
         for name, own in numbers.items()
-    )
+    ]
+    if of_all is not None:
+        sums.append(LargestSum("all contacts", tuple(range(first + len(pairs))), of_all))
+    return tuple(sums)
 
 
 @kernel

@@ -18,7 +18,6 @@ from tauten.model.contact import (
     ContactPair,
     ContactSet,
     ForceBounds,
-    LargestSum,
     Obstacle,
     ObstaclePath,
     ObstaclePose,
@@ -29,11 +28,11 @@ from tauten.model.contact import (
     heights_of_file,
     holes_before_obstacles,
     holes_between,
+    largest_sums,
     loose_bodies,
     mean_edge,
     mesh_of_file,
     neighbours_at_rest,
-    obstacle_sums,
     pose_at,
 )
 from tauten.model.load.extensions import at_rest, extension, extension_names, made
@@ -48,7 +47,6 @@ from tauten.model.numerics import Array, Ints
 from tauten.model.schema import (
     ALARM_DISTANCE,
     ITSELF,
-    ContactRange,
     ContactSettings,
     ObstacleSettings,
     PartContactSettings,
@@ -111,21 +109,14 @@ def contact_set(
         check_outside(one, vertices, surfaces[None], f"{source}: obstacles.{one.name}")
     of_files = zip(pairs, config.contacts, strict=True)
     touching = [(pair, surfaces[one.candidates]) for pair, one in of_files]
-    between = holes_between([one for one in touching if one[0].loose], vertices, joined)
+    between = holes_between(touching, vertices, joined)
     for note in (*between, *holes_before_obstacles(touching, vertices)):
         log.warning("%s: %s", source, note)
-    sums = (*obstacle_sums(pairs), *largest_sums(config.contact, len(pairs)))
+    sums = largest_sums(pairs, config.contact.max_force)
     try:
         return ContactSet(pairs, len(vertices), alarm, config.contact.distance, sums)
     except ValueError as error:
         raise RobotFileError(f"{source}: {error}") from error
-
-
-def largest_sums(contact: ContactRange, pairs: int) -> tuple[LargestSum, ...]:
-    """The largest sum of the normal forces of all contacts, as many as pairs, where a file has one."""
-    if contact.max_force is None:
-        return ()
-    return (LargestSum("all contacts", tuple(range(pairs)), contact.max_force),)
 
 
 def force_bounds(contact: TouchSettings) -> ForceBounds:

@@ -162,8 +162,7 @@ def contact_between(
         (pair, vertices.of_side(contact.candidates))
         for pair, contact in zip(pairs, contacts, strict=True)
     ]
-    loose_ones = [one for one in touching if one[0].loose]
-    between = holes_between(loose_ones, vertices.at_rest, vertices.part)
+    between = holes_between(touching, vertices.at_rest, vertices.part)
     for note in (*between, *holes_before_obstacles(touching, vertices.at_rest)):
         log.warning("%s: %s", source, note)
     return Between(vertices.used, tuple(pairs))

@@ -13,7 +13,7 @@ from tauten.model.contact import (
     ContactSet,
     LargestSum,
     ObstaclePose,
-    obstacle_sums,
+    largest_sums,
     pose_at,
 )
 from tauten.model.numerics import diameter, joined, matrix_quaternion
@@ -112,13 +112,10 @@ def parts_contacts(assembly: Assembly, parts: Sequence[Part]) -> ContactSet:
             other = part.name if one is None else ""
             within = pair.renumbered(np.arange(span.start, span.stop))
             pairs.append(replace(within, name=name, obstacle=one, owner=part.name, other=other))
-    sums += obstacle_sums(assembly.between.pairs, len(pairs))
+    sums += largest_sums(assembly.between.pairs, assembly.max_force, len(pairs))
     between = np.concatenate([np.arange(span.start, span.stop) for span in spans[1::2]])
     pairs += [pair.renumbered(between) for pair in assembly.between.pairs]
-    distances = assembly.alarm_distance, assembly.distance
-    if assembly.max_force is not None:
-        sums.append(LargestSum("all contacts", tuple(range(len(pairs))), assembly.max_force))
-    return ContactSet(pairs, count, *distances, sums)
+    return ContactSet(pairs, count, assembly.alarm_distance, assembly.distance, sums)
 
 
 def frame_of(placement: Placement) -> ObstaclePose:
