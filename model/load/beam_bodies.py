@@ -109,13 +109,6 @@ def profile_of(settings: AnyProfile, material: Material) -> Profile:
     return bar(settings.width, settings.height)
 
 
-def material_of(body: BodySettings) -> Material:
-    """The material of a body."""
-    assert body.material is not None
-    item = body.material
-    return Material(item.young_modulus, item.poisson_ratio, item.density)
-
-
 def beam_network(
     config: RobotConfig, body: BodySettings, source: str = "robot.toml", refinements: int = 0
 ) -> BeamNetwork:
@@ -179,7 +172,8 @@ def build_beam(
             f"{source}: {prefix}material.law: a cross-section is linear elastic, give the beam a material "
             "with the law corotational"
         )
-    material, place = material_of(body), Placement.of(body.rotation, body.position)
+    given, place = body.material, Placement.of(body.rotation, body.position)
+    material = Material(given.young_modulus, given.poisson_ratio, given.density)
     by_name = {item.name: profile_of(item, material) for item in config.profiles}
     profiles = tuple(by_name[beam.profile] for beam in network.beams)
     radius = max(float(np.linalg.norm(profile.outline, axis=1).max()) for profile in profiles)
@@ -294,8 +288,8 @@ def file_surface(network: BeamNetwork, first: int, scale: float, place: Placemen
 
 
 def ring_surface(config: RobotConfig, beams: Beams, profile: Profile, first: int) -> _Surface:
-    """The lateral surface of a line of beams, where the robot touches something."""
-    if not has_surface(config):
+    """The lateral surface of a line of beams, where something may touch it, or a robot that it is part of."""
+    if not (config.contacts or config.surfaces or isinstance(config, PartRobotConfig)):
         return np.zeros((0, 3)), np.zeros(0, np.int64), np.zeros((0, 3), np.int64), ()
     around, triangles = chain_surface(beams, profile)
     count, corners = around.shape[:2]
@@ -303,8 +297,3 @@ def ring_surface(config: RobotConfig, beams: Beams, profile: Profile, first: int
     every = np.concatenate([CORNERS * np.arange(count), rings])  # as `chain_surface` numbers them
     owners = np.repeat(np.arange(count), corners)
     return around.reshape(-1, 3), owners, every[triangles], ()
-
-
-def has_surface(config: RobotConfig) -> bool:
-    """Whether beams have a surface: something may touch the robot, or it is a part of another."""
-    return bool(config.contacts or config.surfaces) or isinstance(config, PartRobotConfig)

@@ -38,7 +38,10 @@ def build_transmissions(
     points, counts = places.join(found), [len(part) for part in found]
     y0 = places.at_rest(points)
     names = tuple(item.name for item in items)
-    functions = _functions(items, counts, y0, places.source)
+    functions = [
+        transmission(item, f"{places.source}: transmissions.{item.name}", y)
+        for item, y in zip(items, np.split(y0, np.cumsum(counts[:-1])), strict=True)
+    ]
     return make_transmissions(names, functions, counts, y0, points)
 
 
@@ -48,17 +51,6 @@ def _arguments(item: TransmissionSettings, field: str, places: Places[P]) -> P:
         return places.attach(item.points, f"{places.source}: {field}.points", item.max_outside)
     assert item.region is not None
     return places.at_nodes(np.flatnonzero(places.select_nodes(item.region, f"{field}.region")))
-
-
-def _functions(
-    items: Sequence[TransmissionSettings], counts: list[int], y0: Array, source: str
-) -> list[Transmission]:
-    """The functions of transmissions whose points are y0 (p, 3) at rest [m], counted in turn."""
-    places = np.split(y0, np.cumsum(counts[:-1]))
-    return [
-        transmission(item, f"{source}: transmissions.{item.name}", y)
-        for item, y in zip(items, places, strict=True)
-    ]
 
 
 def transmission(item: TransmissionSettings, what: str, rest: Array) -> Transmission:
