@@ -10,9 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from tauten.model.contact import (
-    ContactSet,
-)
+from tauten.model.contact import ContactSet
 from tauten.model.load.parts_contact import SurfaceOf, contact_between
 from tauten.model.mesh import Selector
 from tauten.model.numerics import Ints

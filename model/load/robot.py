@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from tauten.model.actuators import ActuatorSet, coupled_nodes, nodal_curvature
+from tauten.model.actuators import coupled_nodes, nodal_curvature
 from tauten.model.constraints import ConstrainedBody
 from tauten.model.load.actuators import build_actuators
 from tauten.model.load.beams import build_beam_robot, of_beams_alone, touched_triangles
@@ -24,9 +24,9 @@ from tauten.model.load.effectors import build_nodal_effectors
 from tauten.model.load.held import groups_of_bodies, loose_nodes
 from tauten.model.load.parts import LoadedPart, body_surface, build_parts
 from tauten.model.load.places import MeshPlaces
-from tauten.model.numerics import Bools, Ints, make_factorisation
+from tauten.model.numerics import Ints, make_factorisation
 from tauten.model.parts import PartsBody
-from tauten.model.points import MeanPoints, NodePoints, points_at
+from tauten.model.points import points_at
 from tauten.model.robot import Robot
 from tauten.model.schema import (
     Changes,
@@ -40,7 +40,7 @@ from tauten.model.schema import (
     read_toml,
     validated,
 )
-from tauten.model.system import Integration, free_dof, integration_of, make_pattern
+from tauten.model.system import free_dof, integration_of, make_pattern
 from tauten.model.tetra import (
     NodalBody,
     Tetrahedra,
@@ -303,42 +303,23 @@ def robot_of(config: RobotConfig, shapes: Sequence[Shape], bodies: Bodies, sourc
         curvature=nodal_curvature(actuators, pattern),
         viscosity=viscosity,
     )
-    scheme = replace(integration_of(config), viscous=viscosity is not None)
+    scheme, solver = integration_of(config), config.integration
+    scheme = replace(scheme, viscous=viscosity is not None)
     made: NodalBody | ConstrainedBody
     if constraints:
         made = constrained(tetrahedra, constraints, config, bodies, scheme, actuators, loose)
     else:
-        made = free_body(tetrahedra, config, scheme, actuators, loose)
+        made = NodalBody(
+            gravity=np.array(config.gravity),
+            integration=scheme,
+            actuator_set=actuators,
+            pattern=pattern,
+            factorisation=make_factorisation(
+                pattern.indptr, pattern.indices, solver.factorisation, solver.threads
+            ),
+            floating=np.repeat(loose[~fixed], 3),
+            tetrahedra=tetrahedra,
+        )
     effectors = build_nodal_effectors(config.effectors, places, pattern.dof, pattern.n)
     vertices = points_at(np.arange(len(body.mesh.nodes)))
     return robot_with(config, shapes, source, made, effectors, contacts, vertices)
-
-
-def free_body(
-    tetrahedra: Tetrahedra,
-    config: RobotConfig,
-    scheme: Integration,
-    actuators: ActuatorSet[NodePoints | MeanPoints],
-    loose: Bools,
-) -> NodalBody:
-    """The body of tetrahedra whose nodes move freely.
-
-    Args:
-        tetrahedra: its elements.
-        config: the robot file.
-        scheme: of its steps.
-        actuators: that act on it.
-        loose: (n_nodes,) which nodes belong to bodies that nothing holds.
-    """
-    pattern, solver = tetrahedra.pattern, config.integration
-    return NodalBody(
-        gravity=np.array(config.gravity),
-        integration=scheme,
-        actuator_set=actuators,
-        pattern=pattern,
-        factorisation=make_factorisation(
-            pattern.indptr, pattern.indices, solver.factorisation, solver.threads
-        ),
-        floating=np.repeat(loose[tetrahedra.dof >= 0], 3),
-        tetrahedra=tetrahedra,
-    )

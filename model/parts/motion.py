@@ -12,12 +12,7 @@ import scipy.sparse as sp
 
 from tauten.model.numerics import Array, Ints, kernel
 from tauten.model.parts.part import Placement
-from tauten.model.points import (
-    Entries,
-    Motion,
-    Placed,
-    sparse_units,
-)
+from tauten.model.points import Entries, Motion, Placed, sparse_units
 from tauten.model.rows import Jacobian, dense, sparse_rows
 
 _NONE = np.zeros(0, np.int64)
