@@ -20,12 +20,12 @@ PAIRS = 10**7  # whose distances are computed at once
 
 
 def joined(parts: Sequence[T]) -> T:
-    """Records of one type, at least one, whose fields are arrays, as one record of longer arrays."""
+    """Records of one type, at least one, made from arrays and tuples, as one record of longer ones."""
     kind: Any = type(parts[0])
-    names = [field.name for field in fields(kind)]
-    return cast(
-        T, kind(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-    )
+    names = [field.name for field in fields(kind) if field.init]
+    columns = [[getattr(part, name) for part in parts] for name in names]
+    longer = (sum(one, ()) if isinstance(one[0], tuple) else np.concatenate(one) for one in columns)
+    return cast(T, kind(*longer))
 
 
 def row_keys(rows: Ints) -> Ints:

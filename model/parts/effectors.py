@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tauten.model.effectors import Effectors, Measure, Measurement
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, joined
 from tauten.model.parts.motion import PartsPoints, PointsOfPart
 from tauten.model.parts.part import Part, Placement
-from tauten.model.signals import EffectorLayout, joined_layout
+from tauten.model.signals import EffectorLayout
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +65,6 @@ def parts_effectors(parts: Sequence[Part]) -> Effectors[PartsPoints]:
         count += int(effectors.starts[-1])
         layouts.append(effectors.layout)
         names += [part.named(name) for name in effectors.layout.names]
-    layout: EffectorLayout = replace(joined_layout(layouts), names=tuple(names))
+    layout: EffectorLayout = replace(joined(layouts), names=tuple(names))
     points = PartsPoints(tuple(groups))
     return Effectors(layout, tuple(measures), np.concatenate(starts), points)

@@ -13,7 +13,6 @@ from tauten.model.signals.effector_layout import (
     UNIT_LENGTH,
     EffectorLayout,
     effector_layout,
-    joined_layout,
 )
 from tauten.model.signals.laws import Laws, Springs
 from tauten.model.signals.limits import Limits, coupled_range, limits_of
@@ -38,6 +37,5 @@ __all__ = [
     "coupled_range",
     "cable_actuators",
     "effector_layout",
-    "joined_layout",
     "limits_of",
 ]

@@ -287,14 +287,3 @@ def effector_layout(
         np.concatenate([np.zeros(0), *units]),
         np.concatenate([np.zeros(0, np.bool_), *exact]),
     )
-
-
-def joined_layout(parts: Sequence[EffectorLayout]) -> EffectorLayout:
-    """The layout of the effectors of several parts, one part after the other."""
-    return EffectorLayout(
-        tuple(name for part in parts for name in part.names),
-        tuple(kind for part in parts for kind in part.kinds),
-        np.concatenate([part.weights for part in parts]),
-        np.concatenate([part.units for part in parts]),
-        np.concatenate([part.exact for part in parts]),
-    )
