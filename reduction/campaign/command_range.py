@@ -41,9 +41,7 @@ class CommandRange:
     def command(self, shares: Array) -> Command:
         """The command at shares (n_a,) of −1 to 1: 0 is rest, 1 the largest, −1 the smallest."""
         value = np.where(shares > 0.0, shares * self.most, -shares * self.least)
-        nothing = np.full(len(value), np.nan)
-        by_force = self.by_force
-        return Command(np.where(by_force, nothing, value), np.where(by_force, value, nothing))
+        return Command.either(self.by_force, value, value)
 
 
 def command_range(robot: Robot, report: Report = lambda share, what: None) -> CommandRange:

@@ -109,10 +109,7 @@ def _problem(robot: Robot, snapshots: Snapshots, column: int, by_effort: Bools) 
     step = condense_step(loaded, EmptySpace(robot.n_c), state, every, True, True, static)
     step = under_friction(step, every)  # normal forces alone
     layout, W = step.layout, step.compliance.W  # of effectors, actuators, candidates
-    given = Command(
-        np.where(by_effort, np.nan, snapshots.position[:, column]),
-        np.where(by_effort, effort, np.nan),
-    )
+    given = Command.either(by_effort, snapshots.position[:, column], effort)
     rows = sorted_rows(step, given)
     taut = rows.cables[effort[rows.cables - layout.n_e] > 0.0]
     held = np.sort(np.concatenate([rows.equal, taut]))
