@@ -41,11 +41,12 @@ def test_converged_steps_gain_no_energy(energy: EnergyBench) -> None:
 
 def test_shares_of_the_distance_add_up(energy: EnergyBench) -> None:
     """No distance is larger than the sum of the others."""
-    found = energy.paths[0].distances
-    own = found.reduction.value + found.time.value
-    assert (found.total.value <= own + found.contact_basis.value + found.delay.value + 1e-12).all()
-    assert (found.model.value <= own + 1e-12).all()
-    assert 0.0 < found.time.value.max() < 0.05 * found.delay.value.max()
+    found = {name: one.value for name, one in energy.paths[0].distances.series.items()}
+    own = found["state reduction"] + found["time"]
+    others = own + found["contact basis"] + found["delay"]
+    assert (found["plant against model"] <= others + 1e-12).all()
+    assert (found["model without contact"] <= own + 1e-12).all()
+    assert 0.0 < found["time"].max() < 0.05 * found["delay"].max()
 
 
 def test_shorter_steps_lead_elsewhere(energy: EnergyBench) -> None:
