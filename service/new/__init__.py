@@ -1,8 +1,7 @@
 """From a part of CAD to a robot file: surface checks, tetrahedra, guesses of the fields."""
 
-from tauten.service.new.cable import TENSION, NewCable, add_cable
 from tauten.service.new.choice import Trial
-from tauten.service.new.fields import fields_text, set_fields
+from tauten.service.new.edits import TENSION, NewCable, add_cable, fields_text, set_fields
 from tauten.service.new.make import Made, NewRobot, make_new_robot
 from tauten.service.new.meshing import LARGE, CadPart, read_part
 from tauten.service.new.part import PartError
