@@ -7,12 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import permutations
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from tauten.model.actuators import cavities, connected_parts, enclosed_volume, open_edges, winding
+from tauten.model.contact import across
 from tauten.model.mesh import (
     TetMesh,
+    area_normals,
     boundary_triangles,
     distances_to_triangles,
     off_a_line,
@@ -21,7 +25,6 @@ from tauten.model.mesh import (
 )
 from tauten.model.numerics import Array, Ints
 from tauten.service.new.side_cable import Axes, in_mesh, side_cable
-from tauten.service.new.turned import part_axes
 
 END = 0.02  # of the length; triangles so near an end belong to it
 SLAB = 0.01  # of the length; how far below an end its nodes are held, at least
@@ -31,6 +34,11 @@ PULL = 0.1  # of the length
 OUTSIDE = 0.01  # of the length; how far outside of a mesh of the part guessed points may lie
 ROUNDED = 2e-5  # m; how far below an oblique end its point lies: coordinates are written to 1e-5 m
 LEAST_CAVITY = 0.01  # of the body's volume; a smaller one is a bubble, not a chamber
+FACES = 24  # flat faces that are looked at, the largest ones
+LEAST_FACE = 0.005  # of the part's surface
+ONE_FACE = 1e-3  # components of unit normals that are so near belong to one face
+SMALLER = 0.8  # an outline along an oblique axis that is smaller by this is taken
+SQUARE = 0.02  # cosine of the angle between normals of faces that are perpendicular
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,3 +216,52 @@ def point_inside(x: Array, part: Ints) -> Array:
             return point
         depth *= 0.5
     return middle
+
+
+def part_axes(mesh: TetMesh) -> Array:
+    """Three directions of a part as rows, near those of the coordinates: (3, 3).
+
+    They are those of the coordinates, unless the outline of the part, seen along the normal of a flat face,
+    is much smaller than along the longest side of its bounding box: this normal is one of them then.
+    """
+    longest = int(np.argmax(np.ptp(mesh.nodes, axis=0)))
+    normals = flat_normals(mesh)
+    outlines = [outline(mesh.nodes, normal) for normal in normals]
+    limit = SMALLER * outline(mesh.nodes, np.eye(3)[longest])
+    if not outlines or min(outlines) > limit:
+        return np.eye(3)
+    along = normals[int(np.argmin(outlines))]
+    sides = normals[np.abs(normals @ along) < SQUARE]
+    nearest = np.eye(3)[np.argmin(np.abs(along))]
+    side = sides[0] if len(sides) else nearest
+    side = side - (side @ along) * along
+    side /= np.linalg.norm(side)
+    axes = np.stack([along, side, np.cross(along, side)])
+    order = max(permutations(range(3)), key=lambda rows: np.abs(axes[list(rows)]).trace())
+    ordered: Array = axes[list(order)]
+    ordered *= np.sign(ordered.diagonal())[:, None]
+    if np.linalg.det(ordered) < 0.0:
+        ordered[int(np.argmin(ordered.diagonal()))] *= -1.0
+    return ordered
+
+
+def flat_normals(mesh: TetMesh) -> Array:
+    """Unit normals of the large flat faces of a part, up to their sign, the largest first: (f, 3)."""
+    normals = area_normals(mesh.nodes[boundary_triangles(mesh.tets)])  # of twice the area
+    areas = np.linalg.norm(normals, axis=1)
+    biggest = np.take_along_axis(normals, np.abs(normals).argmax(axis=1)[:, None], axis=1)
+    normals = normals * np.sign(biggest)  # both sides of a wall alike
+    places = np.round(normals / areas[:, None] / ONE_FACE).astype(np.int64)
+    _, face = np.unique(places, axis=0, return_inverse=True)
+    summed = np.zeros((int(face.max()) + 1, 3))
+    np.add.at(summed, face, normals)
+    sizes = np.linalg.norm(summed, axis=1)
+    order = np.argsort(-sizes)[:FACES]
+    order = order[sizes[order] > LEAST_FACE * areas.sum()]
+    found: Array = summed[order] / sizes[order, None]
+    return found
+
+
+def outline(nodes: Array, direction: Array) -> float:
+    """Area of the convex outline of points (n, 3) seen along a unit vector (3,) [m²]."""
+    return float(ConvexHull(nodes @ np.stack(across(direction), axis=1)).volume)
