@@ -59,11 +59,8 @@ class Charts:
         # of each kind: its actuators, the largest effort of all of them, plots of travel and force
         self._groups: list[tuple[ActuatorKind, list[int], float | None, _Chart, _Chart]] = []
         for kind, numbers in groups(look.robot.actuators).items():
-            own, position, effort = (
-                [look.robot.actuators[i] for i in numbers],
-                kind.position,
-                kind.effort,
-            )
+            own = [look.robot.actuators[i] for i in numbers]
+            position, effort = kind.position, kind.effort
             shown = [one.name for one in own]
             least = position.scale * _least([one.position for one in own])
             travel = _Chart(server, position.label, shown, least)
