@@ -96,7 +96,7 @@ def bar(width: float, height: float) -> Profile:
 
 
 def natural_stiffness(profile: Profile, material: Material, length: float) -> Array:
-    """Stiffnesses of the natural modes of a beam element, see (B1).
+    """Stiffnesses (6,) of the natural modes (B1): of u along axes 1, 2, 3 [N/m], of φ about these [N m].
 
     The antisymmetric modes bend and shear: with w the offset of the ends, both kept parallel to the
     chord's frame, 1/k = L³ / (12 E I) + L / (κ G A).
@@ -105,9 +105,6 @@ def natural_stiffness(profile: Profile, material: Material, length: float) -> Ar
         profile: cross-section.
         material: of the beam.
         length: L [m].
-
-    Returns:
-        (6,): for u along axes 1, 2, 3 [N/m], for φ about axes 1, 2, 3 [N m].
     """
     E, G = material.young_modulus, material.shear_modulus
     (I2, I3), (A2, A3) = profile.bending, profile.shear_area

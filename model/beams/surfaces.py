@@ -61,11 +61,7 @@ def chain_surface(body: Beams, profile: Profile) -> tuple[Array, Ints]:
 
 
 def outline(body: Beams, k: int, profile: Profile) -> tuple[AttachedPoints, Ints]:
-    """The lateral surface of a beam.
-
-    Returns:
-        Points attached between the two nodes, and triangles (t, 3) of them.
-    """
+    """The lateral surface of a beam: points attached between its two nodes, and triangles (t, 3) of them."""
     a, b = body.ends[k]
     ring = ring_of(body, k, profile)
     count = len(ring)

@@ -42,7 +42,7 @@ def unique_edges(triangles: Ints) -> Ints:
 def neighbours_at_rest(
     vertices: Array, triangles: Ints, nodes: Ints, weights: Array, along: float, through: float
 ) -> Ints:
-    """Pairs of a candidate and a triangle that are neighbours.
+    """Numbers (k, 2) of candidates and triangles that are neighbours.
 
     Args:
         vertices: (v, 3) positions at rest [m].
@@ -51,9 +51,6 @@ def neighbours_at_rest(
         weights: (m, 3) its barycentric weights.
         along: largest distance along the edges of the surface [m].
         through: largest distance through the body [m].
-
-    Returns:
-        (k, 2) number of the candidate and of the triangle.
     """
     points = np.einsum("mj,mji->mi", weights, vertices[nodes])  # (m, 3)
     along, through = (1.0 + TIE) * along, (1.0 + TIE) * through

@@ -183,11 +183,7 @@ def joined_beams(parts: Sequence[BeamPart]) -> Beams:
 
 
 def drawn_beams(parts: Sequence[BeamPart]) -> tuple[AttachedPoints, Ints]:
-    """Surfaces of files, then outlines of all beams.
-
-    Returns:
-        Points that are attached to the nodes of `joined_beams`, and triangles (t, 3) of them.
-    """
+    """Surfaces of files, then outlines: points at nodes of `joined_beams`, and triangles (t, 3) of them."""
     surfaces, outlines, first = [], [], 0
     for part in parts:
         if part.shown:

@@ -106,12 +106,9 @@ def require_shared_midpoints(tets: Ints, source: str) -> None:
 
 
 def quadratic_faces(triangles: Ints, tets: Ints) -> Ints:
-    """The faces (f, 3) of quadratic tets (e, 10), by their corners, that a surface (4 f, 3) consists of.
+    """Faces (f, 3) of quadratic tets (e, 10) that a surface (4 f, 3) consists of, normals inwards, or none.
 
     The surface has four triangles a face, between corners and mid-edge nodes.
-
-    Returns:
-        With normals into the tetrahedra; none where the surface does not consist of such faces.
     """
     number = {frozenset(ends): i for i, ends in enumerate(EDGES.tolist())}
     edges = [

@@ -71,15 +71,12 @@ def ray_crossings(start: Array, direction: Array, corners: Array) -> tuple[Array
 
 
 def wall_thickness(vertices: Array, boundary: Ints, triangles: Ints) -> Array:
-    """Distance from the centre of each triangle, straight into the body, to its other side.
+    """Distances (t,) from the centres of triangles straight into the body to its other side, or inf [m].
 
     Args:
         vertices: (v, 3) positions [m].
         boundary: (b, 3) vertex ids of the whole surface, seen from outside counter-clockwise.
         triangles: (t, 3) those to measure at.
-
-    Returns:
-        (t,) thickness [m]; inf where the ray leaves the body through no triangle.
     """
     surface = vertices[boundary]  # (b, 3, 3)
     outward = area_normals(surface)

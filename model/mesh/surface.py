@@ -132,15 +132,12 @@ def vertex_points(triangles: Ints) -> tuple[Ints, Array]:
 
 
 def covering_points(vertices: Array, triangles: Ints, spacing: float) -> tuple[Ints, Array]:
-    """Points at each vertex of a surface, along its edges, and spread over its area.
+    """Points at each vertex of a surface, along its edges, and over its area, as of `spread_points`.
 
     Args:
         vertices: (v, 3) positions [m].
         triangles: (t, 3) vertex ids.
         spacing: largest distance of neighbours on an edge, and about that of neighbours elsewhere [m].
-
-    Returns:
-        Nodes and weights as of `spread_points`.
 
     Raises:
         ValueError: the surface has no area, or these would be more than `MOST_POINTS`.
@@ -185,15 +182,12 @@ def largest_hole(vertices: Array, triangles: Ints, points: Array) -> float:
 
 
 def dense_samples(vertices: Array, triangles: Ints, area: float) -> tuple[Ints, Array]:
-    """Centres of the d² equal parts of each triangle, none larger than `area` [m²].
+    """Triangles (s,) and weights (s, 3) of the centres of their d² equal parts, none larger than `area` [m²].
 
     Args:
         vertices: (v, 3) positions [m].
         triangles: (t, 3) vertex ids.
         area: largest area of a part [m²].
-
-    Returns:
-        Triangle of each sample (s,) and its barycentric weights (s, 3).
     """
     areas = triangle_areas(vertices, triangles)
     divisions = np.ceil(np.sqrt(areas / area) - TIE).astype(np.int64)  # 0 of a flat triangle

@@ -17,10 +17,9 @@ from tauten.model.signals import Actuators, Laws, Limits, Springs, coupled_range
 def parts_motors(
     parts: Sequence[Part], couplings: Sequence[CouplingSettings]
 ) -> tuple[Actuators, Limits, Coupling | None]:
-    """The actuators of all parts, part by part; a motor of several stands where its first one stood.
+    """The actuators of all parts, their limits and their coupling; None: each is a motor of its own.
 
-    Returns:
-        The motors, their limits, and the coupling of the actuators; None: each is a motor of its own.
+    They stand part by part; a motor of several stands where its first one stood.
 
     Raises:
         ValueError: a member that is unknown, of another motor, or of another kind than the others; limits of

@@ -152,16 +152,13 @@ def _places(vertices: Array, triangles: Ints, count: int, where: str) -> tuple[A
 def pressing_runs(
     touched: TouchedRobot, found: CommandRange, ends: Array, seed: int
 ) -> tuple[Array, Array]:
-    """Smaller ends of runs, and where spheres stand in their way.
+    """Smaller ends (runs, n_a) of runs, and centres (runs, 3 k) of spheres that stand in their way [m].
 
     Args:
         touched: the robot.
         found: range of each actuator.
         ends: (runs, n_a) shares of the ranges at the end of runs.
         seed: of the random numbers.
-
-    Returns:
-        (runs, n_a) shares of the ranges, (runs, 3 k) centres of the spheres [m].
     """
     rng = np.random.default_rng(seed)
     ways = _ways(touched, found)  # (3 m, n_a)

@@ -98,11 +98,7 @@ def without_own(body: Reducible, vectors: Array) -> Array:
 
 
 def with_own(body: Reducible, Phi: Array) -> Array:
-    """Modes (m, r) that leave the robot's own coordinates out, and a unit mode for each of these.
-
-    Returns:
-        (m, r + o), orthonormal in the norm of the robot.
-    """
+    """Modes (m, r) without the robot's own coordinates and a unit mode for each: (m, r + o), orthonormal."""
     own, m = body.own_coordinates, len(Phi)
     units = np.zeros((m, own))
     units[np.arange(m - own, m), np.arange(own)] = 1.0 / np.sqrt(body.weight[m - own :])
@@ -159,11 +155,7 @@ def touched_responses(robot: Robot, body: Reducible, touched: int) -> Array:
 def campaign_responses(
     robot: Robot, body: Reducible, space: ContactSpace, snapshots: Snapshots
 ) -> Array:
-    """Responses at a few states spread over a campaign, strongest direction first.
-
-    Returns:
-        (m, k), orthonormal in the norm of the robot.
-    """
+    """Responses (m, k) at states spread over a campaign, orthonormal as Φ, strongest direction first."""
     chosen = np.linspace(0, len(snapshots) - 1, RESPONSE_STATES).round().astype(int)
     parts = []
     for i in chosen:

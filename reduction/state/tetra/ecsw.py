@@ -73,16 +73,13 @@ def farthest_apart(alphas: Array, count: int) -> Ints:
 
 
 def contributions(tetrahedra: Tetrahedra, Phi: Array, alphas: Array, seed: int) -> Array:
-    """The training matrix C, one column for each element.
+    """The training matrix C ((1 + DIRECTIONS) r s, e) [√J], one column for each element.
 
     Args:
         tetrahedra: of the full model.
         Phi: (n, r) state modes.
         alphas: (r, s) training states [m].
         seed: of the random directions.
-
-    Returns:
-        ((1 + DIRECTIONS) r s, e) [√J].
     """
     rng = np.random.default_rng(seed)
     points, r = integration_points(tetrahedra), Phi.shape[1]
@@ -106,7 +103,7 @@ def contributions(tetrahedra: Tetrahedra, Phi: Array, alphas: Array, seed: int) 
 
 
 def compliance_root(tetrahedra: Tetrahedra, Phi: Array, alpha: Array) -> Array:
-    """K^(−1/2) of the reduced tangent, zero along motions without energy.
+    """K^(−1/2) (r, r) of the reduced tangent [(m/N)^(1/2)], zero along motions without energy.
 
     Such are those of bodies that nothing holds, and all entries of rigid ones: nothing there is to sample.
 
@@ -114,9 +111,6 @@ def compliance_root(tetrahedra: Tetrahedra, Phi: Array, alpha: Array) -> Array:
         tetrahedra: of the full model.
         Phi: (n, r) state modes.
         alpha: (r,) state [m].
-
-    Returns:
-        (r, r) [(m/N)^(1/2)].
     """
     x = tetrahedra.placed(tetrahedra.at_rest + Phi @ alpha)
     _, values = tetrahedra.forces(tetrahedra.elements.semidefinite, x, None)

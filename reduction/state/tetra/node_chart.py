@@ -84,11 +84,7 @@ class NodeChart:
         return nodes if self.coordinates is None else self.coordinates.free
 
     def frame_columns(self, frames: Frames) -> tuple[Ints, Ints, Ints, Ints]:
-        """Where centres and rotations of frames are in State.q, and then in State.v.
-
-        Returns:
-            (c, 3) and (f, 4) places in q, (c, 3) and (f, 3) places in v.
-        """
+        """Places of centres (c, 3) and rotations of frames (f, 4) in q, and (c, 3), (f, 3) in v of states."""
         first, number = 3 * len(self.moved), np.arange(self.turned)
         pinned = 7 * frames.n_rigid + 4 * (number - frames.n_rigid)
         quaternion = first + np.where(number < frames.n_rigid, 7 * number + 3, pinned)

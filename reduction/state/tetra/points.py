@@ -48,15 +48,12 @@ def integration_points(tetrahedra: Tetrahedra) -> IntegrationPoints:
 
 
 def node_rows(tetrahedra: Tetrahedra, Phi: Array, nodes: Ints) -> Array:
-    """Rows of Φ that belong to nodes, zero where a node is fixed.
+    """Rows (…, 3, r) of Φ that belong to nodes, zero where a node is fixed.
 
     Args:
         tetrahedra: of the full model.
         Phi: (n, r) state modes.
         nodes: (…,) node numbers.
-
-    Returns:
-        (…, 3, r).
     """
     first = tetrahedra.dof[nodes]
     rows = Phi[np.maximum(first, 0)[..., None] + np.arange(3)]
@@ -66,16 +63,13 @@ def node_rows(tetrahedra: Tetrahedra, Phi: Array, nodes: Ints) -> Array:
 def gradients_of(
     tetrahedra: Tetrahedra, points: IntegrationPoints, Phi: Array, chosen: Ints
 ) -> Array:
-    """Derivatives of the deformation gradients F_ij with respect to α.
+    """Derivatives (9 s, r) of the deformation gradients F_ij by α [1/m], row 9 e + 3 i + j.
 
     Args:
         tetrahedra: of the full model.
         points: all of its integration points.
         Phi: (n, r) state modes.
         chosen: (s,) numbers of the points, ascending.
-
-    Returns:
-        (9 s, r) [1/m], row 9 e + 3 i + j.
     """
     G = np.empty((len(chosen), 3, 3, Phi.shape[1]))
     first = 0
