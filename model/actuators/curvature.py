@@ -7,14 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauten.model.actuators.actuator_set import ActuatorSet, Loads
-from tauten.model.actuators.chamber import ChamberSet, add_chamber_stiffness
-from tauten.model.actuators.transmission import TransmissionSet
+from tauten.model.actuators.chamber import add_chamber_stiffness
 from tauten.model.numerics import Array, Ints
 from tauten.model.points import (
     MeanPoints,
     NodeMotion,
     NodePoints,
-    Paths,
     add_cable_stiffness,
     segment_nodes,
     segment_weights,
@@ -27,23 +25,19 @@ class NodalCurvature:
     """Second derivatives of lengths, volumes and functions, in the sparsity pattern of the nodes.
 
     Attributes:
-        paths: of the cables.
-        stations: points that they pass.
-        weights: (s, 8) of the nodes of both ends of every segment, negative for the first end.
-        chambers: cavities under pressure.
+        actuators: all but drives.
+        ends: (s, 8) nodes of both ends of every segment of cables.
+        weights: (s, 8) of these, negative for the first end.
         cable_blocks: places of the segments in the pattern, see `Pattern.blocks`.
         chamber_blocks: places of the triangles of chambers.
-        transmissions: functions of points; None: there are none.
         pattern: of the nodes.
     """
 
-    paths: Paths
-    stations: NodePoints
+    actuators: ActuatorSet[NodePoints | MeanPoints]
+    ends: Ints
     weights: Array
-    chambers: ChamberSet
     cable_blocks: tuple[Ints, Ints]
     chamber_blocks: tuple[Ints, Ints]
-    transmissions: TransmissionSet[NodePoints | MeanPoints] | None
     pattern: Pattern
 
     def add(self, x: Array, loads: Loads, K: Array) -> None:
@@ -54,15 +48,16 @@ class NodalCurvature:
             loads: efforts.
             K: (nnz,) CSC values of −∂force, added to.
         """
-        segments, y = self.paths.segment_arrays, self.stations.at(x)
+        actuators = self.actuators
+        chambers, moved = actuators.chambers, actuators.transmissions
+        segments, y = actuators.paths.segment_arrays, actuators.stations.at(x)
         add_cable_stiffness(y, segments, self.weights, loads.tension, self.cable_blocks, K)
         if loads.pressure.any():
-            surface = (self.chambers.nodes, self.chambers.weights)
-            owner, blocks = self.chambers.owner, self.chamber_blocks
-            add_chamber_stiffness(x, owner, surface, loads.pressure, blocks, K)
-        if self.transmissions is not None:
+            surface, blocks = (chambers.nodes, chambers.weights), self.chamber_blocks
+            add_chamber_stiffness(x, chambers.owner, surface, loads.pressure, blocks, K)
+        if moved is not None:
             motion = NodeMotion(x, self.pattern.dof, self.pattern.n)
-            self.transmissions.add_stiffness(motion, loads.transmitted, self.pattern, K)
+            moved.add_stiffness(motion, loads.transmitted, self.pattern, K)
 
 
 def coupled_nodes(actuators: ActuatorSet[NodePoints | MeanPoints]) -> list[Ints]:
@@ -80,9 +75,9 @@ def nodal_curvature(
     actuators: ActuatorSet[NodePoints | MeanPoints], pattern: Pattern
 ) -> NodalCurvature:
     """The curvature of cables, chambers and transmissions in a pattern."""
-    paths, stations, chambers = actuators.paths, actuators.stations, actuators.chambers
+    paths, stations = actuators.paths, actuators.stations
     assert isinstance(stations, NodePoints)
-    blocks = pattern.blocks(segment_nodes(paths, stations)), pattern.blocks(chambers.nodes)
+    ends = segment_nodes(paths, stations)
+    blocks = pattern.blocks(ends), pattern.blocks(actuators.chambers.nodes)
     weights = np.ascontiguousarray(segment_weights(paths, stations))
-    moved = actuators.transmissions
-    return NodalCurvature(paths, stations, weights, chambers, *blocks, moved, pattern)
+    return NodalCurvature(actuators, ends, weights, *blocks, pattern)

@@ -18,7 +18,6 @@ from tauten.model.points import (
     dense_units,
     mapped_rows,
     points_at,
-    segment_nodes,
 )
 from tauten.model.tetra import TetBody, Tetrahedra
 from tauten.reduction.state.tetra.arrays import SampledElements, Tendons, in_lanes, in_rows
@@ -146,9 +145,8 @@ def sampled_body(
 def reduced_tendons(tetrahedra: Tetrahedra, Phi: Array) -> Tendons:
     """The cables in reduced coordinates."""
     curvature, x0 = tetrahedra.curvature, tetrahedra.mesh.nodes
-    paths, stations = curvature.paths, curvature.stations
-    y = stations.at(x0)
-    rows = node_rows(tetrahedra, Phi, segment_nodes(paths, stations))
+    paths, y = curvature.actuators.paths, curvature.actuators.stations.at(x0)
+    rows = node_rows(tetrahedra, Phi, curvature.ends)
     D = np.einsum("sa,sair->ris", curvature.weights, rows)
     return Tendons(
         np.searchsorted(paths.owner, np.arange(paths.n_a + 1)),

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from tauten.model import Robot
 from tauten.model.constraints import ConstrainedBody, Drums, FrameJoints
 from tauten.model.numerics import Array, Bools, Ints
-from tauten.model.points import points_at, segment_nodes
+from tauten.model.points import points_at
 from tauten.model.tetra import NodalBody, TetBody
 from tauten.reduction.reduced_body import ElementSample, StateBasisError
 from tauten.reduction.state.tetra.actuators import modal_curvature, reduced_actuators
@@ -221,11 +221,9 @@ def lifting_of(
 
 def pulled_nodes(body: ConstrainedBody) -> Ints:
     """Nodes that cables and chambers depend on, among those that are not fixed."""
-    dof = body.tetrahedra.dof
-    curved = body.tetrahedra.curvature
-    cables = segment_nodes(curved.paths, curved.stations).ravel()
+    cables = body.tetrahedra.curvature.ends.ravel()
     nodes = np.unique(np.concatenate([cables, body.actuator_set.chambers.used]))
-    first: Ints = dof[nodes]
+    first: Ints = body.tetrahedra.dof[nodes]
     return first[first >= 0] // 3
 
 
