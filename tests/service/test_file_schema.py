@@ -86,6 +86,7 @@ def numbers(tree: Any, way: Sequence[str | int] = ()) -> Iterator[tuple[str | in
         yield tuple(way)
 
 
+@pytest.mark.versions
 @pytest.mark.parametrize(
     ("kind", "file"),
     [

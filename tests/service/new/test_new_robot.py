@@ -176,6 +176,7 @@ def test_tetrahedra_of_a_file_are_taken_as_they_are(tmp_path: Path) -> None:
     assert load_robot(made.file).n_nodes == len(mesh.nodes)
 
 
+@pytest.mark.versions
 def test_a_guess_that_makes_no_robot_is_told_without_a_temporary_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -214,6 +215,7 @@ def test_a_tiny_size_is_counted_before_it_is_meshed(tmp_path: Path) -> None:
         make(NewRobot("bar", read(part), size=1e-4), tmp_path / "bar")
 
 
+@pytest.mark.versions
 @pytest.mark.parametrize("size", ["inf", "nan", "1e5", "0"])
 def test_a_size_of_no_element_is_refused(
     tmp_path: Path, size: str, capsys: pytest.CaptureFixture[str]
