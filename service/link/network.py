@@ -157,9 +157,10 @@ def open_session(network: Network, role: Role, robot: str, connected: bool = Tru
         if network.config is not None:
             why = _SOURCE.sub("", str(error))
             raise NetworkError(f"{network.config}: Zenoh cannot open a session: {why}") from error
+        who = "plant or driver" if role is Role.PLANT else role.name.lower()
         raise NetworkError(
-            f"port {first + role.value} on {HOST} is taken: is another {role.name.lower()} of "
-            f"{robot!r} running? stop it or give --port"
+            f"port {first + role.value} on {HOST} is taken: is another {who} of {robot!r} running? stop it "
+            "or give --port"
         ) from error
 
 

@@ -4,7 +4,8 @@ from tauten.service.view.web.guard import Guard
 from tauten.service.view.web.server import (
     FIRST_PORT,
     LoopbackServer,
+    check_port,
     open_server,
 )
 
-__all__ = ["FIRST_PORT", "Guard", "LoopbackServer", "open_server"]
+__all__ = ["FIRST_PORT", "Guard", "LoopbackServer", "check_port", "open_server"]

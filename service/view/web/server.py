@@ -142,6 +142,15 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
         listening.close()
 
 
+def check_port(port: int) -> None:
+    """Refuse a port of the page that is taken, before work that takes long; 0 is any free one.
+
+    Raises:
+        ViewError: the port is taken.
+    """
+    _listening(port).close()
+
+
 def _listening(port: int) -> socket.socket:
     """A socket bound to the port."""
     found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)

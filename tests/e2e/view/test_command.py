@@ -41,10 +41,16 @@ def test_a_missing_extra_is_named(tmp_path: Path) -> None:
     ]
 
 
-def test_a_port_in_use(beam_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("what", [("beam", "--simulate"), ("nobody",), ("no.mcap",)])
+def test_a_port_in_use_is_told_before_any_work(
+    beam_file: Path, what: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A simulated robot was ready first, after 13 s, and a node was waited for."""
+    robot = beam_file if what[0] == "beam" else what[0]
     with open_server(0, "first") as (server, _):
         port = server.get_port()
-        sentence = refused(capsys, beam_file, "--simulate", "--no-browser", "--web-port", port)
+        assert run_main("view", robot, *what[1:], "--no-browser", "--web-port", port) == 2
+    (sentence,) = capsys.readouterr().err.strip().splitlines()
     assert sentence.startswith(f"tauten: port {port} on 127.0.0.1 is taken")
     assert "--web-port" in sentence
 

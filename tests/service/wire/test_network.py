@@ -76,10 +76,13 @@ def test_a_stream_finds_a_node_that_starts_again(open_one: Open) -> None:
         node.close()  # type: ignore[no-untyped-call]
 
 
-def test_a_second_node_fails_with_a_sentence_about_the_port(open_one: Open) -> None:
-    open_one(Role.NODE)
-    with pytest.raises(NetworkError, match=r"is another node of 'r' running"):
-        open_one(Role.NODE)
+@pytest.mark.parametrize(("role", "who"), [(Role.NODE, "node"), (Role.PLANT, "plant or driver")])
+def test_a_second_one_fails_with_a_sentence_about_the_port(
+    open_one: Open, role: Role, who: str
+) -> None:
+    open_one(role)
+    with pytest.raises(NetworkError, match=rf"is another {who} of 'r' running"):
+        open_one(role)
 
 
 def listening_addresses() -> set[str]:
