@@ -16,7 +16,7 @@ import numpy as np
 from tauten.model.numerics import FactorisationError
 from tauten.model.robot import Robot
 from tauten.model.signals import Command
-from tauten.model.simulation.search import WayIn
+from tauten.model.simulation.way_in import WayIn
 from tauten.model.state import State
 from tauten.model.step import ContactSpace, Enrichment, Forces, forward_step
 from tauten.model.threads import raise_interrupt

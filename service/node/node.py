@@ -19,10 +19,11 @@ import zenoh
 from tauten.model.numerics import Array
 from tauten.service.describing import describe
 from tauten.service.log import LogRecorder
-from tauten.service.node.answers import QuestionAnswers, prometheus_text
+from tauten.service.node.answers import QuestionAnswers
 from tauten.service.node.clock import Beat, Clock, punctual_clock
 from tauten.service.node.inputs import Goal, NodeInputs
 from tauten.service.node.loop import Action, ControlLoop
+from tauten.service.node.metrics import prometheus_text
 from tauten.service.node.model_watch import FallBack
 from tauten.service.node.outputs import (
     NodeOutputs,

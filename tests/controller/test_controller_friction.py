@@ -15,7 +15,7 @@ from tauten.model import Command, Robot, Simulator
 from tauten.model.friction import FrictionProblem, certify_friction
 from tauten.model.load import build_robot
 from tauten.model.schema import RobotConfig
-from tauten.service.node.answers import prometheus_text
+from tauten.service.node.metrics import prometheus_text
 from tauten.service.node.outputs import contact_diagnostic
 from tauten.service.operate.contacts import certificate_in
 

@@ -18,7 +18,7 @@ from tauten.model import Simulator
 from tauten.model.load import build_robot
 from tauten.model.schema import RobotConfig
 from tauten.service.node import Action, Clock, ControlLoop, Signals
-from tauten.service.node.answers import prometheus_text
+from tauten.service.node.metrics import prometheus_text
 from tauten.service.node.statistics import SURPRISING, LoopStatistics
 from tauten.service.wire import (
     Cause,

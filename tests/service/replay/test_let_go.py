@@ -12,7 +12,7 @@ from tauten.controller import Controller
 from tauten.model.numerics import Array
 from tauten.service.link.commanding import answer_in
 from tauten.service.node import Action, ControlLoop, Signals
-from tauten.service.node.answers import prometheus_text
+from tauten.service.node.metrics import prometheus_text
 from tauten.service.node.outputs import contact_diagnostic
 from tauten.service.replay import actions
 from tauten.service.replay.replaying import RecordedTick
