@@ -82,6 +82,8 @@ def view(
         )
     if (simulate or is_log) and port is not None:
         raise typer.BadParameter("--port is Zenoh's, of a served robot; the page's is --web-port")
+    if export is None:
+        viewer.check_port(web_port)  # before what takes long
     with stop_on_signals() as stop:
         if export is not None:
             with progress_bar("export") as report:

@@ -180,9 +180,9 @@ class NodeInputs:
     def read_commands(self, tick: int) -> list[OperatorOrder]:
         """Read the operator's commands, oldest first; `count` each when it has been carried out."""
         found = self._commands.read()
-        for _, payload, encoding in found:
-            self._write(self._command_key, TEXT, payload, encoding, 0, tick)
-        return [command for command, _, _ in found]
+        for item in found:
+            self._write(self._command_key, TEXT, item.payload, item.encoding, 0, tick)
+        return [item.command for item in found]
 
     def count(self, command: OperatorOrder, refused: Rejection | None) -> None:
         """Count a command that was carried out, or that was refused."""

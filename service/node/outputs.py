@@ -12,6 +12,7 @@ somebody listens and in time that is left. What joins the points never changes a
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 import zenoh
@@ -66,8 +67,17 @@ _FADE = 0.95  # of the expected duration each time it is not left, so that a hic
 _SPARE = 3e-4  # s left for other work
 
 
-# What the model touches after a tick: contacts in range with their forces, and where obstacles are.
-Readout = tuple[ContactForces, ObstaclePoses]
+@dataclass(frozen=True, slots=True)
+class Readout:
+    """What the model touches after a tick.
+
+    Attributes:
+        contacts: in range with their forces.
+        obstacles: where they are.
+    """
+
+    contacts: ContactForces
+    obstacles: ObstaclePoses
 
 
 class NodeOutputs:
@@ -125,7 +135,7 @@ class NodeOutputs:
         used = self._open.has_subscribers or any(map(self._is_used, wanted))
         if self._robot.n_c == 0 or mode is Mode.STOP or not used:
             return None
-        return controller.contacts, controller.obstacles
+        return Readout(controller.contacts, controller.obstacles)
 
     def tick(self, tick: Tick, readout: Readout | None) -> None:
         """Publish a tick, and what the model touches after it."""
@@ -137,7 +147,7 @@ class NodeOutputs:
     def _touch(self, readout: Readout, tick: Tick) -> None:
         """Publish contacts, wrenches and where obstacles are."""
         at, frame = (tick.stamp, tick.index), self._robot.frame
-        contacts, obstacles = readout
+        contacts, obstacles = readout.contacts, readout.obstacles
         if self._is_used(self._contacts):
             cloud = contact_cloud(tick.stamp, frame, contacts)
             self._send(self._contacts, encode_cloud(cloud, CONTACT_FIELDS), *at)

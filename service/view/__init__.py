@@ -14,7 +14,7 @@ from tauten.service.view.show import (
     view_served,
     view_simulation,
 )
-from tauten.service.view.web import Guard, open_server
+from tauten.service.view.web import Guard, check_port, open_server
 
 __all__ = [
     "Guard",
@@ -24,6 +24,7 @@ __all__ = [
     "TRAIL",
     "ViewPanel",
     "ViewSettings",
+    "check_port",
     "export_log",
     "export_simulation",
     "open_server",

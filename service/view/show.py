@@ -37,7 +37,7 @@ from tauten.service.setup import load_setup
 from tauten.service.view.export import write_html
 from tauten.service.view.playback import PlaybackSession
 from tauten.service.view.session import FRAMES, ViewSession
-from tauten.service.view.web import FIRST_PORT, check_port, open_server
+from tauten.service.view.web import FIRST_PORT, open_server
 from tauten.service.wire import Network, places_of
 
 log = logging.getLogger(__name__)
@@ -87,7 +87,6 @@ def view_simulation(simulation: SimulationSettings, settings: ViewSettings, stop
         PathError: no such path.
         RobotFileError, MeshError, BasisError, StateBasisError: what cannot be used, and why.
     """
-    check_port(settings.port)
     with one_blas_thread():
         with stop.interruptible():
             source, path, file = simulated(simulation)
@@ -203,7 +202,6 @@ def view_log(
         ViewError: the port is taken.
         RobotFileError, MeshError, BasisError, StateBasisError: the robot cannot be used.
     """
-    check_port(settings.port)
     with one_blas_thread():
         with stop.interruptible():
             recorded = _recorded(log_file, against, recorded_paths)
@@ -255,7 +253,6 @@ def view_served(robot: str, network: Network, settings: ViewSettings, stop: Stop
         NetworkError: no node, or one of another version.
         ViewError: the port is taken.
     """
-    check_port(settings.port)
     with ExitStack() as stack:
         with stop.interruptible():  # a node that compiles kernels takes minutes to get ready
             session = stack.enter_context(node_of(robot, network))

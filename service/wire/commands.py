@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 from tauten.service.codec import (
@@ -27,6 +28,21 @@ COMMAND_RING = 128  # that are read in a tick; older ones are dropped unread, a 
 _LONGEST_NAME = 100  # characters of an actuator's
 
 
+@dataclass(frozen=True, slots=True)
+class ReceivedCommand:
+    """A command that was decoded.
+
+    Attributes:
+        command: of the operator.
+        payload: the message as it came.
+        encoding: names its format.
+    """
+
+    command: OperatorOrder
+    payload: bytes
+    encoding: str
+
+
 class CommandSubscriber:
     """Collects commands.
 
@@ -38,8 +54,8 @@ class CommandSubscriber:
         self.counts = MessageCounts()
         self._source = source
 
-    def read(self) -> list[tuple[OperatorOrder, bytes, str]]:
-        """Commands that have arrived, oldest first, each with its message as it came, and its encoding."""
+    def read(self) -> list[ReceivedCommand]:
+        """Commands that have arrived, oldest first."""
         found = []
         for sample in waiting(self._source, COMMAND_RING):
             payload, encoding = payload_of(sample), str(sample.encoding)
@@ -50,7 +66,7 @@ class CommandSubscriber:
             if isinstance(command, Rejection):
                 self.counts.refuse(command)
             else:
-                found.append((command, payload, encoding))
+                found.append(ReceivedCommand(command, payload, encoding))
         return found
 
 

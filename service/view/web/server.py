@@ -143,7 +143,7 @@ def open_server(port: int, label: str) -> Iterator[tuple[LoopbackServer, Guard]]
 
 
 def check_port(port: int) -> None:
-    """Refuse a port of the page that is taken, before work that takes long; 0 is any free one.
+    """Refuse a port of the page that is taken; 0 is any free one.
 
     Raises:
         ViewError: the port is taken.
