@@ -181,6 +181,15 @@ class BeamBody(SparseBody[AttachedPoints]):
             return self.forces(at.state, at.effort, exact=False)[1]
         return self.stiffness(at.state) if at.D is None else at.D
 
+    @property
+    def derivative_leads(self) -> bool:
+        """Not of beams: their stress changes from tick to tick, and turns with them over a horizon.
+
+        The derivative has it fixed in direction: transient axial forces of an arm that moves fast would push
+        its tip far aside.
+        """
+        return False
+
     def tangents(self, at: SparseAssembled, scheme: Integration) -> Iterator[Tangent]:
         """What a step tries until one has a Cholesky factor, see `SparseBody`.
 

@@ -109,6 +109,11 @@ class SparseBody(Body[P]):
         """The actuator whose chamber each of `triangles` encloses, −1 where none: (t,)."""
         return self.actuator_set.chamber_owners(self.triangles)
 
+    @property
+    def derivative_leads(self) -> bool:
+        """Whether the derivative of the forces resists a velocity that goes on, in plans without it."""
+        return True
+
     def fork(self) -> Self:
         """The same body with a separate factorisation workspace."""
         return dataclasses.replace(self, factorisation=self.factorisation.fork())
@@ -211,7 +216,7 @@ class SparseBody(Body[P]):
         if lost:
             raise FactorisationError("the tangent is singular within rounding")
         v_free = system.v_free
-        if 0.0 < scheme.ahead < 1.0 and not exact:  # the derivative leads the rest of the way
+        if 0.0 < scheme.ahead < 1.0 and not exact and self.derivative_leads:  # the rest of the way
             less = self.pattern.matrix(K - at.K) @ v
             v_free = v_free + (1.0 - scheme.ahead) * scheme.h**2 * system.solve(less)
         share, more = tangent.semidefinite, tangent.stiffened if scheme.ahead == 0.0 else None

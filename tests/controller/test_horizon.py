@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.beam_robots import tendon_arm
 from support.robots.bodies import pneumatic_robot
 from support.robots.examples import shipped_setup
 
@@ -157,6 +159,29 @@ def test_an_arm_far_from_contact_follows_fast_targets_with_even_tensions() -> No
         thirds = np.array(tensions).reshape(-1, 3, 3)  # of each section a, b, c
         found.append(np.roll(thirds, -turn, axis=2))
     np.testing.assert_allclose(found[1], found[0], atol=0.05)
+
+
+@pytest.mark.long
+def test_a_slender_arm_goes_round_a_circle_with_its_tendons(tmp_path: Path) -> None:
+    """Where it can be, at 0.19 m/s: its tip was up to 77 mm away, and its winches turned to and fro.
+
+    Plans counted on stress that an arm has within a tick, as if that pushed in one direction for a horizon.
+    """
+    path = tendon_arm(tmp_path, tension=20.0)
+    path.write_text(f"{path.read_text()}[integration]\nrayleigh_stiffness = 0.01\n")
+    setup, length, turn = load_setup(path), 0.4, 2.0  # m, s
+    controller = Controller(setup.robot, setup.contact, settings=setup.controller)
+    controller.settle_start()
+    late, positions = list[float](), list[Array]()
+    for tick in range(1, 111):
+        bend, angle = 0.3 * min(tick / 50, 1.0), 2.0 * np.pi * tick * setup.robot.h / turn
+        away = (1.0 - np.cos(bend)) * np.array([np.cos(angle), np.sin(angle)])
+        target = length / bend * np.array([*away, np.sin(bend)])  # the end of an arc
+        positions.append(controller.step(target).position)
+        late.append(float(np.linalg.norm(controller.tip - target)))
+    changes = np.diff(positions, n=2, axis=0)[50:]  # m in a tick, of what is pulled in a tick
+    assert max(late[60:]) < 1e-3
+    assert np.abs(changes).max() < 0.1 * setup.robot.h * setup.robot.limits.rate.min()
 
 
 @pytest.mark.parametrize("reduced", [False, True])
