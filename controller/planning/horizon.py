@@ -38,8 +38,8 @@ not come to rest within a tick is behind a moving target by about the horizon. W
 shorter horizon for it, that is the horizon of ticks in which effectors follow targets: half of the time that
 the effectors are behind, between the two. Farther from targets, and where these stay or have jumped, plans
 look as far as ever: over a short horizon they weigh directions by inertia, and robots come to rest far from
-the best place. No motion goes on then, also where no contact is in range: plans in which that of an arm with
-nine tendons goes on change from tick to tick between tensions of zero and the largest ones.
+the best place. No motion goes on then, also where no contact is in range: where that of an arm with nine
+tendons does, its tensions change more than twice as much from tick to tick.
 
 **Robots that would buckle without their cables.** At efforts that are given, a compressed body may be
 unstable where it is stable at given positions, which is how its actuators hold it. The tangent K that
