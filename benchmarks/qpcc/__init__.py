@@ -5,6 +5,7 @@ from benchmarks.qpcc.global_optimum import branch_and_bound
 from benchmarks.qpcc.oracle import enumerate_pieces, scip_optimum
 from benchmarks.qpcc.quality import QpccCase, Quality, generated, measure
 from benchmarks.qpcc.random_problems import (
+    RobotLike,
     degenerate,
     known_global,
     known_stationary,
@@ -20,6 +21,7 @@ __all__ = [
     "QpccCase",
     "Quality",
     "Recorded",
+    "RobotLike",
     "Size",
     "SolveTimes",
     "bench_qpcc",

@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from tauten.controller.qpcc.piece import PieceReduction, recover, reduce_piece
-from tauten.controller.qpcc.qp import ENDLESS, FINEST, Backend, Qp, QpAnswer, solve_daqp
+from tauten.controller.qpcc.qp import (
+    ENDLESS,
+    FINEST,
+    Backend,
+    Qp,
+    QpAnswer,
+    solve_daqp,
+    solve_redundant,
+)
 from tauten.controller.qpcc.residuals import (
     ACTIVE,
     EITHER,
@@ -259,10 +268,14 @@ def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> DescentPoint
         return None
     qp = Qp(H, f, A, lower, upper)
     point = point_of(problem, piece, reduction, backend(qp))
-    if backend is solve_daqp and point is not None and point.residuals.stationarity > EXACT:
-        finer = point_of(problem, piece, reduction, solve_daqp(qp, FINEST))
-        if finer is not None and finer.residuals.stationarity <= EXACT:
-            return finer
+    for otherwise in (
+        (partial(solve_daqp, settings=FINEST), solve_redundant) if backend is solve_daqp else ()
+    ):
+        if point is not None and point.residuals.stationarity <= EXACT:
+            break
+        other = point_of(problem, piece, reduction, otherwise(qp))
+        if other is not None and (point is None or other.residuals.stationarity <= EXACT):
+            point = other
     return point
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from tauten.controller.qpcc.descent import Descent, DescentPoint
 from tauten.controller.qpcc.homotopy import of_order_one, relaxation
-from tauten.controller.qpcc.qp import ENDLESS, UNBOUNDED, Qp, solve_daqp
+from tauten.controller.qpcc.qp import ENDLESS, UNBOUNDED, Qp, solve_daqp, solve_redundant
 from tauten.controller.qpcc.residuals import OPEN, PUSHES, residuals
 from tauten.controller.qpcc.scaling import Scaled
 from tauten.model.numerics import Bools, Ints
@@ -86,7 +86,10 @@ def all_empty(descent: Descent) -> bool:
         upper = qp.upper.copy()
         upper[n_a : n_a + k][sides == OPEN] = 0.0
         upper[n_a + k : n_a + 2 * k][sides == PUSHES] = -m[sides == PUSHES]
-        answer = solve_daqp(Qp(qp.H, qp.f, qp.A, qp.lower, upper))
+        node = Qp(qp.H, qp.f, qp.A, qp.lower, upper)
+        answer = solve_daqp(node)
+        if answer.infeasible:
+            answer = solve_redundant(node)
         if answer.infeasible:
             continue
         if not np.abs(answer.y).max(initial=0.0) < ENDLESS:  # no answer

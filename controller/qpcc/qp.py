@@ -12,7 +12,7 @@ what these are good for, the residuals of the solution say.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
@@ -31,12 +31,16 @@ UNBOUNDED = 1e30
 # A QP whose variables are of order one has no minimum where its answer is this large
 ENDLESS = 1e12
 ACCURACY = 1e-10  # residual that daqp may leave, on QPs whose variables are of order one
-# The same where that was too coarse: variables of one part of a robot may be that small beside those of
-# another. Not at once, because a few QPs with nearly redundant rows would be called infeasible.
-FINEST = 1e-12
 # Of daqp: the curvature that a singular Hessian borrows, where its proximal iteration stops, and components
 # of a step that count as zero. Where larger ones do, it calls a QP with nearly redundant contacts infeasible.
 DAQP = {"primal_tol": ACCURACY, "eps_prox": -1e-4, "eta_prox": ACCURACY, "zero_tol": 1e-14}
+# Where that was too coarse: variables of one part of a robot may be that small beside those of another. Not
+# at once, because a few QPs with nearly redundant rows would be called infeasible.
+FINEST = {**DAQP, "primal_tol": 1e-12}
+# Where rows are nearly redundant, as those of two cables beside each other: with the others such a QP may be
+# called infeasible that is not.
+REDUNDANT = {**DAQP, "primal_tol": 1e-8, "eps_prox": -1e-2, "sing_tol": 1e-14}
+ROUNDING = 1e-13  # of the largest singular value, what counts as none
 DAQP_INFEASIBLE = -1  # exit flag
 # Libraries whose own tolerances are far above what a piece needs.
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -150,20 +154,42 @@ def _named(name: str) -> Backend:
     return through_qpsolvers(name)
 
 
-def solve_daqp(qp: Qp, accuracy: float = ACCURACY) -> QpAnswer:
+def solve_daqp(qp: Qp, settings: Mapping[str, float] = DAQP) -> QpAnswer:
     """Dual active set (Arnström, Bemporad, Axehill 2022): exact up to round-off.
 
     Args:
         qp: the problem.
-        accuracy: by how much limits may be violated.
+        settings: of the library.
     """
     if len(qp.f) == 0:
         return QpAnswer(False, np.zeros(0), np.zeros(len(qp.lower)))
-    settings = {**DAQP, "primal_tol": accuracy}
     y, _, flag, info = daqp.solve(qp.H, qp.f, qp.A, qp.upper, qp.lower, **settings)
     # where there is no minimum the multipliers are memory that was not written
     multipliers = info["lam"] if flag > 0 else np.zeros(len(qp.lower))
     return QpAnswer(flag == DAQP_INFEASIBLE, y, multipliers)
+
+
+def solve_redundant(qp: Qp) -> QpAnswer:
+    """A QP with nearly redundant rows or variables: coarse, and then exact on the limits that hold.
+
+    Args:
+        qp: the problem.
+    """
+    answer, n = solve_daqp(qp, REDUNDANT), len(qp.f)
+    (held,) = np.nonzero(answer.multipliers)
+    if len(held) == 0:  # also where it is not solved
+        return answer
+    C = np.vstack([np.eye(n), qp.A])[held]
+    limits = np.where(answer.multipliers > 0.0, qp.upper, qp.lower)[held]
+    slope = qp.H @ answer.y + qp.f + C.T @ answer.multipliers[held]
+    system = np.block([[qp.H, C.T], [C, np.zeros((len(held), len(held)))]])
+    try:
+        step = np.linalg.lstsq(system, np.concatenate([-slope, limits - C @ answer.y]), ROUNDING)[0]
+    except np.linalg.LinAlgError:
+        return answer
+    multipliers = answer.multipliers.copy()
+    multipliers[held] += step[n:]
+    return QpAnswer(False, answer.y + step[:n], multipliers)
 
 
 def through_qpsolvers(name: str) -> Backend:

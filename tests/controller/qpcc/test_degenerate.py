@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from support.qpcc_checks import EXACT, assert_solves, violation, worst
 
-from benchmarks.qpcc import degenerate, enumerate_pieces, robot_like
-from tauten.controller.qpcc import Qpcc, Status, solve_qpcc
+from benchmarks.qpcc import RobotLike, degenerate, enumerate_pieces, robot_like
+from tauten.controller.qpcc import Qpcc, QpccSettings, Solution, Start, Status, solve_qpcc
+from tauten.model.numerics import Array
 
 
 @pytest.mark.long
@@ -119,3 +120,44 @@ def test_tensions_that_cannot_change() -> None:
     assert solution.status is Status.OK
     np.testing.assert_array_equal(solution.lam_a, fixed)
     assert violation(held, solution.lam_a, solution.beta) <= 1e-12
+
+
+@pytest.mark.parametrize("apart", [1e-5, 1e-4])
+@pytest.mark.parametrize(("n_a", "k"), [(1, 0), (3, 0), (3, 5), (7, 10)])
+def test_a_cable_beside_another_one_does_no_harm(n_a: int, k: int, apart: float) -> None:
+    """Two cables do no worse than one, and no better than one that may pull twice as hard."""
+    compared = 0
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+        one = robot_like(rng, n_a, k)
+        one = replace(one, drift=np.zeros_like(one.drift))
+        wider = replace(one.limits, effort_max=np.r_[40.0, one.limits.effort_max[1:]])
+        robots = (
+            replace(one, limits=wider),
+            with_twin(one, apart * rng.normal(size=len(one.W))),
+            one,
+        )
+        strong, two, single = (solved_from_rest(robot) for robot in robots)
+        if single.status is Status.OK:
+            compared += 1
+            assert two.status is Status.OK, seed
+            assert two.objective <= single.objective * (1.0 + 30.0 * apart), seed
+            assert two.objective >= strong.objective * (1.0 - 30.0 * apart), seed
+    assert compared > 20
+
+
+def with_twin(robot: RobotLike, apart: Array) -> RobotLike:
+    """The robot with one more cable, whose row is that of the first one and a little (m,) of all."""
+    rows = np.r_[0:4, 3 : len(robot.W)]
+    J, cables = np.eye(len(robot.W))[rows], np.r_[0, 0 : len(robot.limits.rate)]
+    J[3] += apart
+    W, delta_free, still = J @ robot.W @ J.T, J @ robot.delta_free, np.zeros((len(J), len(J)))
+    limits = robot.limits.at(cables)
+    return replace(robot, W=W, delta_free=delta_free, limits=limits, drift=still)
+
+
+def solved_from_rest(robot: RobotLike) -> Solution:
+    """The solution as in a control loop that starts without tension."""
+    problem = robot.problem()
+    start = Start(np.zeros(len(problem.lb)), np.zeros(len(problem.m), np.bool_))
+    return solve_qpcc(problem, start, QpccSettings(second_start="never"))
