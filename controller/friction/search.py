@@ -29,6 +29,7 @@ from tauten.model.friction import Width
 from tauten.model.numerics import Array, Ints, kernel
 
 WITHIN = 1e-7  # of the largest limit, by which a point may exceed one
+NARROWEST = 1e-300  # range of an effort [N, Pa] that changes are divided by
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,7 @@ class EffortSearch:
         place: (s + 3 k,) where each row of the problem is among these.
         arrays: objective and limits for kernels.
         solver: name of the QP library, or a function, for QPs that the kernel does not solve.
-        span: (n_a,) range of the efforts [N, Pa].
+        span: (n_a,) range of the efforts [N, Pa]; next to nothing of one that has none.
         allowed: excess over the limits that counts as none, in the unit of their rows.
         budget: linear systems and time.
     """
@@ -148,7 +149,7 @@ def effort_search(problem: FrictionInverse, solver: str | Backend, budget: Budge
     """
     p = problem.program
     contacts = inverse_contacts(problem)
-    span = effort_span(contacts, p.lb, p.ub)
+    span = np.maximum(effort_span(contacts, p.lb, p.ub), NARROWEST)
     largest = largest_limit(p.g_lo, p.g_hi)
     return EffortSearch(
         problem, contacts, contact_rows(problem),
