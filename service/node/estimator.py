@@ -12,12 +12,14 @@ from __future__ import annotations
 from typing import Protocol
 
 from tauten.model import Robot, RobotFileError, extension_error
+from tauten.model.body import natural_frequencies
 from tauten.model.load import check_interface, extension, extension_names
-from tauten.model.numerics import Array
+from tauten.model.numerics import Array, FactorisationError
 from tauten.service.node.feedback import LARGEST, Feedback
 from tauten.service.settings import ServiceSettings
 
 GROUP = "tauten.estimators"  # of entry points
+SLOWEST = 0.5  # s, over which differences of model and robot are averaged at most
 
 
 class Estimator(Protocol):
@@ -39,7 +41,26 @@ class Estimator(Protocol):
 def _feedback(robot: Robot, settings: ServiceSettings) -> Estimator:
     """The estimator of robot files that name none."""
     layout, largest = robot.effector_layout, LARGEST * robot.size
-    return Feedback(layout, settings.feedback_gain, largest, settings.measurement_delay)
+    gain, delay = settings.feedback_gain, settings.measurement_delay
+    return Feedback(layout, gain, largest, delay, slowest_period(robot))
+
+
+def slowest_period(robot: Robot) -> float:
+    """The period of the slowest vibration at rest, at most `SLOWEST` [s]; 0 where none is known.
+
+    Nothing is known of quasi-static robots, nor of what cables or contacts alone hold.
+    """
+    longest = 0.0
+    for part in robot.body.part_robots or (robot,):
+        rest, moving = part.rest(), part.body.n - len(part.body.motor_coordinates)
+        if part.integration.static or moving < 2:
+            continue
+        try:
+            found = natural_frequencies(part.body, rest, 1, part.spring_rows(rest))
+        except FactorisationError:
+            continue
+        longest = max(longest, 1.0 / float(found[0]))
+    return min(longest, SLOWEST)
 
 
 OWN = {"feedback": _feedback}

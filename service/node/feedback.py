@@ -15,6 +15,12 @@ equilibrium x_m = x_t where the model reaches its goal.
 A measurement that is d seconds old is compared with the model of d seconds ago. Where the delay is not the
 stated one the loop acts as an integrator with a delay, which is stable for g d < π / 2 (the phase of
 g exp(−s d) / s reaches −180° where its magnitude is one); `stable_gain` keeps half of that.
+
+A robot that swings at an angular frequency ω with a damping ratio ζ, longer than its model, goes on for
+ever where g > 2 ζ ω: its correction is late by a quarter of the period, and pushes it where it goes. So
+differences of model and robot are averaged over a time T, the period of the model's slowest vibration. Then
+that is so where g sin(ω T) / ω T > 2 ζ ω: nowhere between half of the model's frequency, as with a payload,
+and all of it, and above it with eight times the gain at least. To all else the mean is late by T / 2.
 """
 
 from __future__ import annotations
@@ -32,6 +38,7 @@ from tauten.model.numerics import Array
 # A model that is farther off than this part of the robot's size is wrong, not inexact.
 LARGEST = 0.25
 _MARGIN = 0.5  # part of the largest stable gain that is used
+_ROUNDING = 1e-9  # s
 _LONGEST = 8192  # positions of the model kept at most
 
 
@@ -67,7 +74,12 @@ class Feedback:
     """
 
     def __init__(
-        self, layout: EffectorLayout, gain: float, largest: float, delay: float = 0.0
+        self,
+        layout: EffectorLayout,
+        gain: float,
+        largest: float,
+        delay: float = 0.0,
+        average: float = 0.0,
     ) -> None:
         """Start without correction.
 
@@ -76,11 +88,16 @@ class Feedback:
             gain: g [1/s].
             largest: no correction is longer, in metres by the layout's units [m].
             delay: of the measurements [s]; see `stable_gain`.
+            average: T, over which differences are averaged [s]; 0: the last one counts.
         """
-        self.gain = stable_gain(gain, delay)
+        self.gain = stable_gain(gain, delay + 0.5 * average)
         self.largest = largest
         self._layout = layout
+        self._average = average
         self.correction: Array = np.zeros(layout.n_rows)
+        self._past: deque[tuple[float, Array]] = deque()  # times [s] and differences (n_e,)
+        self._lasted = 0.0  # their sum [s]
+        self._sum = self.correction.copy()  # (n_e,) of the products of both
 
     def update(self, predicted: Array, measured: Array, seconds: float) -> Array:
         """The correction (n_e,) after a measurement, see `Estimator`."""
@@ -89,14 +106,31 @@ class Feedback:
         # exact for constant x_e - x_m, so that no gain and no pause makes it overshoot
         share = 1.0 - np.exp(-self.gain * seconds)
         layout = self._layout
-        difference = layout.difference(predicted, measured)  # (n_e,)
+        difference = self._mean(seconds, layout.difference(predicted, measured))  # (n_e,)
         correction = self.correction + share * (difference - self.correction)  # (n_e,)
         self.correction = capped(layout, correction, self.largest)
         return self.correction
 
+    def _mean(self, seconds: float, difference: Array) -> Array:
+        """The mean difference (n_e,) of the time that is averaged over, with one that counts for some [s]."""
+        past = self._past
+        past.append((seconds, difference))
+        self._lasted += seconds
+        self._sum += seconds * difference
+        while len(past) > 1 and self._lasted - past[0][0] > self._average - _ROUNDING:
+            time, one = past.popleft()
+            self._lasted -= time
+            self._sum -= time * one
+        if len(past) == 1 or self._lasted <= 0.0:
+            return difference
+        mean: Array = self._sum / self._lasted
+        return mean
+
     def reset(self) -> None:
         """No correction."""
         self.correction = np.zeros_like(self.correction)
+        self._past.clear()
+        self._lasted, self._sum = 0.0, np.zeros_like(self.correction)
 
 
 class ModelHistory:

@@ -21,8 +21,8 @@ from tauten.model.contact import ObstaclePose
 from tauten.model.numerics import Array
 from tauten.service.log import Entry, LogRecorder, arrived, message_kinds
 from tauten.service.node.estimator import Estimator, make_estimator
-from tauten.service.node.feedback import LARGEST, ModelHistory, capped, stable_gain
-from tauten.service.node.plausibility import MeasurementCheck
+from tauten.service.node.feedback import LARGEST, Feedback, ModelHistory, capped, stable_gain
+from tauten.service.node.plausibility import MeasurementCheck, Swing
 from tauten.service.settings import ServiceSettings, lasting_timeout
 from tauten.service.wire import (
     CDR,
@@ -284,12 +284,15 @@ class MeasuredLoop:
         """Start without a measurement; the estimator is by default the one that the settings name."""
         self.subscriber = subscriber
         self.correction: Array = np.zeros(robot.effector_layout.n_rows)
-        self._estimator = estimator or make_estimator(robot, settings)
+        self._estimator = used = estimator or make_estimator(robot, settings)
+        given = stable_gain(settings.feedback_gain, settings.measurement_delay)
+        self._gain = used.gain if isinstance(used, Feedback) else given  # 1/s
         self._layout, self._largest = robot.effector_layout, LARGEST * robot.size
         self._settings = settings
         self._delay = settings.measurement_delay
         self._timeout = settings.measurement_timeout
         self._check = MeasurementCheck(robot.effector_layout, robot.size, self._largest)
+        self._swing = Swing(robot.effector_layout, robot.size)
         self._history = ModelHistory(self._layout)
         self._reason = ""  # why the last measurement was not plausible
         self._ignored = ""  # why the last correction was
@@ -310,6 +313,7 @@ class MeasuredLoop:
         if self.subscriber.take_fresh():
             made = [now - max(age, self._delay) for age in self.subscriber.ages(now)]
             model, seconds = self._history.at(made), now - self._plausible
+            self._swing.add(now, model, measured)
             self._reason = self._check.reason(model, measured, seconds)
             if self._reason:
                 rejection = Rejection(RejectionReason.NOT_PLAUSIBLE, self._reason)
@@ -355,6 +359,7 @@ class MeasuredLoop:
                 self._estimator.reset()
             self.correction = np.zeros_like(self.correction)
             self._check.reset()
+            self._swing.reset()
             self._reason = self._ignored = ""
 
     def diagnostic(self) -> Diagnostic:
@@ -363,13 +368,18 @@ class MeasuredLoop:
         length = float(self._layout.lengths(self.correction).max())
         at_cap = length >= _AT_CAP * largest
         warning = self._reason or self._ignored or "the correction is at its limit" * at_cap
+        if extent := self._swing.extent:
+            swings = f"the robot swings about its model by {1e3 * extent:.3g} mm"
+            warning = (
+                f"{swings}: has it less damping, or is feedback_gain too large? {warning}".rstrip()
+            )
         values = {
             "correction_mm": f"{1e3 * length:.4g}",
             "largest_correction_mm": f"{1e3 * largest:.4g}",
             "age_s": f"{age:.3g}",
             "delay_s": f"{self._delay:g}",
             "estimator": self._settings.estimator,
-            "gain": f"{stable_gain(self._settings.feedback_gain, self._delay):.4g}",
+            "gain": f"{self._gain:.4g}",
         }
         level = Level.WARN if warning else Level.OK
         return Diagnostic("feedback", level, warning or "plausible", values)

@@ -17,6 +17,8 @@ motion and cannot find out that the fault is gone, so this fault is kept until `
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
 
 from tauten.model import EffectorLayout
@@ -31,6 +33,11 @@ _JUMP = 0.05  # of the robot's size, and by which it may change at once
 # of the robot's size, distance from the model within which an exchange does not matter
 _CLOSE = 0.02
 _CLOSER = 0.5  # part of its own distance at which an exchanged effector is clearly another
+_SWING = 0.03  # of the robot's size, by which a robot swings about its model that health warns of
+_SWUNG = 2.0  # s, over which this is looked at
+_EVEN = 0.1  # s, over which measurements are averaged there
+_MOST = 2000  # measurements of that time that are kept at most
+_WAYS = 6.0  # how often it goes this far, there or back, within that time
 
 
 class MeasurementCheck:
@@ -118,8 +125,57 @@ class MeasurementCheck:
         if self._still >= _IN_A_ROW:
             self.fault = (
                 f"the model moves and the measurement does not follow it ({progress:.2g} of its motion): "
-                "is it frozen, mirrored or turned? then send enable"
+                "is it frozen, mirrored or turned, or does the robot swing? then send enable"
             )
+
+
+class Swing:
+    """Whether a robot swings about its model, as one does whose damping is too light for the gain.
+
+    The way of what is measured from the model is then many times as long as its extent, which it is not where
+    that differs evenly, or as targets change that go round at 0.5 Hz.
+    """
+
+    def __init__(self, layout: EffectorLayout, size: float) -> None:
+        """Start without a measurement.
+
+        Args:
+            layout: of the effectors; rotations, lengths and volumes count in metres by its units.
+            size: of the robot [m].
+        """
+        self._layout, self._least = layout, _SWING * size
+        self._past: deque[tuple[float, Array]] = deque(maxlen=_MOST)
+
+    def add(self, now: float, model: Array, measured: Array) -> None:
+        """Keep a difference.
+
+        Args:
+            now: monotonic time [s].
+            model: (n_v,) the model's effectors when it was measured.
+            measured: (n_v,) the measured effectors.
+        """
+        past = self._past
+        past.append((now, self._layout.units * self._layout.difference(measured, model)))
+        while past[0][0] < now - _SWUNG:
+            past.popleft()
+
+    @property
+    def extent(self) -> float:
+        """From one side to the other [m]; 0 where it does not swing."""
+        if len(self._past) < 2:
+            return 0.0
+        past = self._past
+        seen = np.cumsum([np.zeros_like(past[0][1]), *(one for _, one in past)], axis=0)
+        lasted = past[-1][0] - past[0][0]  # s
+        several = max(1, round(_EVEN * len(past) / lasted)) if lasted > _EVEN else 1
+        differences = (seen[several:] - seen[:-several]) / several  # (k, n_e), without noise
+        way = float(np.linalg.norm(np.diff(differences, axis=0), axis=1).sum())
+        extent = float(np.linalg.norm(np.ptp(differences, axis=0)))
+        return extent if extent > self._least and way > _WAYS * extent else 0.0
+
+    def reset(self) -> None:
+        """Remove all measurements."""
+        self._past.clear()
 
 
 def _exchanged(model: Array, measured: Array) -> bool:

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import pi
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import expm
 from support.effectors import END, solid
 from support.messages import point_layout
 
+from tauten.model import Robot
+from tauten.model.body import natural_frequencies
+from tauten.model.numerics import Array
 from tauten.service.node import Feedback
+from tauten.service.node.estimator import make_estimator, slowest_period
 from tauten.service.node.feedback import ModelHistory, stable_gain
-from tauten.service.node.plausibility import MeasurementCheck
+from tauten.service.node.plausibility import MeasurementCheck, Swing
+from tauten.service.settings import ServiceSettings
 
 H = 0.02
 LAYOUT = point_layout(["tip"])
@@ -96,6 +103,87 @@ def test_a_late_measurement_is_stable_with_the_gain_of_a_stated_delay() -> None:
 def test_the_gain_is_below_the_limit_of_the_delay(gain: float, delay: float) -> None:
     assert stable_gain(gain, delay) == pytest.approx(min(gain, pi / (4.0 * delay)))
     assert stable_gain(gain, 0.0) == gain
+
+
+def swung(feedback: Feedback, omega: float, zeta: float, seconds: float = 6.0) -> Array:
+    """Distances from its target (k,) of a robot that swings, every millisecond [m].
+
+    Its model reaches goals at once. The angular frequency is in rad/s, the damping ratio unitless.
+    """
+    h = 1e-3  # s
+    rates = np.array([[0.0, 1.0, 0.0], [-(omega**2), -2.0 * zeta * omega, omega**2], [0, 0, 0]])
+    moving, robot, error = expm(h * rates), np.array([0.01, 0.0]), list[float]()
+    for _ in range(round(seconds / h)):
+        goal = feedback.correction.copy()
+        feedback.update(goal, np.array([robot[0], 0.0, 0.0]), h)
+        robot = (moving @ [*robot, goal[0]])[:2]
+        error.append(abs(float(robot[0])))
+    return np.array(error)
+
+
+@pytest.mark.parametrize("share", [0.7, 1.4])
+def test_a_robot_swings_for_ever_where_the_gain_is_more_than_its_damping_bears(
+    share: float,
+) -> None:
+    """s (s² + 2 ζ ω s + ω²) + g ω² has all its roots on the left where g < 2 ζ ω (Routh)."""
+    omega, zeta = 2.0 * pi * 3.0, 0.05
+    gain = share * 2.0 * zeta * omega
+    growth = float(np.roots([1.0, 2.0 * zeta * omega, omega**2, gain * omega**2]).real.max())
+    assert (growth > 0.0) is (share > 1.0)
+    error = swung(Feedback(LAYOUT, gain, largest=10.0), omega, zeta)
+    assert error[5000:].max() / error[2000:3000].max() == pytest.approx(
+        np.exp(3.0 * growth), rel=0.1
+    )
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.6, 0.9, 1.0, 1.2])
+def test_the_mean_over_a_period_of_the_model_damps_slower_robots_and_hardly_drives_faster_ones(
+    ratio: float,
+) -> None:
+    """By g sin(ω T) / ω T, to first order in g / ω and ζ; without a mean they swing for ever."""
+    period, zeta, gain = 0.3, 0.015, 2.0  # s, 1, 1/s
+    omega = ratio * 2.0 * pi / period
+    for average in (0.0, period):
+        pushed = gain * float(np.sinc(omega * average / pi))
+        error = swung(Feedback(LAYOUT, gain, largest=10.0, average=average), omega, zeta)
+        growth = np.log(error[5000:].max() / error[2000:3000].max()) / 3.0  # 1/s
+        assert growth == pytest.approx(0.5 * (pushed - 2.0 * zeta * omega), abs=0.15)
+        assert bool(growth < 0.0) is (average > 0.0 and ratio > 0.5)
+
+
+def test_a_node_averages_over_the_slowest_vibration_of_its_model(beam: Robot) -> None:
+    estimator, settings = make_estimator(beam, ServiceSettings()), ServiceSettings()
+    rest = beam.rest()
+    period = 1.0 / natural_frequencies(beam.body, rest, 1)[0]
+    assert slowest_period(beam) == pytest.approx(period)
+    n, model = beam.effector_layout.n_rows, beam.effector_values(rest)
+    for away in (1e-3, -1e-3):  # a period before, and for half of it: its mean is zero
+        found = estimator.update(model, model + away, 0.5 * period)
+    first = 1.0 - np.exp(-0.5 * settings.feedback_gain * period)
+    np.testing.assert_allclose(found, np.full(n, -1e-3 * first * (1.0 - first)), rtol=1e-6)
+
+
+def extent(difference: Callable[[float], list[float]], size: float = 0.3) -> float:
+    """By which a robot of some size swings that differs from its model so at a time [m]."""
+    swing, model = Swing(LAYOUT, size), np.array([0.1, 0.0, 0.0])
+    for tick in range(200):
+        swing.add(tick * H, model, model + np.array(difference(tick * H)))
+    return swing.extent
+
+
+def test_a_robot_that_swings_about_its_model_is_told_from_one_that_differs() -> None:
+    noise = np.random.default_rng(0)
+    swings = 2.0 * pi * 3.0  # rad/s, of which means over 0.1 s are 14 % smaller
+    assert extent(lambda t: [0.03 + 0.01 * np.sin(swings * t), 0.0, 0.0]) == pytest.approx(
+        0.0172, rel=0.02
+    )
+    for other in (
+        lambda t: [0.003 * np.sin(swings * t), 0.0, 0.0],  # by little
+        lambda t: [0.05, 0.0, 0.02 * t],
+        lambda t: [0.02 * np.sin(pi * t), 0.02 * np.cos(pi * t), 0.0],  # round a path, at 0.5 Hz
+        lambda t: list(1e-3 * noise.standard_normal(3)),
+    ):
+        assert extent(other) == 0.0
 
 
 def test_the_model_of_a_moment_ago_is_found() -> None:

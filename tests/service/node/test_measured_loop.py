@@ -186,3 +186,17 @@ def test_measurements_hold_the_robot_once_they_have_not_been_plausible_for_the_t
         found.append(late.loop.correct(0.02 * tick, late.rest))
     assert found == [Cause.NONE] * 17 + [Cause.IMPLAUSIBLE] * 8 + [Cause.NONE] * 5
     assert late.loop.subscriber.counts.refused["not_plausible"] == 20
+
+
+def test_health_warns_of_a_robot_that_swings_about_its_model(beam: Robot) -> None:
+    late = Late(beam, ServiceSettings())
+    side = 0.03 * beam.size  # m
+    for tick in range(100):
+        late.correction(0.02 * tick, 0.0, side * np.sin(2.0 * np.pi * 3.0 * 0.02 * tick))
+    health = late.loop.diagnostic()
+    assert health.level is Level.WARN
+    assert health.message.startswith("the robot swings about its model by ")
+    extent = 2e3 * np.sqrt(len(late.rings)) * side  # mm, of which means over 0.1 s have 0.86
+    assert float(health.message.split()[7]) == pytest.approx(0.86 * extent, rel=0.05)
+    late.loop.after_command(OperatorCommand.RESET)
+    assert late.loop.diagnostic().level is Level.OK
