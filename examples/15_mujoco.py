@@ -22,7 +22,9 @@ import numpy as np
 from tauten.controller import Controller
 from tauten.model.numerics import Array
 from tauten.service.drive import Measured, drive
+from tauten.service.node.estimator import make_estimator
 from tauten.service.process import stop_on_signals
+from tauten.service.settings import ServiceSettings
 from tauten.service.wire import Network, RobotDescription
 
 FILE = Path(__file__).with_name("arm.toml")
@@ -31,7 +33,6 @@ TIMESTEP = 1e-3  # s
 WINCH = 2e4  # N/m, stiffness of winch and tendon
 PAYLOAD = 0.02  # kg
 RADIUS, TURN = 0.05, 2.0  # m and s, of a circle
-GAIN = 2.0  # 1/s
 
 
 def scene(payload: float) -> str:
@@ -116,16 +117,18 @@ class Arm:
         return Measured(self.rest - self.data.ten_length, self.data.actuator_force, self.tip)
 
 
-def follow(payload: float, gain: float) -> tuple[Array, float]:
+def follow(payload: float, closed: bool) -> tuple[Array, float]:
     """Distances of the tip from a circle in the second turn, one a tick, and then at rest [m]."""
     controller, arm = Controller.of(FILE), Arm(payload)
+    feedback = make_estimator(controller.robot, ServiceSettings())
     h, centre = controller.period, controller.tip
     correction, distances = np.zeros(3), list[float]()
     for tick in range(round((2.0 * TURN + 3.0) / h)):
         angle = 2.0 * np.pi * min(tick * h / TURN, 2.0)
         target = centre + RADIUS * np.array([0.0, np.sin(angle), 1.0 - np.cos(angle)])
         arm.move(controller.step(target + correction).position, h)
-        correction += gain * h * (controller.tip - arm.tip - correction)  # as a node does
+        if closed:
+            correction = feedback.update(controller.tip, arm.tip, h)
         distances.append(float(np.linalg.norm((arm.tip - target)[1:])))
     turn = round(TURN / h)
     return np.array(distances[turn : 2 * turn]), distances[-1]
@@ -137,14 +140,14 @@ def main() -> None:
         with stop_on_signals() as stop:
             drive("arm", Arm(PAYLOAD), {}, Network(), stop)
         return
-    for payload, gain in product((0.0, PAYLOAD), (0.0, GAIN)):
-        distances, rest = follow(payload, gain)
+    for payload, closed in product((0.0, PAYLOAD), (False, True)):
+        distances, rest = follow(payload, closed)
         rms = np.sqrt(np.mean(distances**2))
         print(
-            f"{1e3 * payload:2.0f} g, {'closed' if gain else 'open'} loop: {1e3 * rms:.1f} mm (RMS) from the "
-            f"circle, {1e3 * distances.max():.1f} mm at most; {1e3 * rest:.2f} mm from the target at rest"
+            f"{1e3 * payload:2.0f} g, {'closed' if closed else 'open'} loop: {1e3 * rms:.1f} mm (RMS) from "
+            f"the circle, {1e3 * distances.max():.1f} mm at most; {1e3 * rest:.2f} mm from the target at rest"
         )
-        if gain:
+        if closed:
             assert rms < 4e-3
             assert rest < 1e-4
 
