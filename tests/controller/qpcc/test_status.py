@@ -247,3 +247,27 @@ def test_a_smallest_force_gives_way_where_a_largest_one_is_exceeded_too(
         assert posed.g_lo[0] == pytest.approx(min(reached[0], 1.0))
         assert posed.g_hi[1] == pytest.approx(max(reached[1], 1.0))
         np.testing.assert_array_equal(posed.Q, problem.Q)
+
+
+@pytest.mark.parametrize("sum_low", [False, True])
+def test_limits_that_contradict_each_other_are_relaxed_by_as_little_as_possible(
+    sum_low: bool,
+) -> None:
+    """The target asks for the first tension; the smallest second one is 2 N.
+
+    Of the sum the largest is 1 N, and the smallest force gives way to it. Or its smallest is 12 N, where 10 N
+    are possible, and it gives way itself.
+    """
+    least, most = (12.0, np.inf) if sum_low else (-np.inf, 1.0)
+    low, high = np.array([2.0, least]), np.array([np.inf, most])
+    names = (("second", "second"), ("sum", "sum"))
+    G = np.array([[0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
+    problem = two_cables(G=G, g_lo=low, g_hi=high, row_names=names)
+
+    nearest = solve_qpcc(problem)
+    assert nearest.status is Status.INFEASIBLE
+    _, found = solve_relaxed(problem, nearest, 0, solve_qpcc, (Status.INFEASIBLE,))
+    assert found.status is Status.RELAXED
+    assert found.conflict == nearest.conflict
+    assert found.lam_a == pytest.approx([5.0, 5.0] if sum_low else [0.0, 1.0], abs=0.02)
+    assert found.lam_a.sum() >= 10.0 - 1e-6 if sum_low else found.lam_a.sum() <= 1.0 + 1e-8
