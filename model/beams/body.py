@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,11 +12,10 @@ from tauten.model.beams.beams import Beams
 from tauten.model.beams.elements import assemble_beams
 from tauten.model.beams.surfaces import BeamSurfaces
 from tauten.model.beams.tree import BeamTree
-from tauten.model.body import SparseAssembled, SparseBody
+from tauten.model.body import SparseBody
 from tauten.model.effectors import Effectors
 from tauten.model.numerics import (
     Array,
-    FactorisationError,
     Ints,
     diameter,
     longest,
@@ -33,9 +31,6 @@ from tauten.model.points import (
     add_lever_stiffness,
 )
 from tauten.model.state import State, StepStart
-from tauten.model.system import Integration, Tangent, make_system
-
-FIRM = 0.9  # of the stiffness of beams without stress, that a plan's tangent has in every direction
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,6 +61,11 @@ class BeamBody(SparseBody[AttachedPoints]):
     force_slot: tuple[Ints, Ints]
     outer: OuterForces[AttachedPoints]
     surfaces: BeamSurfaces
+
+    @property
+    def of_beams(self) -> bool:
+        """They are all that deforms, see `SparseBody`."""
+        return True
 
     @property
     def n_nodes(self) -> int:
@@ -169,49 +169,6 @@ class BeamBody(SparseBody[AttachedPoints]):
         if self.outer:
             total += self.outer.on(motion)
         return total, K
-
-    def semidefinite(self, at: SparseAssembled, scheme: Integration) -> Array:
-        """The positive semidefinite tangent (nnz,) of a step; in time steps without the curvature of cables.
-
-        It leaves out what compression takes from the stiffness of beams, and where cables run along them the
-        tension of the cables adds as much: one without the other makes an arm of tendons many times as stiff
-        as it is. Steps towards an equilibrium keep the curvature, which makes them shorter. See `SparseBody`.
-        """
-        if scheme.static:
-            return self.forces(at.state, at.effort, exact=False)[1]
-        return self.stiffness(at.state) if at.D is None else at.D
-
-    @property
-    def derivative_leads(self) -> bool:
-        """Not of beams: their stress changes from tick to tick, and turns with them over a horizon.
-
-        The derivative has it fixed in direction: transient axial forces of an arm that moves fast would push
-        its tip far aside.
-        """
-        return False
-
-    def tangents(self, at: SparseAssembled, scheme: Integration) -> Iterator[Tangent]:
-        """What a step tries until one has a Cholesky factor, see `SparseBody`.
-
-        At given efforts an arm that tendons compress is nearly unstable over the horizon of a plan, or
-        unstable, though it is stable at given positions: its exact tangent has a factor in some ticks and
-        none in others, and plans would go to and fro. In a step that is longer than a tick it counts only
-        where it is nowhere much softer than the beams are without stress.
-        """
-        if scheme.static or scheme.h <= self.h:
-            yield from SparseBody.tangents(self, at, scheme)
-            return
-        beams = self.semidefinite(at, scheme)
-        _, damping = self.damping_with(at.D, at.state, scheme)
-        given = at.mass, at.force, at.state.v, damping
-        try:  # (A - FIRM A_beams) / (1 - FIRM)
-            more = (at.K - FIRM * beams) / (1.0 - FIRM)
-            make_system(self.pattern, self.factorisation, scheme, more, *given)
-        except FactorisationError:
-            pass
-        else:
-            yield Tangent(at.K, True, 0.0)
-        yield Tangent(beams, False, 1.0)
 
     def stiffness(self, state: State) -> Array:
         """That of the beams alone, CSC values (nnz,): cables do not damp, see `SparseBody`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Self
@@ -110,9 +110,9 @@ class SparseBody(Body[P]):
         return self.actuator_set.chamber_owners(self.triangles)
 
     @property
-    def derivative_leads(self) -> bool:
-        """Whether the derivative of the forces resists a velocity that goes on, in plans without it."""
-        return True
+    def of_beams(self) -> bool:
+        """Whether beams are all that deforms."""
+        return False
 
     def fork(self) -> Self:
         """The same body with a separate factorisation workspace."""
@@ -216,7 +216,7 @@ class SparseBody(Body[P]):
         if lost:
             raise FactorisationError("the tangent is singular within rounding")
         v_free = system.v_free
-        if 0.0 < scheme.ahead < 1.0 and not exact and self.derivative_leads:  # the rest of the way
+        if 0.0 < scheme.ahead < 1.0 and not (exact or self.of_beams):  # the derivative leads on
             less = self.pattern.matrix(K - at.K) @ v
             v_free = v_free + (1.0 - scheme.ahead) * scheme.h**2 * system.solve(less)
         share, more = tangent.semidefinite, tangent.stiffened if scheme.ahead == 0.0 else None
@@ -235,11 +235,39 @@ class SparseBody(Body[P]):
         The exact tangent may be indefinite (buckling, compression); the last one, which is semidefinite, has
         a factor unless the state has blown up.
         """
-        return tried_tangents(scheme, at.K, lambda: self.semidefinite(at, scheme))
+        return self.tried(at, scheme, lambda: self.semidefinite(at, scheme))
+
+    def tried(
+        self, at: SparseAssembled, scheme: Integration, semidefinite: Callable[[], Array]
+    ) -> Iterator[Tangent]:
+        """`tangents` where the semidefinite one is known.
+
+        Plans of beams have no other. At given efforts an arm that tendons compress is nearly unstable over
+        their horizon, or unstable, though it is stable at given positions: its exact tangent has a factor in
+        some ticks and none in others, and tensions would go up and down. It does not lead a velocity on
+        either, as it does of other bodies: stress of beams changes from tick to tick and turns with them over
+        a horizon, while the derivative has it fixed in direction. Axial forces of an arm that moves fast
+        would push its tip far aside.
+
+        Args:
+            at: where the step is linearised.
+            scheme: of the step; a plan is longer than a tick.
+            semidefinite: gives the positive semidefinite tangent (nnz,), asked once at most.
+        """
+        if scheme.static or scheme.h <= self.h or not self.of_beams:
+            return tried_tangents(scheme, at.K, semidefinite)
+        return iter((Tangent(semidefinite(), False, 1.0),))
 
     def semidefinite(self, at: SparseAssembled, scheme: Integration) -> Array:
-        """The positive semidefinite tangent (nnz,) of a step."""
-        return self.forces(at.state, at.effort, exact=False)[1]
+        """The positive semidefinite tangent (nnz,) of a step; in time steps of beams without their cables.
+
+        It leaves out what compression takes from the stiffness of beams, and where cables run along them the
+        curvature under the tension of the cables adds as much: one without the other makes an arm of tendons
+        many times as stiff as it is. Steps towards an equilibrium keep it, which makes them shorter.
+        """
+        if scheme.static or not self.of_beams:
+            return self.forces(at.state, at.effort, exact=False)[1]
+        return self.stiffness(at.state) if at.D is None else at.D
 
     def matrix(self, values: Array) -> sp.csc_array:
         """A matrix (n, n) of this body, from values (nnz,) in its pattern or (n,) on the diagonal."""

@@ -19,7 +19,7 @@ from tauten.model.numerics import Array, FactorisationError, Ints, longest, posi
 from tauten.model.points import NodeMotion
 from tauten.model.rows import Rows
 from tauten.model.state import State
-from tauten.model.system import Integration, Tangent, tried_tangents
+from tauten.model.system import Integration, Tangent
 from tauten.model.tetra import TetBody
 
 LEAST = 1e-9  # of the mass over the square of a time step: less stiffness is rounding
@@ -53,6 +53,12 @@ class ConstrainedBody(TetBody):
     product: ProductPattern
     spring_values: Array
     drums: Drums | None
+
+    @property
+    def of_beams(self) -> bool:
+        """Whether beams are all that deforms, see `SparseBody`."""
+        has_beams = self.joints is not None and len(self.joints.nodes) > 0
+        return has_beams and not self.tetrahedra.deforming.domains
 
     @property
     def triangles(self) -> Ints:
@@ -254,7 +260,7 @@ class ConstrainedBody(TetBody):
         `SparseBody`.
         """
         semidefinite = cache(lambda: self.semidefinite(at, scheme))
-        tried = tried_tangents(scheme, at.K, semidefinite)
+        tried = self.tried(at, scheme, semidefinite)
         if len(self.driven):
             tried = self._with_drives_stiffer(tried, at, scheme, semidefinite)
         if scheme.static and self.frames.n_pinned > 0:

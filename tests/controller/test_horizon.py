@@ -162,12 +162,14 @@ def test_an_arm_far_from_contact_follows_fast_targets_with_even_tensions() -> No
 
 
 @pytest.mark.long
-def test_a_slender_arm_goes_round_a_circle_with_its_tendons(tmp_path: Path) -> None:
+@pytest.mark.parametrize("disc", [False, True])
+def test_a_slender_arm_goes_round_a_circle_with_its_tendons(tmp_path: Path, disc: bool) -> None:
     """Where it can be, at 0.19 m/s: its tip was up to 77 mm away, and its winches turned to and fro.
 
-    Plans counted on stress that an arm has within a tick, as if that pushed in one direction for a horizon.
+    Plans counted on stress that an arm has within a tick, as if that pushed in one direction for a horizon;
+    those of an arm with a rigid body also on the curvature of its tendons.
     """
-    path = tendon_arm(tmp_path, tension=20.0)
+    path = tendon_arm(tmp_path, tension=20.0, disc=disc)
     path.write_text(f"{path.read_text()}[integration]\nrayleigh_stiffness = 0.01\n")
     setup, length, turn = load_setup(path), 0.4, 2.0  # m, s
     controller = Controller(setup.robot, setup.contact, settings=setup.controller)

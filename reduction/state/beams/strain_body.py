@@ -235,7 +235,7 @@ class StrainBody(ReducedBody[AttachedPoints]):
         """The system of one step, see `Body`."""
         assert isinstance(assembled, BeamAssembled)
         at, (of_D, of_K) = assembled, integration.shares
-        effort = at.effort if integration.static else None  # see `BeamBody.semidefinite`
+        effort = at.effort if integration.static else None  # see `SparseBody.semidefinite`
 
         def stiffness(exact: bool) -> Array:
             K = at.K if exact else self.forces(at.state, effort)[1]

@@ -7,8 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import meshio
 import numpy as np
 
+from support.robots.bodies import box_mesh
 from tauten.model import Robot, Simulator
 from tauten.model.beams import BeamBody, Material, Profile, natural_stiffness
 from tauten.model.load import make_robot
@@ -40,6 +42,18 @@ fixed = [{ kind = "sphere", centre = [0.0, 0.0, 0.0], radius = 1e-6 }]
 [[effectors]]
 name = "tip"
 point = [0.0, 0.0, 0.4]
+"""
+DISC = """
+[[bodies]]
+name = "disc"
+mesh = { file = "disc.vtu" }
+position = [-0.0025, -0.0025, 0.4]
+rigid = true
+
+[[attachments]]
+kind = "glue"
+region = { kind = "sphere", centre = [0.0, 0.0, 0.4], radius = 1e-6, body = "rod" }
+to = { kind = "all", body = "disc" }
 """
 TENDON = """
 [[cables]]
@@ -150,9 +164,19 @@ def under_force(
     return simulator, positions
 
 
-def tendon_arm(folder: Path, tension: float) -> Path:
-    """The robot file of an arm of 0.4 m, whose tendons bear a largest tension [N]."""
+def tendon_arm(folder: Path, tension: float, disc: bool = False) -> Path:
+    """The robot file of an arm of 0.4 m, whose tendons bear a largest tension [N].
+
+    Args:
+        folder: where it is written.
+        tension: largest one of each tendon [N].
+        disc: whether a plate of 0.1 g is glued to the tip, a rigid body.
+    """
     text = TENDON_ARM
+    if disc:
+        mesh = box_mesh((5e-3, 5e-3, 1e-3), (1, 1, 1))
+        meshio.Mesh(mesh.nodes, [("tetra", mesh.tets)]).write(folder / "disc.vtu")
+        text += DISC
     for number in range(3):
         x, y = (float(0.012 * f(2.0 * np.pi * number / 3.0)) for f in (np.cos, np.sin))
         points = [[x, y, SPACING * i] for i in range(9)]
