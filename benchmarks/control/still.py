@@ -24,7 +24,7 @@ from benchmarks.control.orders import OrderRun, order_run
 from tauten.controller import Actuation, Controller, Order
 from tauten.model import Command, Robot, Simulator, one_blas_thread
 from tauten.model.numerics import Array, FactorisationError
-from tauten.service.node import LARGEST, Feedback
+from tauten.service.node import own_estimator
 from tauten.service.plant import DrivenRobot
 from tauten.service.process import HostInfo, Interrupted, Progress, StopFlag, host_info
 from tauten.service.setup import Setup, load_setup
@@ -238,7 +238,7 @@ def still_run(
     controller.reset()
     robot, layout = controller.robot, controller.robot.effector_layout
     start, plant = controller.effector_values, _plant(robot) if loop == "closed" else None
-    feedback = Feedback(layout, setup.service.feedback_gain, LARGEST * robot.size)
+    feedback = own_estimator(robot, setup.service)
     left, last = list[Actuation](), round(LAST / robot.h)
     more = 0.0 if plant is None else -np.log(STANDING * RESTING) / feedback.gain  # s
     for tick in range(round((seconds + more) / robot.h)):

@@ -15,7 +15,7 @@ import numpy as np
 from tauten.controller import Controller
 from tauten.model import Robot
 from tauten.model.numerics import Array, Bools
-from tauten.service.node import LARGEST, ControlLoop, Feedback, Signals
+from tauten.service.node import ControlLoop, Signals, own_estimator
 from tauten.service.plant import Drive, DrivenRobot, PathSettings, make_path
 from tauten.service.settings import ServiceSettings
 
@@ -80,7 +80,7 @@ def follow(
     loop.prepare()
     settings = settings or ServiceSettings()
     layout = robot.effector_layout
-    feedback = Feedback(layout, settings.feedback_gain, LARGEST * robot.size)
+    feedback = own_estimator(robot, settings)
     rows = []
     for target in targets:
         begin, busy = perf_counter(), thread_time()

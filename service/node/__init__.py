@@ -1,7 +1,7 @@
 """The real-time node: targets in, actuation out, at a fixed rate."""
 
 from tauten.service.node.clock import Clock, punctual_clock
-from tauten.service.node.estimator import Estimator
+from tauten.service.node.estimator import Estimator, own_estimator
 from tauten.service.node.feedback import LARGEST, Feedback
 from tauten.service.node.loop import Action, ControlLoop
 from tauten.service.node.node import Node
@@ -18,6 +18,7 @@ __all__ = [
     "Node",
     "ServeSettings",
     "Signals",
+    "own_estimator",
     "punctual_clock",
     "serve",
 ]

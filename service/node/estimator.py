@@ -38,7 +38,7 @@ class Estimator(Protocol):
         """Forget all measurements; the correction is zero then."""
 
 
-def _feedback(robot: Robot, settings: ServiceSettings) -> Estimator:
+def own_estimator(robot: Robot, settings: ServiceSettings) -> Feedback:
     """The estimator of robot files that name none."""
     layout, largest = robot.effector_layout, LARGEST * robot.size
     gain, delay = settings.feedback_gain, settings.measurement_delay
@@ -63,7 +63,7 @@ def slowest_period(robot: Robot) -> float:
     return min(longest, SLOWEST)
 
 
-OWN = {"feedback": _feedback}
+OWN = {"feedback": own_estimator}
 
 
 def make_estimator(robot: Robot, settings: ServiceSettings) -> Estimator:

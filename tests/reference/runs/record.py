@@ -18,7 +18,7 @@ from tauten.controller import warm_controller
 from tauten.model import Simulator, load_robot, one_blas_thread
 from tauten.service.describing import log_metadata
 from tauten.service.log import Entry, LogRecorder
-from tauten.service.node import LARGEST, Action, ControlLoop, Feedback, Signals
+from tauten.service.node import Action, ControlLoop, Signals, own_estimator
 from tauten.service.setup import Setup, load_setup
 from tauten.service.wire import (
     JOINTS,
@@ -87,7 +87,7 @@ def record(name: str, folder: Path) -> Path:
     loop = ControlLoop(warm_controller(setup), settings=setup.service)
     plant = Simulator(load_robot(name, young_scale=STIFFER), "full")
     plant.settle_start()
-    feedback = Feedback(robot.effector_layout, setup.service.feedback_gain, LARGEST * robot.size)
+    feedback = own_estimator(robot, setup.service)
     for index in range(ticks):
         done = index / ticks
         following = done >= IDLE and not HOLD <= done < HOLD + IDLE
