@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from reference.linear_programs import steepest_slope
 from support.qpcc_checks import EXACT, assert_solves, violation, worst
 
 from benchmarks.qpcc import RobotLike, degenerate, enumerate_pieces, robot_like
@@ -146,6 +147,23 @@ def test_a_cable_beside_another_one_does_no_harm(n_a: int, k: int, apart: float)
                 assert two.objective >= strong.objective * (1.0 - margin), seed
     assert compared > 20
     assert missed <= (apart < 1e-5)  # at 1e-6, of some hundred a few are not solved
+
+
+def test_contacts_that_touch_without_a_force_are_decided() -> None:
+    """Multipliers are not unique there: each of the pairs may push or open, and none of it may lead down."""
+    decided = 0
+    for seed in range(1, 81, 2):
+        rng = np.random.default_rng(seed)
+        n_a, k = int(rng.integers(1, 4)), int(rng.integers(2, 6))
+        problem = robot_like(rng, n_a, k).problem()
+        problem = replace(problem, m=np.where(rng.random(k) < 0.7, 0.0, problem.m))
+        solution = solve_qpcc(problem, Start(np.zeros(n_a), rng.random(k) < 0.5))
+        if not solution.status.usable:
+            continue
+        decided += 1
+        assert solution.status is Status.OK, seed
+        assert steepest_slope(problem, solution.lam_a, solution.beta) >= -1e-6, seed
+    assert decided > 30
 
 
 def with_twin(robot: RobotLike, apart: Array) -> RobotLike:
