@@ -53,6 +53,7 @@ NOT_RUN = {
     "tauten reduce manipulator --design plackett-burman": "hours",
     "tauten reduce manipulator --states": "hours",
     "tauten check manipulator --refinements 2": "an hour; its results are in docs/results",
+    "tauten serve examples/arm.toml --closed-loop": "minutes; tests/test_examples moves its driver",
     "tauten demo examples/hand.toml": "as the demo; tests/service/test_parts runs one of parts",
     "tauten demo manipulator": "three minutes of real time; tests/e2e/gallery follows targets with it",
     "python -m benchmarks.robots.make_finger coarse": "minutes to an hour; its results are in docs/results",
