@@ -56,9 +56,12 @@ class ConstrainedBody(TetBody):
 
     @property
     def of_beams(self) -> bool:
-        """Whether beams are all that deforms, see `SparseBody`."""
+        """Whether beams are all that deforms, see `SparseBody`.
+
+        Drums are held by the stretch of their cables, which plans may not leave out.
+        """
         has_beams = self.joints is not None and len(self.joints.nodes) > 0
-        return has_beams and not self.tetrahedra.deforming.domains
+        return has_beams and self.drums is None and not self.tetrahedra.deforming.domains
 
     @property
     def triangles(self) -> Ints:
