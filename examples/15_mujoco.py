@@ -22,7 +22,7 @@ import numpy as np
 from tauten.controller import Controller
 from tauten.model.numerics import Array
 from tauten.service.drive import Measured, drive
-from tauten.service.node.estimator import make_estimator
+from tauten.service.node import own_estimator
 from tauten.service.process import stop_on_signals
 from tauten.service.settings import ServiceSettings
 from tauten.service.wire import Network, RobotDescription
@@ -120,7 +120,7 @@ class Arm:
 def follow(payload: float, closed: bool) -> tuple[Array, float]:
     """Distances of the tip from a circle in the second turn, one a tick, and then at rest [m]."""
     controller, arm = Controller.of(FILE), Arm(payload)
-    feedback = make_estimator(controller.robot, ServiceSettings())
+    feedback = own_estimator(controller.robot, ServiceSettings())
     h, centre = controller.period, controller.tip
     correction, distances = np.zeros(3), list[float]()
     for tick in range(round((2.0 * TURN + 3.0) / h)):

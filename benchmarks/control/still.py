@@ -24,7 +24,7 @@ from benchmarks.control.orders import OrderRun, order_run
 from tauten.controller import Actuation, Controller, Order
 from tauten.model import Command, Robot, Simulator, one_blas_thread
 from tauten.model.numerics import Array, FactorisationError
-from tauten.service.node import own_estimator
+from tauten.service.node import Feedback, own_estimator
 from tauten.service.plant import DrivenRobot
 from tauten.service.process import HostInfo, Interrupted, Progress, StopFlag, host_info
 from tauten.service.setup import Setup, load_setup
@@ -183,9 +183,10 @@ def _robot_runs(setup: Setup, settings: StillSettings, stop: StopFlag) -> Iterat
             setup.robot, setup.contact if contact else "none", settings=setup.controller
         )
         controller.settle_start()
+        feedback = own_estimator(setup.robot, setup.service) if loop == "closed" else None
         end = monotonic() + share
         for goal in goals:
-            yield still_run(setup, controller, goal, loop, settings.seconds, stop)
+            yield still_run(setup, controller, goal, feedback, settings.seconds, stop)
             if monotonic() > end:
                 break
 
@@ -223,31 +224,34 @@ def _from_shares(robot: Robot, shares: Array) -> Command:
 
 
 def still_run(
-    setup: Setup, controller: Controller, goal: Array, loop: Loop, seconds: float, stop: StopFlag
-) -> StillRun:
+    setup: Setup, controller: Controller, goal: Array, feedback: Feedback | None, seconds: float,
+    stop: StopFlag,
+) -> StillRun:  # fmt: skip
     """Follow a constant target from the start.
 
     Args:
         setup: of the robot.
         controller: decides.
         goal: (n_v,) target.
-        loop: open, or closed around a heavier robot.
+        feedback: of a closed loop around a heavier robot; None: the loop is open.
         seconds: duration.
         stop: ends the run, with `Interrupted`.
     """
     controller.reset()
     robot, layout = controller.robot, controller.robot.effector_layout
-    start, plant = controller.effector_values, _plant(robot) if loop == "closed" else None
-    feedback = own_estimator(robot, setup.service)
+    start, plant = controller.effector_values, None if feedback is None else _plant(robot)
     left, last = list[Actuation](), round(LAST / robot.h)
-    more = 0.0 if plant is None else -np.log(STANDING * RESTING) / feedback.gain  # s
+    more, correction = 0.0, np.zeros(layout.n_rows)  # s; (n_e,)
+    if feedback is not None:
+        feedback.reset()
+        more = -np.log(STANDING * RESTING) / feedback.gain
     for tick in range(round((seconds + more) / robot.h)):
         stop.heed()
-        left.append(controller.step(layout.moved(goal, feedback.correction)))
-        if plant is not None:
+        left.append(controller.step(layout.moved(goal, correction)))
+        if plant is not None and feedback is not None:
             _drive(plant, left[-1].position, left[-1].effort)
             measured = plant.simulator.effector_values
-            feedback.update(controller.effector_values, measured, robot.h)
+            correction = feedback.update(controller.effector_values, measured, robot.h)
         if tick % last == last - 1 and max(_changes(left[-last:], robot)) < STANDING * RESTING:
             break
     where = controller.effector_values if plant is None else plant.simulator.effector_values
@@ -256,7 +260,7 @@ def still_run(
     return StillRun(
         robot=robot.name,
         model=setup.order,
-        loop=loop,
+        loop="open" if feedback is None else "closed",
         contact=controller.space.k > 0 or controller.settings.enrichment.rounds > 0,
         offset_mm=1e3 * layout.error(goal, start),
         position=moved,

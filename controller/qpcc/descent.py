@@ -268,12 +268,12 @@ def solve_piece(problem: Scaled, piece: Bools, backend: Backend) -> DescentPoint
         return None
     qp = Qp(H, f, A, lower, upper)
     point = point_of(problem, piece, reduction, backend(qp))
-    for otherwise in (
-        (partial(solve_daqp, settings=FINEST), solve_redundant) if backend is solve_daqp else ()
-    ):
+    if backend is not solve_daqp:
+        return point
+    for again in (partial(solve_daqp, settings=FINEST), solve_redundant):
         if point is not None and point.residuals.stationarity <= EXACT:
             break
-        other = point_of(problem, piece, reduction, otherwise(qp))
+        other = point_of(problem, piece, reduction, again(qp))
         if other is not None and (point is None or other.residuals.stationarity <= EXACT):
             point = other
     return point

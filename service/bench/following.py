@@ -80,11 +80,14 @@ def follow(
     loop.prepare()
     settings = settings or ServiceSettings()
     layout = robot.effector_layout
-    feedback = own_estimator(robot, settings)
+    feedback, correction = (
+        own_estimator(robot, settings) if closed else None,
+        np.zeros(layout.n_rows),
+    )
     rows = []
     for target in targets:
         begin, busy = perf_counter(), thread_time()
-        action = loop.tick(layout.moved(target, feedback.correction), Signals(target=True))
+        action = loop.tick(layout.moved(target, correction), Signals(target=True))
         decide, thread = perf_counter() - begin, thread_time() - busy
         sent = action.actuation
         plant.follow(sent.position, sent.effort, drive)
@@ -97,8 +100,8 @@ def follow(
         own = controller.effector[0], layout.error(controller.effector_values, target)
         measured = body.effector[0], layout.error(where, target), sent.position, sent.effort
         rows.append((*measured, decide, step, thread, touching, not usable, *own))
-        if closed:
-            feedback.update(controller.effector_values, where, robot.h)
+        if feedback is not None:
+            correction = feedback.update(controller.effector_values, where, robot.h)
     return Trace(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
